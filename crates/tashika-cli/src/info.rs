@@ -47,7 +47,7 @@ struct Report {
     /// Whether media scatter light.
     scatters: bool,
     /// Corners of the box around everything (m).
-    bounds: [[f32; 3]; 2],
+    bounds: [[f64; 3]; 2],
     notes: Vec<NoteReport>,
 }
 
@@ -146,7 +146,7 @@ fn work(plan: &InfoPlan, meter: &Meter) -> Result<Outcome, Failure> {
 }
 
 fn report(scene: &Scene, format: &'static str, load_seconds: f64) -> Report {
-    let bounds = scene.bounds();
+    let bounds = scene.bounds_in_file();
     Report {
         scene: scene.name().to_owned(),
         format,
@@ -214,7 +214,7 @@ fn report(scene: &Scene, format: &'static str, load_seconds: f64) -> Report {
             .collect(),
         has_media: scene.has_media(),
         scatters: scene.scatters(),
-        bounds: [bounds.lo.to_array(), bounds.hi.to_array()],
+        bounds: bounds.map(|corner| corner.to_array()),
         notes: notes(scene),
     }
 }

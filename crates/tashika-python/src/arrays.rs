@@ -68,6 +68,16 @@ pub fn vectors<'py>(
     array(py, flat.into_iter(), &shape)
 }
 
+/// `n` rows of three numbers in double precision.
+pub fn wide_vectors<'py>(
+    py: Python<'py>,
+    rows: impl ExactSizeIterator<Item = [f64; 3]>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let shape = [rows.len(), 3];
+    let flat: Vec<f64> = rows.flatten().collect();
+    array(py, flat.into_iter(), &shape)
+}
+
 /// An array of any shape, in row-major order.
 pub struct Array {
     /// Its shape.
@@ -111,6 +121,20 @@ impl Array {
 pub fn float_rows<const N: usize>(name: &str, rows: &Bound<'_, PyAny>) -> PyResult<Vec<[f32; N]>> {
     let numbers = |b: [u8; 4]| Ok(f32::from_ne_bytes(b));
     read_rows(name, rows, "float32", numbers)
+}
+
+/// The numbers of `(n, N)` in double precision.
+pub fn wide_rows<const N: usize>(name: &str, rows: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; N]>> {
+    let numbers = |b: [u8; 8]| Ok(f64::from_ne_bytes(b));
+    read_rows(name, rows, "float64", numbers)
+}
+
+/// All numbers of an array of any shape in double precision, in row-major order.
+pub fn wide_numbers(array: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    let numpy = array.py().import("numpy")?;
+    let bytes = numpy.call_method1("asarray", (array, "float64"))?.call_method0("tobytes")?;
+    let bytes = bytes.cast::<PyBytes>()?.as_bytes();
+    Ok(bytes.as_chunks().0.iter().map(|bytes| f64::from_ne_bytes(*bytes)).collect())
 }
 
 /// The indices of `(n, N)`: whole numbers from 0.

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::{Affine3A, Mat3, Mat4, Vec2, Vec3, Vec4};
+use glam::{DAffine3, DMat4, DVec3, Mat3, Vec2, Vec3, Vec4};
 use pyo3::prelude::*;
 use tashika::color::Rgb;
 use tashika::error::{Error, Location};
@@ -15,7 +15,7 @@ use tashika::scene::{
     SceneBuilder, SphereMap,
 };
 
-use crate::arrays::{Array, Content, float_rows, index_rows};
+use crate::arrays::{Array, Content, float_rows, index_rows, wide_numbers, wide_rows};
 use crate::errors::{option, raised};
 use crate::materials::{Color, Material, Palette, image};
 use crate::media::{Media, Medium};
@@ -42,7 +42,7 @@ pub struct Mesh {
     data: MeshData,
     material: Py<PyAny>,
     /// Where it stands.
-    places: Vec<Affine3A>,
+    places: Vec<DAffine3>,
     /// What is inside, and what outside.
     media: [Option<Py<Medium>>; 2],
 }
@@ -68,15 +68,17 @@ impl Mesh {
             Ok(rows.into_iter().map(Vec3::from).collect())
         };
         let uvs = uvs.map_or(Ok(Vec::new()), |rows| float_rows::<2>("uvs", rows))?;
-        let data = MeshData {
+        let mut data = MeshData {
             name: name.to_owned(),
-            positions: vectors("vertices", Some(vertices))?,
             normals: vectors("normals", normals)?,
             uvs: uvs.into_iter().map(Vec2::from).collect(),
             triangles: index_rows("triangles", triangles)?,
+            ..MeshData::default()
         };
+        let vertices: Vec<DVec3> = wide_rows("vertices", vertices)?.into_iter().map(DVec3::from).collect();
+        data.place(&vertices);
         let places =
-            transforms.map_or(Ok(vec![Affine3A::IDENTITY]), |rows| placements("transforms", rows))?;
+            transforms.map_or(Ok(vec![DAffine3::IDENTITY]), |rows| placements("transforms", rows))?;
         Ok(Self { data, material, places, media: [inside, outside] })
     }
 
@@ -89,36 +91,38 @@ impl Mesh {
 /// The transforms of an array of shape (k, 4, 4), or of one of shape (4, 4).
 ///
 /// * `name`: of the argument.
-pub fn placements(name: &str, transforms: &Bound<'_, PyAny>) -> PyResult<Vec<Affine3A>> {
+pub fn placements(name: &str, transforms: &Bound<'_, PyAny>) -> PyResult<Vec<DAffine3>> {
     let array = Array::read(name, transforms)?;
-    let Content::Floats(numbers) = array.content else {
+    if matches!(array.content, Content::Bytes(_)) {
         return Err(option(name, "an array of uint8", "an array of other numbers"));
-    };
+    }
     if !matches!(array.shape[..], [4, 4] | [_, 4, 4]) {
         return Err(option(name, format!("an array of the shape {:?}", array.shape), "the shape (k, 4, 4)"));
     }
-    let place = |rows: &[f32; 16]| {
-        let matrix = Mat4::from_cols_array(rows).transpose();
-        if matrix.row(3) == Vec4::W {
-            Ok(Affine3A::from_mat4(matrix))
+    let place = |rows: &[f64; 16]| {
+        let matrix = DMat4::from_cols_array(rows).transpose();
+        let last = matrix.row(3).as_vec4();
+        if last == Vec4::W {
+            Ok(DAffine3::from_mat4(matrix))
         } else {
-            Err(option(name, format!("the last row {}", matrix.row(3)), "0, 0, 0, 1"))
+            Err(option(name, format!("the last row {last}"), "0, 0, 0, 1"))
         }
     };
-    numbers.as_chunks::<16>().0.iter().map(place).collect()
+    wide_numbers(transforms)?.as_chunks::<16>().0.iter().map(place).collect()
 }
 
 /// A light without surface; made by `Light.point`, `Light.spot` or `Light.directional`. Surfaces
 /// shine by their material.
 #[pyclass(frozen, module = "tashika")]
-pub struct Light(Emitter);
+pub struct Light(Emitter, DVec3);
 
 #[pymethods]
 impl Light {
     /// Equal intensity (W/sr) in all directions from a position.
     #[staticmethod]
-    fn point(position: [f32; 3], intensity: Color) -> Self {
-        Self(Emitter::Point { position: position.into(), intensity: intensity.into() })
+    fn point(position: [f64; 3], intensity: Color) -> Self {
+        let place = DVec3::from(position);
+        Self(Emitter::Point { position: place.as_vec3(), intensity: intensity.into() }, place)
     }
 
     /// Light in a cone about a direction: of equal intensity (W/sr) up to `inner` degrees from it,
@@ -126,7 +130,7 @@ impl Light {
     #[staticmethod]
     #[pyo3(signature = (position, direction, intensity, *, inner=0.0, outer=45.0))]
     fn spot(
-        position: [f32; 3],
+        position: [f64; 3],
         direction: [f32; 3],
         intensity: Color,
         inner: f32,
@@ -140,12 +144,14 @@ impl Light {
             ));
         }
         let cos = |degrees: f32| elementary::sin_cos(degrees.to_radians()).1;
-        Ok(Self(Emitter::Spot {
-            position: position.into(),
+        let place = DVec3::from(position);
+        let emitter = Emitter::Spot {
+            position: place.as_vec3(),
             axis: Vec3::from(direction).normalize_or_zero(),
             intensity: intensity.into(),
             falloff: Falloff { cos_inner: cos(inner), cos_outer: cos(outer), shape: FalloffShape::Squared },
-        }))
+        };
+        Ok(Self(emitter, place))
     }
 
     /// Parallel light that goes in that direction, such as the sun's, with the irradiance (W/m²) of
@@ -153,7 +159,7 @@ impl Light {
     #[staticmethod]
     fn directional(direction: [f32; 3], irradiance: Color) -> Self {
         let direction = Vec3::from(direction).normalize_or_zero();
-        Self(Emitter::Directional { direction, irradiance: irradiance.into() })
+        Self(Emitter::Directional { direction, irradiance: irradiance.into() }, DVec3::ZERO)
     }
 
     fn __repr__(&self) -> String {
@@ -169,6 +175,8 @@ impl Light {
 #[pyclass(frozen, module = "tashika")]
 pub struct Camera {
     camera: scene::Camera,
+    /// Where it stands (m).
+    eye: DVec3,
     /// In which it stands.
     medium: Option<Py<Medium>>,
 }
@@ -182,8 +190,8 @@ impl Camera {
     ))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn new(
-        eye: [f32; 3],
-        target: [f32; 3],
+        eye: [f64; 3],
+        target: [f64; 3],
         up: [f32; 3],
         vertical_fov: f32,
         size: Option<[u32; 2]>,
@@ -193,21 +201,22 @@ impl Camera {
         blades: Option<u32>,
         blade_rotation: f32,
     ) -> PyResult<Self> {
-        let (eye, target) = (Vec3::from(eye), Vec3::from(target));
+        let (eye, target) = (DVec3::from(eye), DVec3::from(target));
+        let distance = eye.distance(target) as f32;
         // Also refuses what is not a number.
-        if eye.distance(target).partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
+        if distance.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
             return Err(option("target", target, "a point other than the eye"));
         }
-        let camera = scene::Camera::look_at(name, eye, target, up.into(), vertical_fov.to_radians());
+        let ahead = (target - eye).as_vec3();
+        let camera = scene::Camera::look_at(name, Vec3::ZERO, ahead, up.into(), vertical_fov.to_radians());
         let blades = blades.map(|count| Blades { count, rotation: blade_rotation.to_radians() });
-        let lens =
-            Lens { blades, ..Lens::round(lens_radius, focus_distance.unwrap_or(eye.distance(target))) };
-        Ok(Self { camera: scene::Camera { lens, resolution: size, ..camera }, medium: None })
+        let lens = Lens { blades, ..Lens::round(lens_radius, focus_distance.unwrap_or(distance)) };
+        Ok(Self { camera: scene::Camera { lens, resolution: size, ..camera }, eye, medium: None })
     }
 
     /// The same camera, standing in that medium.
     fn within(&self, medium: Py<Medium>) -> Self {
-        Self { camera: self.camera.clone(), medium: Some(medium) }
+        Self { camera: self.camera.clone(), eye: self.eye, medium: Some(medium) }
     }
 
     /// A camera without perspective, whose film is `height` metres high; it looks along the way
@@ -215,8 +224,8 @@ impl Camera {
     #[staticmethod]
     #[pyo3(signature = (eye, target, height, *, up=[0.0, 1.0, 0.0], size=None, name="camera"))]
     fn orthographic(
-        eye: [f32; 3],
-        target: [f32; 3],
+        eye: [f64; 3],
+        target: [f64; 3],
         height: f32,
         up: [f32; 3],
         size: Option<[u32; 2]>,
@@ -230,8 +239,8 @@ impl Camera {
     #[staticmethod]
     #[pyo3(signature = (eye, target, *, fov=180.0, up=[0.0, 1.0, 0.0], size=None, name="camera"))]
     fn fisheye(
-        eye: [f32; 3],
-        target: [f32; 3],
+        eye: [f64; 3],
+        target: [f64; 3],
         fov: f32,
         up: [f32; 3],
         size: Option<[u32; 2]>,
@@ -248,8 +257,8 @@ impl Camera {
     #[staticmethod]
     #[pyo3(signature = (eye, target, *, equal_area=false, up=[0.0, 1.0, 0.0], size=None, name="camera"))]
     fn spherical(
-        eye: [f32; 3],
-        target: [f32; 3],
+        eye: [f64; 3],
+        target: [f64; 3],
         equal_area: bool,
         up: [f32; 3],
         size: Option<[u32; 2]>,
@@ -260,21 +269,22 @@ impl Camera {
     }
 
     fn __repr__(&self) -> String {
-        format!("<tashika.Camera {:?} at {}>", self.camera.name, self.camera.position())
+        format!("<tashika.Camera {:?} at {}>", self.camera.name, self.eye)
     }
 }
 
 impl Camera {
     fn with_projection(
-        eye: [f32; 3],
-        target: [f32; 3],
+        eye: [f64; 3],
+        target: [f64; 3],
         up: [f32; 3],
         size: Option<[u32; 2]>,
         name: &str,
         projection: Projection,
     ) -> PyResult<Self> {
-        let Self { camera, medium } = Self::new(eye, target, up, 40.0, size, name, 0.0, None, None, 0.0)?;
-        Ok(Self { camera: scene::Camera { projection, ..camera }, medium })
+        let Self { camera, eye, medium } =
+            Self::new(eye, target, up, 40.0, size, name, 0.0, None, None, 0.0)?;
+        Ok(Self { camera: scene::Camera { projection, ..camera }, eye, medium })
     }
 }
 
@@ -327,16 +337,18 @@ pub fn build(name: &str, parts: Parts<'_>) -> PyResult<scene::Scene> {
         }
     }
     for light in lights {
-        builder.add_emitter(light.get().0).map_err(raised)?;
+        let Light(emitter, place) = light.get();
+        builder.add_emitter_at(*emitter, *place).map_err(raised)?;
     }
     if let Some(sky) = sky {
         builder.set_environment(environment(&sky)?).map_err(raised)?;
     }
     if let Some(camera) = camera {
-        let Camera { camera: standing, medium } = camera.get();
+        let Camera { camera: standing, eye, medium } = camera.get();
         let medium = medium.as_ref().map(|medium| medium.bind(camera.py()));
         let medium = media.add(medium, &mut builder).map_err(raised)?;
-        builder.add_camera(scene::Camera { medium, ..standing.clone() }).map_err(raised)?;
+        let to_world = DAffine3 { translation: *eye, ..standing.to_world.as_daffine3() };
+        builder.add_camera_at(scene::Camera { medium, ..standing.clone() }, to_world).map_err(raised)?;
     }
     // By which a changed scene is told when parts of an image are joined, or one goes on.
     builder.build().map(scene::Scene::with_digest_of_contents).map_err(raised)

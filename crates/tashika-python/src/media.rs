@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use tashika::bsdf::HenyeyGreenstein;
 use tashika::color::Rgb;
 use tashika::error::{Location, Result};
-use tashika::math::Affine3A;
+use tashika::math::DAffine3;
 use tashika::scene::{
     self, MediumId, Scattered, SceneBuilder, Variation, VolumeData, VolumeEdges, VolumeGrid, VolumeSamples,
     VolumeValues,
@@ -54,7 +54,7 @@ impl Medium {
         name: &str,
     ) -> PyResult<Self> {
         let to_world = match transform.map(|matrix| placements("transform", matrix)).transpose()?.as_deref() {
-            None => Affine3A::IDENTITY,
+            None => DAffine3::IDENTITY,
             Some([to_world]) => *to_world,
             Some(several) => {
                 return Err(option("transform", format!("{} matrices", several.len()), "one"));
@@ -88,7 +88,7 @@ impl Medium {
 fn grid(
     name: &str,
     array: &Bound<'_, PyAny>,
-    to_world: Affine3A,
+    to_world: DAffine3,
     edges: VolumeEdges,
 ) -> PyResult<VolumeGrid> {
     let Array { shape, content } = Array::read(name, array)?;

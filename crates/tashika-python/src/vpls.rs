@@ -6,11 +6,12 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use tashika::io::{load_vpls, save_vpls};
+use tashika::math::{DVec3, LocalPlaces};
 use tashika::request::Request;
 use tashika::tree::LightSet;
 use tashika::vpl::{self, Provenance, Vpl, VplKind};
 
-use crate::arrays::{array, float_rows, index_column, vectors};
+use crate::arrays::{array, float_rows, index_column, vectors, wide_rows, wide_vectors};
 use crate::attended::attended;
 use crate::errors::{option, raised};
 use crate::json::from_json;
@@ -69,7 +70,9 @@ impl VplSet {
         scene: &str,
         clamp: f32,
     ) -> PyResult<Self> {
-        let positions = float_rows::<3>("positions", positions)?;
+        let positions: Vec<DVec3> =
+            wide_rows::<3>("positions", positions)?.into_iter().map(DVec3::from).collect();
+        let LocalPlaces { origin, places: positions } = LocalPlaces::of(&positions);
         let count = positions.len();
         let normals = as_many("normals", float_rows::<3>("normals", normals)?, count)?;
         let intensities = as_many("intensities", float_rows::<3>("intensities", intensities)?, count)?;
@@ -85,7 +88,7 @@ impl VplSet {
             let kind =
                 kind.ok_or_else(|| option("kinds", kinds[i], "0 (omni), 1 (oriented) or 3 (directional)"))?;
             let light = Vpl {
-                position: positions[i].into(),
+                position: positions[i],
                 direction: normals[i].into(),
                 intensity: intensities[i].into(),
                 kind,
@@ -102,6 +105,7 @@ impl VplSet {
             requested: count as u64,
             direct: count as u64,
             clamp_distance: clamp,
+            origin: origin.to_array(),
             ..Provenance::default()
         };
         Ok(Self::new(vpl::VplSet::new(lights, provenance)))
@@ -118,10 +122,19 @@ impl VplSet {
         py.detach(|| save_vpls(&path, self.0.set())).map_err(raised)
     }
 
-    /// Positions (m), float32 of shape (n, 3); zero for directional lights.
+    /// Positions (m), float32 of shape (n, 3), or float64 of scenes far from zero; zero for directional
+    /// lights.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(py, self.0.set().lights().iter().map(|light| light.position.to_array()))
+        let (origin, lights) = (self.0.set().origin(), self.0.set().lights().iter());
+        if origin == DVec3::ZERO {
+            return vectors(py, lights.map(|light| light.position.to_array()));
+        }
+        let place = |light: &Vpl| match light.kind {
+            VplKind::Directional => DVec3::ZERO,
+            _ => light.position.as_dvec3() + origin,
+        };
+        wide_vectors(py, lights.map(|light| place(light).to_array()))
     }
 
     /// Unit normals or axes, float32 of shape (n, 3); zero for omni lights.

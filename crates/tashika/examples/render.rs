@@ -19,9 +19,8 @@ fn quad(name: &str, corner: Vec3, [u, v]: [Vec3; 2]) -> MeshData {
     MeshData {
         name: name.to_owned(),
         positions: vec![corner, corner + u, corner + u + v, corner + v],
-        normals: Vec::new(),
-        uvs: Vec::new(),
         triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..MeshData::default()
     }
 }
 

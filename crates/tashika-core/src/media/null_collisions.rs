@@ -149,7 +149,7 @@ mod tests {
     use crate::bsdf::HenyeyGreenstein;
     use crate::error::Location;
     use crate::math::elementary::exp_f64;
-    use crate::math::{Affine3A, Vec3};
+    use crate::math::{DAffine3, Vec3};
     use crate::rng::Purpose;
     use crate::scene::{
         Scattered, Variation, VolumeData, VolumeEdges, VolumeGrid, VolumeSamples, VolumeValues,
@@ -165,7 +165,7 @@ mod tests {
         let values = (0..CELLS * 4).map(|i| value((f64::from(i % CELLS) + 0.5) / f64::from(CELLS)));
         let values = VolumeValues::Colors(values.map(|v| Rgb::from(v.map(|v| v as f32))).collect());
         let (samples, edges) = (VolumeSamples::Centers, VolumeEdges::Held);
-        let data = VolumeData { counts: [CELLS, 2, 2], values, to_world: Affine3A::IDENTITY, samples, edges };
+        let data = VolumeData { counts: [CELLS, 2, 2], values, to_world: DAffine3::IDENTITY, samples, edges };
         VolumeGrid::new(data, &Location::default()).unwrap()
     }
 

@@ -32,7 +32,7 @@ pub use trace::LightTracer;
 use std::ops::Range;
 
 use crate::error::{Error, Result};
-use crate::math::Instants;
+use crate::math::{DVec3, Instants};
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -58,6 +58,14 @@ pub struct Provenance {
     /// Share of the flux reflected by surfaces that glossy lobes reflected: VPLs shine with cosine
     /// lobes only, so they carry this flux on to further surfaces, but not towards the eye's.
     pub glossy_share: f32,
+    /// What positions are relative to, in the coordinates of the scene's file (m): see
+    /// [`Scene::origin`].
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub origin: [f64; 3],
+}
+
+fn is_zero(place: &[f64; 3]) -> bool {
+    *place == [0.0; 3]
 }
 
 /// A finite set of lights: at one time, or at each of several [`Instants`] a set of its own.
@@ -117,6 +125,25 @@ impl VplSet {
     /// Where they came from.
     pub fn provenance(&self) -> &Provenance {
         &self.provenance
+    }
+
+    /// What positions are relative to, in the coordinates of the scene's file (m).
+    pub fn origin(&self) -> DVec3 {
+        self.provenance.origin.into()
+    }
+
+    /// The same lights, told relative to another place of the file (m).
+    #[must_use]
+    pub fn relative_to(mut self, origin: DVec3) -> Self {
+        let way = self.origin() - origin;
+        if way != DVec3::ZERO {
+            let placed = |light: &&mut Vpl| !matches!(light.kind, VplKind::Directional);
+            for light in self.lights.iter_mut().filter(placed) {
+                light.position = (light.position.as_dvec3() + way).as_vec3();
+            }
+            self.provenance.origin = origin.to_array();
+        }
+        self
     }
 
     /// The same lights, clamped so many times as far away as their provenance says.

@@ -166,6 +166,7 @@ impl<'s> LightTracer<'s> {
             seed,
             requested: options.count,
             max_depth: options.max_depth,
+            origin: scene.origin().to_array(),
             ..Provenance::default()
         };
         let (mut all, mut counts) = (Vec::new(), Vec::with_capacity(instants.len()));

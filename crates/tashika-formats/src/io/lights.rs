@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use glam::{Mat3, Vec3};
+use glam::{DVec3, Mat3};
 
 use crate::color::Rgb;
 use crate::error::{Location, Result};
@@ -21,12 +21,12 @@ pub(super) const NOT_FINITE: &str = "lights that are not finite: left out";
 pub(super) fn add_image_light(
     builder: &mut SceneBuilder,
     map: &Arc<IntensityMap>,
-    (position, to_world): (Vec3, Mat3),
+    (place, to_world): (DVec3, Mat3),
     intensity: Rgb,
     at: Location,
 ) -> Result<()> {
-    if position.is_finite() && (intensity * map.brightest()).is_finite() {
-        return builder.add_image_light(map, position, intensity, to_world);
+    if place.as_vec3().is_finite() && (intensity * map.brightest()).is_finite() {
+        return builder.add_image_light(map, place, intensity, to_world);
     }
     builder.note(NoteKind::Repaired, NOT_FINITE, at);
     Ok(())

@@ -95,6 +95,8 @@ fn arc_between(from: DQuat, to: DQuat) -> f64 {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     keys: Vec<Key>,
+    /// Where the zero of what is placed is, before the map.
+    about: DVec3,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -122,12 +124,16 @@ impl Track {
             }
             same
         });
-        (!keys.is_empty()).then_some(Self { keys })
+        (!keys.is_empty()).then_some(Self { keys, about: DVec3::ZERO })
     }
 
     /// The map at a time (s); before the first key that of the first, after the last that of the
     /// last.
     pub fn at(&self, seconds: f64) -> DAffine3 {
+        self.placed(self.between_keys(seconds))
+    }
+
+    fn between_keys(&self, seconds: f64) -> DAffine3 {
         let after = self.keys.partition_point(|key| key.seconds <= seconds);
         let Some(before) = after.checked_sub(1) else { return self.keys[0].map };
         let before = &self.keys[before];
@@ -140,11 +146,37 @@ impl Track {
         }
     }
 
+    /// The map of what is told about [`Self::about`].
+    fn placed(&self, map: DAffine3) -> DAffine3 {
+        // Zero as it is: a sum with it could lose the sign of another.
+        if self.about == DVec3::ZERO {
+            return map;
+        }
+        DAffine3 { translation: map.transform_point3(self.about), ..map }
+    }
+
     /// The track of `map · first`: `first` is before it, and does not move.
     ///
     /// None if it cannot be inverted.
     pub fn after(&self, first: DAffine3) -> Option<Self> {
-        Self::new(self.keys.iter().map(|key| (key.seconds, key.map * first)))
+        Self::new(self.keys.iter().map(|key| (key.seconds, self.placed(key.map) * first)))
+    }
+
+    /// The same motion, of things whose coordinates are relative to `origin` (m, before the map).
+    /// Unlike [`Self::after`] a translation, it turns about the same centres between keys.
+    #[must_use]
+    pub fn about(self, origin: DVec3) -> Self {
+        Self { about: self.about + origin, ..self }
+    }
+
+    /// The same motion, told in coordinates relative to `origin` (m, after the map).
+    #[must_use]
+    pub fn relative_to(mut self, origin: DVec3) -> Self {
+        for key in &mut self.keys {
+            key.map.translation -= origin;
+            key.parts.translation -= origin;
+        }
+        self
     }
 
     /// Whether it has one key only: the same map at all times.
@@ -167,7 +199,7 @@ impl Track {
     pub fn moves_between(&self, [from, to]: [f64; 2]) -> bool {
         let first = self.at(from);
         let between = self.keys.iter().filter(|key| from < key.seconds && key.seconds < to);
-        self.at(to) != first || between.into_iter().any(|key| key.map != first)
+        self.at(to) != first || between.into_iter().any(|key| self.placed(key.map) != first)
     }
 
     /// Whether all maps, at any time, and their inverses are finite in single precision.
@@ -282,6 +314,30 @@ mod tests {
         let track = Track::new([(0.0, map(0.0, one)), (1.0, map(2.0, mirror * -1.0))]).unwrap();
         let after = track.after(turn).unwrap();
         assert!(after.at(0.3).abs_diff_eq(track.at(0.3) * turn, 1e-12), "what is before it does not matter");
+    }
+
+    /// Large numbers on either side of the map cancel.
+    #[test]
+    fn a_track_about_another_origin_places_things_at_the_same_places() {
+        let far = DVec3::new(5e6, -3e6, 1e6);
+        let map = |angle: f64, x: f64| {
+            let matrix3 =
+                turned(DVec3::new(1.0, 1.0, 0.3), angle) * DMat3::from_diagonal(DVec3::new(1.0, 2.0, 0.5));
+            DAffine3 { matrix3, translation: DVec3::X * x }
+        };
+        let track = Track::new([(0.0, map(0.0, 0.0)), (1.0, map(2.0, 4.0)), (2.0, map(2.5, 4.0))]).unwrap();
+        let world = track.at(0.4).transform_point3(far).round();
+        let moved = track.clone().about(far).relative_to(world);
+        for seconds in [-1.0, 0.0, 0.4, 1.0, 1.7] {
+            let local = DVec3::new(0.3, 0.1, -0.2);
+            let expected = track.at(seconds).transform_point3(far + local) - world;
+            let found = moved.at(seconds).transform_point3(local);
+            assert!((found - expected).length() < 1e-8, "{seconds}: {found} {expected}");
+        }
+        assert!(moved.moves_between([0.0, 2.0]) && !moved.moves_between([2.0, 3.0]));
+        let still = Track::new([(0.0, map(0.1, 0.0))]).unwrap().about(far);
+        assert!(!still.moves_between([0.0, 1.0]));
+        assert_eq!(track.clone().about(DVec3::ZERO).at(0.4), track.at(0.4), "bit for bit");
     }
 
     #[test]

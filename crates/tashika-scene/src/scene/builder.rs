@@ -2,14 +2,15 @@
 
 use std::sync::Arc;
 
-use glam::{Affine3A, Mat3, Vec3};
+use glam::{DAffine3, DVec3, Mat3, Vec3};
 
 use super::mesh::MeshRepairs;
 use super::object_names::{Numbered, ObjectNames};
+use super::origin::Places;
 use super::{
     AimedMap, Beam, Camera, Emitter, Environment, FloatInput, Image, ImageId, Instance, InstanceId,
-    IntensityMap, Material, MaterialId, Mesh, MeshData, MeshId, Note, NoteKind, Notes, Scene, Surface,
-    Texture, TextureId, TurnedAway, check, deformation,
+    IntensityMap, Material, MaterialId, Mesh, MeshData, MeshId, Note, NoteKind, Notes, Placement, Scene,
+    Surface, Texture, TextureId, TurnedAway, check, deformation,
 };
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
@@ -29,6 +30,7 @@ pub struct SceneBuilder {
     /// For each material, how many materials it consists of.
     material_costs: Vec<u32>,
     pub(super) numbered: Numbered,
+    pub(super) places: Places,
 }
 
 impl SceneBuilder {
@@ -55,6 +57,7 @@ impl SceneBuilder {
             has_media: false,
             has_interfaces: false,
             bounds: Aabb::EMPTY,
+            origin: DVec3::ZERO,
             triangles_without_area: 0,
             notes: Notes::default(),
             digest: None,
@@ -69,8 +72,8 @@ impl SceneBuilder {
 
     /// A scene that is there, to which lights are to be added.
     pub(super) fn of(scene: Scene, origin: Location) -> Self {
-        let numbered = Numbered::default();
-        Self { scene, origin, texture_costs: Vec::new(), material_costs: Vec::new(), numbered }
+        let (numbered, places) = (Numbered::default(), Places::default());
+        Self { scene, origin, texture_costs: Vec::new(), material_costs: Vec::new(), numbered, places }
     }
 
     /// It, as it is.
@@ -180,11 +183,12 @@ impl SceneBuilder {
     ///
     /// Wrong indices and attribute counts are errors; triangles that cannot be rendered are left
     /// out and noted.
-    pub fn add_mesh(&mut self, data: MeshData, material: MaterialId) -> Result<MeshId> {
+    pub fn add_mesh(&mut self, mut data: MeshData, material: MaterialId) -> Result<MeshId> {
         self.check_mesh(&data, material)?;
-        let name = data.name.clone();
+        self.localize(&mut data, None);
+        let (name, origin) = (data.name.clone(), data.origin);
         let (mesh, repairs) = Mesh::repair(data, material);
-        Ok(self.push_mesh(mesh, repairs, &name))
+        Ok(self.push_mesh(mesh, repairs, (&name, origin)))
     }
 
     /// Refuses wrong indices and counts.
@@ -217,8 +221,13 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Takes over a mesh and says what was repaired.
-    pub(super) fn push_mesh(&mut self, mesh: Mesh, repairs: MeshRepairs, name: &str) -> MeshId {
+    /// Takes over a mesh of a name and an origin, and says what was repaired.
+    pub(super) fn push_mesh(
+        &mut self,
+        mesh: Mesh,
+        repairs: MeshRepairs,
+        (name, origin): (&str, DVec3),
+    ) -> MeshId {
         let at = self.origin.clone().item(format!("mesh {name}"));
         let MeshRepairs { not_finite, degenerate, normals, uvs } = repairs;
         let repaired = NoteKind::Repaired;
@@ -238,14 +247,16 @@ impl SceneBuilder {
         notes.push_many(repaired, "texture coordinates that are not finite: set to 0", at, uvs);
         self.scene.triangles_without_area += degenerate;
         self.scene.meshes.push(mesh);
+        self.places.meshes.push(origin);
         MeshId(self.scene.meshes.len() as u32 - 1)
     }
 
     /// Places a mesh. The transform must be finite and invertible; one that flattens the mesh is
     /// left out and noted.
-    pub fn add_instance(&mut self, mesh: MeshId, to_world: Affine3A) -> Result<Option<InstanceId>> {
+    pub fn add_instance(&mut self, mesh: MeshId, to_world: impl Placement) -> Result<Option<InstanceId>> {
+        let to_world = to_world.in_double();
         if let Some(shutter) = self.scene.meshes.get(mesh.index()).and_then(Mesh::deforms)
-            && let Some(track) = deformation::standing(&to_world)
+            && let Some(track) = deformation::standing(to_world)
         {
             return self.add_moving_instance(mesh, track, shutter);
         }
@@ -253,11 +264,12 @@ impl SceneBuilder {
     }
 
     /// Places a mesh that stands, or in the middle of its motion.
-    pub(super) fn place(&mut self, mesh: MeshId, to_world: Affine3A) -> Result<Option<InstanceId>> {
+    pub(super) fn place(&mut self, mesh: MeshId, exact: DAffine3) -> Result<Option<InstanceId>> {
         let at = self.origin.clone().item(format!("instance {}", self.scene.instances.len()));
         if mesh.index() >= self.scene.meshes.len() {
             return Err(Error::invalid(at, format!("mesh {}", mesh.index()), "a mesh of this scene"));
         }
+        let to_world = exact.as_affine3a();
         let to_object = to_world.inverse();
         if !to_world.is_finite() || !to_object.is_finite() {
             self.note(NoteKind::Repaired, "instances with a transform that cannot be inverted: left out", at);
@@ -265,12 +277,20 @@ impl SceneBuilder {
         }
         let mirrored = to_world.matrix3.determinant() < 0.0;
         let (baked, motion) = (false, None);
+        self.places.instances.push(exact);
         self.scene.instances.push(Instance { mesh, to_world, to_object, mirrored, baked, motion });
         Ok(Some(InstanceId(self.scene.instances.len() as u32 - 1)))
     }
 
     /// Adds an emitter without surface; black ones are dropped.
     pub fn add_emitter(&mut self, emitter: Emitter) -> Result<()> {
+        let place = emitter.position().unwrap_or(Vec3::ZERO).as_dvec3();
+        self.add_emitter_at(emitter, place)
+    }
+
+    /// The same at a place in double precision (m), wherever the emitter says that it is.
+    pub fn add_emitter_at(&mut self, mut emitter: Emitter, place: DVec3) -> Result<()> {
+        emitter.move_to(place.as_vec3());
         let color = emitter.color();
         let geometry = match emitter {
             Emitter::Point { position, .. } => position.is_finite(),
@@ -297,6 +317,7 @@ impl SceneBuilder {
         }
         if !color.is_black() {
             self.scene.emitters.push(emitter);
+            self.places.emitters.push(place);
         }
         Ok(())
     }
@@ -309,7 +330,7 @@ impl SceneBuilder {
     pub fn add_image_light(
         &mut self,
         map: &Arc<IntensityMap>,
-        position: Vec3,
+        position: impl Into<DVec3>,
         intensity: Rgb,
         to_world: Mat3,
     ) -> Result<()> {
@@ -320,7 +341,9 @@ impl SceneBuilder {
         let beam = Beam { map: self.scene.intensity_maps.len() as u32, cos_outer: map.cos_outer() };
         let axis = aimed.axis();
         self.scene.intensity_maps.push(aimed);
-        self.add_emitter(Emitter::Image { position, axis, intensity: intensity * map.brightest(), beam })
+        let place = position.into();
+        let intensity = intensity * map.brightest();
+        self.add_emitter_at(Emitter::Image { position: place.as_vec3(), axis, intensity, beam }, place)
     }
 
     /// Sets what stands in for shading normals that turn away from the viewer.
@@ -344,6 +367,17 @@ impl SceneBuilder {
 
     /// Adds a camera; the first one is the default.
     pub fn add_camera(&mut self, camera: Camera) -> Result<()> {
+        let to_world = camera.to_world;
+        self.add_camera_at(camera, to_world)
+    }
+
+    /// The same with its place in double precision, wherever the camera says that it is; one that
+    /// moves is where its motion has it.
+    pub fn add_camera_at(&mut self, mut camera: Camera, to_world: impl Placement) -> Result<()> {
+        let to_world = to_world.in_double();
+        if camera.motion.is_none() {
+            camera.to_world = to_world.as_affine3a();
+        }
         if !camera.is_valid() {
             return Err(Error::invalid(
                 self.origin.clone().item(format!("camera {}", camera.name)),
@@ -353,10 +387,11 @@ impl SceneBuilder {
         }
         self.scene.check_camera(&camera)?;
         self.scene.cameras.push(camera);
+        self.places.cameras.push(to_world);
         Ok(())
     }
 
-    /// World box of what has been placed so far, at all times (m).
+    /// World box of what has been placed so far, at all times (m), in single precision.
     pub fn bounds(&self) -> Aabb {
         self.scene.instances.iter().fold(Aabb::EMPTY, |all, i| all.union(self.scene.box_of(i)))
     }
@@ -364,6 +399,7 @@ impl SceneBuilder {
     /// The scene. Without a camera it gets one that sees all of it, and a note says so. Without light
     /// it is dark: see [`Scene::with_default_light`].
     pub fn build(mut self) -> Result<Scene> {
+        self.settle();
         let bounds = self.bounds();
         let fits = bounds.size().is_finite() && bounds.diagonal() < MAX_EXTENT;
         if !(bounds.is_empty() || fits) {
@@ -433,6 +469,8 @@ const MAX_EXTENT: f32 = 1e9;
 
 #[cfg(test)]
 mod tests {
+    use glam::Affine3A;
+
     use super::*;
     use crate::scene::Projection;
 

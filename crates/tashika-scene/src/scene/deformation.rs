@@ -121,7 +121,7 @@ impl Mesh {
         shutter: [f64; 2],
         material: MaterialId,
     ) -> (Self, MeshRepairs) {
-        let MeshData { name, positions, normals, uvs, triangles } = data;
+        let MeshData { name, positions, origin, normals, uvs, triangles } = data;
         let mut ends = [MeshShape { positions, normals }, closing];
         let mut lost = [0; 2];
         for (shape, lost) in ends.iter_mut().zip(&mut lost) {
@@ -130,7 +130,7 @@ impl Mesh {
         let deformation = Deformation { shutter, ends };
         let MeshShape { positions, normals } = deformation.middle();
         let of = |end: usize, t: &[u32; 3]| t.map(|i| deformation.ends[end].positions[i as usize]);
-        let data = MeshData { name, positions, normals, uvs, triangles };
+        let data = MeshData { name, positions, origin, normals, uvs, triangles };
         let (mut mesh, mut repairs) = Self::repair_with(data, material, |t| [of(0, t), of(1, t)]);
         repairs.normals = lost[0].max(lost[1]);
         let bounds = |end: usize| Aabb::of_points(mesh.triangles.iter().flat_map(|t| of(end, t)));
@@ -142,15 +142,15 @@ impl Mesh {
 
 impl SceneBuilder {
     /// Adds a mesh that deforms while the shutter is open: it is `data` when that opens and has the
-    /// shape `closing` when it closes. Of one that is the same at both ends it is the
+    /// shape `closing`, about the same origin, when it closes. Of one that is the same at both ends it is the
     /// [mesh](Self::add_mesh) that is added.
     ///
     /// Wrong indices and counts are errors, as is a shutter that does not open at one finite time and
     /// close at a later one; triangles that cannot be rendered are left out and noted.
     pub fn add_deforming_mesh(
         &mut self,
-        data: MeshData,
-        closing: MeshShape,
+        mut data: MeshData,
+        mut closing: MeshShape,
         shutter: [f64; 2],
         material: MaterialId,
     ) -> Result<MeshId> {
@@ -171,16 +171,16 @@ impl SceneBuilder {
             return self.add_mesh(data, material);
         }
         self.check_mesh(&data, material)?;
-        let name = data.name.clone();
+        self.localize(&mut data, Some(&mut closing));
+        let (name, origin) = (data.name.clone(), data.origin);
         let (mesh, repairs) = Mesh::repair_deforming(data, closing, shutter, material);
-        Ok(self.push_mesh(mesh, repairs, &name))
+        Ok(self.push_mesh(mesh, repairs, (&name, origin)))
     }
 }
 
 /// The track of what stays where it is; none if that cannot be inverted.
-pub(super) fn standing(to_world: &glam::Affine3A) -> Option<Track> {
-    let matrix3 = to_world.matrix3.as_dmat3();
-    Track::new([(0.0, DAffine3 { matrix3, translation: to_world.translation.as_dvec3() })])
+pub(super) fn standing(to_world: DAffine3) -> Option<Track> {
+    Track::new([(0.0, to_world)])
 }
 
 #[cfg(test)]

@@ -133,6 +133,26 @@ pub enum Emitter {
 }
 
 impl Emitter {
+    /// Where it is (m); nowhere if it is infinitely far away.
+    pub fn position(&self) -> Option<Vec3> {
+        match *self {
+            Self::Point { position, .. } | Self::Spot { position, .. } | Self::Image { position, .. } => {
+                Some(position)
+            }
+            Self::Directional { .. } => None,
+        }
+    }
+
+    /// Puts it somewhere else (m), if it is anywhere.
+    pub(super) fn move_to(&mut self, place: Vec3) {
+        match self {
+            Self::Point { position, .. } | Self::Spot { position, .. } | Self::Image { position, .. } => {
+                *position = place;
+            }
+            Self::Directional { .. } => {}
+        }
+    }
+
     /// Unscaled colour of the emitter, whatever its unit.
     pub(super) fn color(&self) -> Rgb {
         match *self {

@@ -307,7 +307,7 @@ mod tests {
 
     fn varying(scattering: f32, density: f32, size: f32, albedo: Option<f32>) -> Medium {
         let of = |value: f32| {
-            let to_world = crate::math::Affine3A::from_scale(Vec3::splat(size));
+            let to_world = crate::math::DAffine3::from_scale(DVec3::splat(f64::from(size)));
             grid(VolumeData { to_world, ..data([2, 2, 2], |c| if c == [1, 1, 0] { value } else { 0.0 }) })
         };
         let scattered = albedo.map_or(Scattered::Evenly, |albedo| Scattered::Albedo(of(albedo)));

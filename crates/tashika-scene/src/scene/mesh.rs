@@ -1,18 +1,20 @@
 //! Triangle meshes and their instances.
 
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Affine3A, DVec3, Vec2, Vec3};
 
 use super::deformation::Deformation;
 use super::{Interface, MaterialId, MeshId};
-use crate::math::Aabb;
+use crate::math::{Aabb, LocalPlaces};
 
 /// A mesh as a loader hands it over: anything may be wrong with it.
 #[derive(Clone, Debug, Default)]
 pub struct MeshData {
     /// Name for messages.
     pub name: String,
-    /// Vertex positions (m, object space).
+    /// Vertex positions (m, object space), relative to `origin`.
     pub positions: Vec<Vec3>,
+    /// Where the positions' zero is in object space (m): see [`MeshData::place`].
+    pub origin: DVec3,
     /// Vertex normals: none, or one a vertex. Need not be unit vectors; zero or non-finite ones are
     /// replaced by the normal of the face.
     pub normals: Vec<Vec3>,
@@ -23,6 +25,11 @@ pub struct MeshData {
 }
 
 impl MeshData {
+    /// Sets the positions to places of object space (m), about zero unless they are far from it.
+    pub fn place(&mut self, places: &[DVec3]) {
+        LocalPlaces { origin: self.origin, places: self.positions } = LocalPlaces::of(places);
+    }
+
     /// Turns it inside out.
     pub fn turn_around(&mut self) {
         self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
@@ -140,7 +147,7 @@ impl Mesh {
         others: impl Fn(&[u32; 3]) -> [[Vec3; 3]; N],
     ) -> (Self, MeshRepairs) {
         let mut repairs = MeshRepairs::default();
-        let MeshData { name, positions, mut normals, mut uvs, mut triangles } = data;
+        let MeshData { name, positions, origin: _, mut normals, mut uvs, mut triangles } = data;
         triangles.retain(|t| {
             let v = t.map(|i| positions[i as usize]);
             let others = others(t);

@@ -30,6 +30,7 @@ mod motion;
 mod normal_map;
 mod note;
 mod object_names;
+mod origin;
 mod overview;
 mod part;
 mod projection;
@@ -60,6 +61,7 @@ pub use medium::{Interface, MAX_EXTINCTION, MAX_OPTICAL_THICKNESS, Medium};
 pub use mesh::{Instance, Mesh, MeshData, has_normal};
 pub use motion::Motion;
 pub use note::{Note, NoteKind, Notes};
+pub use origin::Placement;
 pub use part::Part;
 pub use projection::Projection;
 pub use relight::Lamp;
@@ -71,7 +73,7 @@ pub use tiles::{NO_TILE, TileSet, TiledTexture};
 pub use variation::{CellRay, Density, Scattered, Span, Variation, Walk};
 pub use volume_grid::{VolumeData, VolumeEdges, VolumeGrid, VolumeSamples, VolumeValues};
 
-use crate::math::Aabb;
+use crate::math::{Aabb, DVec3};
 use object_names::ObjectNames;
 
 macro_rules! id {
@@ -153,6 +155,8 @@ pub struct Scene {
     /// Whether any mesh that is placed has an interface.
     has_interfaces: bool,
     bounds: Aabb,
+    /// What all coordinates are relative to (m).
+    origin: DVec3,
     /// Left out of its meshes: they are in no picture.
     triangles_without_area: u64,
     notes: Notes,
@@ -267,7 +271,8 @@ impl Scene {
         self.cameras.iter().find(|c| c.name == name)
     }
 
-    /// World box around all instances, at all times (m); a unit box about the origin if there are none.
+    /// World box around all instances, at all times (m, relative to [`Self::origin`]); a unit box about
+    /// it if there are none.
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }

@@ -60,7 +60,7 @@ impl Motion {
 }
 
 /// The inverse, rounded once.
-fn inverse(map: &Affine3A) -> Affine3A {
+pub(super) fn inverse(map: &Affine3A) -> Affine3A {
     let columns = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis].map(|c| c.as_dvec3());
     let [x, y, z] = columns;
     let matrix3 = DMat3::from_cols(x, y, z);
@@ -103,7 +103,7 @@ impl SceneBuilder {
             self.note(NoteKind::Repaired, message, at);
             return Ok(None);
         }
-        let middle = track.at(open + 0.5 * (close - open)).as_affine3a();
+        let middle = track.at(open + 0.5 * (close - open));
         let placed = self.place(mesh, middle)?;
         let motion = match deforms {
             Some(_) => Some(Motion { track, shutter }),

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use glam::{Mat3, Vec3};
+use glam::{DVec3, Mat3, Vec3};
 
 use super::{Emitter, Environment, IntensityMap, NoteKind, Scene, SceneBuilder};
 use crate::color::Rgb;
@@ -12,14 +12,21 @@ use crate::error::{Location, Result};
 /// A light that is added.
 #[derive(Clone, Debug)]
 pub enum Lamp {
-    /// One that needs nothing beside.
+    /// One that needs nothing beside; its place is rounded to single precision.
     Emitter(Emitter),
+    /// [`Emitter::Point`].
+    Point {
+        /// Position (m, of the file).
+        position: DVec3,
+        /// Intensity (W·sr⁻¹).
+        intensity: Rgb,
+    },
     /// One that shines by a map: [`SceneBuilder::add_image_light`].
     Image {
         /// The map.
         map: Arc<IntensityMap>,
-        /// Position (m).
-        position: Vec3,
+        /// Position (m, of the file).
+        position: DVec3,
         /// Intensity where the map has 1 (W·sr⁻¹).
         intensity: Rgb,
         /// How it is turned.
@@ -53,6 +60,7 @@ impl Scene {
         }
         self.digest = Some(self.digest.unwrap_or(0).rotate_left(1).wrapping_add(digest));
         self.changes.extend(words);
+        let origin = self.origin;
         let mut builder = SceneBuilder::of(self, Location::file("light that was asked for"));
         if let Some(environment) = environment {
             builder.set_environment(environment)?;
@@ -60,9 +68,18 @@ impl Scene {
         for (number, lamp) in (1..).zip(lamps) {
             builder.begin_light(format!("added {number}"));
             match lamp {
-                Lamp::Emitter(emitter) => builder.add_emitter(emitter)?,
+                Lamp::Emitter(emitter) => {
+                    let place = emitter.position().unwrap_or(Vec3::ZERO).as_dvec3();
+                    builder.add_emitter_at(emitter, place - origin)?;
+                }
+                Lamp::Point { position, intensity } => {
+                    builder.add_emitter_at(
+                        Emitter::Point { position: Vec3::ZERO, intensity },
+                        position - origin,
+                    )?;
+                }
                 Lamp::Image { map, position, intensity, to_world } => {
-                    builder.add_image_light(&map, position, intensity, to_world)?;
+                    builder.add_image_light(&map, position - origin, intensity, to_world)?;
                 }
             }
         }

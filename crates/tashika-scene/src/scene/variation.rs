@@ -62,6 +62,16 @@ impl Variation {
         self.density.as_ref()
     }
 
+    /// Tells places relative to `origin` (m) from here on.
+    pub(super) fn move_by(&mut self, origin: DVec3) {
+        if let Some(density) = &mut self.density {
+            density.grid.move_by(origin);
+        }
+        if let Scattered::Albedo(grid) | Scattered::Coefficient(grid) = &mut self.scattered {
+            grid.move_by(origin);
+        }
+    }
+
     /// How much is scattered.
     #[inline]
     pub fn scattered(&self) -> &Scattered {
@@ -286,7 +296,7 @@ mod tests {
             Vec3::new(0.3, -2.0, 5.0),
         );
         let values = VolumeValues::Colors(values);
-        Density::new(grid(VolumeData { counts, values, to_world, samples, edges }))
+        Density::new(grid(VolumeData { counts, values, to_world: to_world.as_daffine3(), samples, edges }))
     }
 
     /// Rays from anywhere to anywhere: spans follow each other from where the box begins to where it

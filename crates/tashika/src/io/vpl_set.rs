@@ -6,7 +6,8 @@
 //! fall-offs, 6 image, 8 in a medium), cosines of the inner and outer cone (f32, zero unless spot; of
 //! an image the number of its map as u32, and the cosine; in a medium the asymmetry of its phase
 //! function, and zero). The maps are the scene's: a set is for the scene that
-//! it was traced in. The length must be exactly that. Version 1 is of a scene that stands; in version 2
+//! it was traced in. Positions are in the coordinates of the scene's file less `origin` of the provenance,
+//! three numbers (m) that are zero where they are not there. The length must be exactly that. Version 1 is of a scene that stands; in version 2
 //! the provenance has `instants` beside, for each its share of the time and its number of VPLs.
 
 use std::fs::File;

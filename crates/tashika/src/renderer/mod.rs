@@ -409,7 +409,13 @@ impl<'a> Renderer<'a> {
                         let set = self.tell(options.count, || VplSet::trace(tracer, options))?;
                         Arc::new(LightSet::new(set))
                     }
-                    (None, Some(given)) => Arc::clone(given),
+                    (None, Some(given)) if given.set().origin() == tracer.scene().origin() => {
+                        Arc::clone(given)
+                    }
+                    (None, Some(given)) => {
+                        let moved = given.set().clone().relative_to(tracer.scene().origin());
+                        Arc::new(LightSet::new(moved))
+                    }
                     (None, None) => unreachable!("lights are given or traced"),
                 };
                 set.set().validate_for(tracer.scene())?;

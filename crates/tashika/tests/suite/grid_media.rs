@@ -35,7 +35,7 @@ pub fn grid(counts: [u32; 3], [lo, hi]: [Vec3; 2], value: impl Fn([f64; 3]) -> [
     let data = VolumeData {
         counts,
         values: VolumeValues::Colors(values),
-        to_world: Affine3A::from_translation(lo) * Affine3A::from_scale(hi - lo),
+        to_world: (Affine3A::from_translation(lo) * Affine3A::from_scale(hi - lo)).as_daffine3(),
         samples: VolumeSamples::Centers,
         edges: VolumeEdges::Held,
     };
@@ -310,7 +310,7 @@ fn grids_are_where_their_map_puts_them() {
         let data = VolumeData {
             counts: own.counts(),
             values: own.values().clone(),
-            to_world: turn * Affine3A::from_translation(Vec3::splat(-0.5)),
+            to_world: (turn * Affine3A::from_translation(Vec3::splat(-0.5))).as_daffine3(),
             samples: VolumeSamples::Centers,
             edges: VolumeEdges::Zero,
         };

@@ -12,7 +12,7 @@
 use std::collections::BTreeSet;
 use std::f32::consts::PI;
 
-use glam::{Affine3A, DAffine3};
+use glam::DAffine3;
 use gltf::json::camera::Type;
 use gltf::json::validation::Checked;
 
@@ -69,14 +69,12 @@ pub(super) fn add(
     let to_world = pose(&placed.to_world)?;
     let name = camera.name.as_deref().or(node.name.as_deref()).filter(|n| !n.is_empty());
     let name = unique(name.map_or_else(|| format!("camera-{index}"), shown), names);
-    let position = to_world.translation.as_vec3();
-    let still = Affine3A::from_mat3_translation(to_world.matrix3.as_mat3(), position);
-    let camera = Camera::new(name, still, projection);
-    let Some(exposure) = exposure else { return builder.add_camera(camera) };
+    let camera = Camera::new(name, to_world.as_affine3a(), projection);
+    let Some(exposure) = exposure else { return builder.add_camera_at(camera, to_world) };
     let keys = exposure.of(source, placed.index).into_iter();
     let keys = keys.map(|(seconds, to_world)| Ok((seconds, pose(&to_world)?))).collect::<Result<Vec<_>>>()?;
     match Track::new(keys).filter(|track| track.moves_between(exposure.shutter)) {
         Some(track) => builder.add_camera(camera.moving(track, exposure.shutter)),
-        None => builder.add_camera(camera),
+        None => builder.add_camera_at(camera, to_world),
     }
 }

@@ -38,6 +38,8 @@ use crate::io::notes::shown;
 pub(super) struct Parsed<'a> {
     /// Everything but animations.
     pub root: Root,
+    /// Where nodes are in double precision, by node; none if none is far from zero.
+    pub places: Vec<WidePlace>,
     /// The animations, not looked into.
     pub animations: Vec<serde_json::Value>,
     /// What morph targets move beside positions, normals and tangents, and the first place of each.
@@ -91,6 +93,31 @@ struct SceneNodes {
     extensions: Option<json::extensions::scene::Scene>,
     #[serde(default)]
     nodes: Vec<Index<json::Node>>,
+}
+
+/// Where nodes are, which the crate's types round to single precision.
+#[derive(Deserialize)]
+struct WidePlaces {
+    nodes: Vec<WidePlace>,
+}
+
+/// Where a node is in its parent (m), as far as the file says it.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct WidePlace {
+    #[serde(default)]
+    pub translation: Option<[f64; 3]>,
+    #[serde(default)]
+    pub matrix: Option<[f64; 16]>,
+}
+
+/// Coordinates (m) from which on places are read in double precision: numbers of single precision are
+/// 8 mm apart there.
+const FAR: f32 = 65536.0;
+
+/// Whether a node is far from its parent.
+fn is_far(node: &json::Node) -> bool {
+    let of_matrix = node.matrix.iter().flat_map(|matrix| &matrix[12..15]);
+    node.translation.iter().flatten().chain(of_matrix).any(|x| x.abs() >= FAR)
 }
 
 /// The names of what morph targets move, which the crate's types do not keep.
@@ -164,7 +191,9 @@ pub(super) fn parse<'a>(bytes: &'a [u8], file: &Location) -> Result<Parsed<'a>> 
     let has_targets = root.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|p| p.targets.is_some());
     let other_targets =
         if has_targets { from_json::<Targets>(text, file)?.others() } else { BTreeMap::new() };
-    Ok(Parsed { root, animations: body.animations, other_targets, binary })
+    let is_any_far = root.nodes.iter().any(is_far);
+    let places = if is_any_far { from_json::<WidePlaces>(text, file)?.nodes } else { Vec::new() };
+    Ok(Parsed { root, places, animations: body.animations, other_targets, binary })
 }
 
 /// The JSON and the binary chunk of a `.glb`; both lie inside `bytes`.

@@ -103,9 +103,8 @@ impl Exposure {
     pub fn of(&self, source: &Source<'_>, node: usize) -> Vec<(f64, DAffine3)> {
         let to_world = |poses: &BTreeMap<usize, Pose>| {
             let above = std::iter::successors(Some(node), |&node| self.parents[node]);
-            above.fold(DAffine3::IDENTITY, |below, node| {
-                nodes::placed(&source.root.nodes[node], poses.get(&node)) * below
-            })
+            above
+                .fold(DAffine3::IDENTITY, |below, node| nodes::placed(source, node, poses.get(&node)) * below)
         };
         self.moments.iter().map(|(seconds, poses)| (*seconds, to_world(poses))).collect()
     }

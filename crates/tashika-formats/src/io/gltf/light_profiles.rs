@@ -82,7 +82,9 @@ impl Profiles {
             })
         });
         match map {
-            Some(map) => builder.add_image_light(map, position, color * multiplier, to_world),
+            Some(map) => {
+                builder.add_image_light(map, placed.to_world.translation, color * multiplier, to_world)
+            }
             None => Ok(()),
         }
     }

@@ -74,7 +74,7 @@ pub(super) fn add(source: &Source<'_>, placed: &PlacedNode, builder: &mut SceneB
     };
     let named = [node.name.as_deref(), light.name.as_deref()].into_iter().flatten();
     builder.begin_light(named.into_iter().find(|name| !name.is_empty()).unwrap_or_default());
-    builder.add_emitter(emitter)
+    builder.add_emitter_at(emitter, placed.to_world.translation)
 }
 
 /// The falloff, and whether the angles were as the extension asks: `0 ≤ inner < outer ≤ π/2`.

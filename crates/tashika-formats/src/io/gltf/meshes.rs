@@ -191,12 +191,13 @@ fn read_primitive(
     let vertices =
         MeshShape { positions: vectors(positions.vectors(range.clone())?), normals: vectors(normals) };
     let wanted = Wanted { primitive, item: &item, count, range };
-    let (shapes, is_placed) = shape.applied(source, &wanted, vertices, builder)?;
+    let (shapes, origin, is_placed) = shape.applied(source, &wanted, vertices, builder)?;
     let mut shapes = shapes.into_iter();
     let MeshShape { positions, normals } = shapes.next().unwrap_or_default();
     let data = MeshData {
         name: name_of_part(document, mesh, index),
         positions,
+        origin,
         normals,
         uvs: uvs
             .into_iter()

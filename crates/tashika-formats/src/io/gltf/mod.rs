@@ -147,7 +147,7 @@ fn place_still(
 ) -> Result<()> {
     for to_world in instancing::placements(source, placed, meshes.len(), builder)? {
         for &mesh in meshes {
-            builder.add_instance(mesh, to_world.as_affine3a())?;
+            builder.add_instance(mesh, to_world)?;
         }
     }
     Ok(())
@@ -175,7 +175,7 @@ fn place_moving(
         for &mesh in meshes {
             match &track {
                 Some(track) => builder.add_moving_instance(mesh, track.clone(), shutter)?,
-                None => builder.add_instance(mesh, (placed.to_world * to_node).as_affine3a())?,
+                None => builder.add_instance(mesh, placed.to_world * to_node)?,
             };
         }
     }

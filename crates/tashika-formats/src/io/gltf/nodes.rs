@@ -42,7 +42,7 @@ pub(super) fn everywhere(source: &Source<'_>, poses: &BTreeMap<usize, Pose>) -> 
     let mut to_visit: Vec<usize> = (0..nodes.len()).filter(|&i| parents[i].is_none()).collect();
     while let Some(index) = to_visit.pop() {
         let parent = parents[index].map_or(DAffine3::IDENTITY, |parent| to_world[parent]);
-        to_world[index] = parent * placed(&nodes[index], poses.get(&index));
+        to_world[index] = parent * placed(source, index, poses.get(&index));
         to_visit.extend(children(&nodes[index]));
     }
     Ok(to_world)
@@ -146,17 +146,24 @@ fn refuse_cycles(source: &Source<'_>, roots: impl Iterator<Item = usize>) -> Res
 
 /// Node to parent; says what is wrong with it.
 fn local(source: &Source<'_>, index: usize, pose: Option<&Pose>, builder: &mut SceneBuilder) -> DAffine3 {
-    checked(&source.root.nodes[index], pose, |field, message| {
+    checked(source, index, pose, |field, message| {
         builder.note(NoteKind::Repaired, message, source.at(format!("nodes[{index}].{field}")));
     })
 }
 
 /// Node to parent; what is wrong with it was said before.
-pub(super) fn placed(node: &json::Node, pose: Option<&Pose>) -> DAffine3 {
-    checked(node, pose, |_, _| ())
+pub(super) fn placed(source: &Source<'_>, index: usize, pose: Option<&Pose>) -> DAffine3 {
+    checked(source, index, pose, |_, _| ())
 }
 
-fn checked(node: &json::Node, pose: Option<&Pose>, mut repaired: impl FnMut(&str, &str)) -> DAffine3 {
+fn checked(
+    source: &Source<'_>,
+    index: usize,
+    pose: Option<&Pose>,
+    mut repaired: impl FnMut(&str, &str),
+) -> DAffine3 {
+    let node = &source.root.nodes[index];
+    let [translation, of_matrix] = source.translations(index);
     if let Some(m) = node.matrix {
         let column =
             |c: usize| DVec3::new(f64::from(m[4 * c]), f64::from(m[4 * c + 1]), f64::from(m[4 * c + 2]));
@@ -164,11 +171,11 @@ fn checked(node: &json::Node, pose: Option<&Pose>, mut repaired: impl FnMut(&str
             repaired("matrix", "node matrices whose last row is not 0 0 0 1: taken as if it were");
         }
         let matrix3 = DMat3::from_cols(column(0), column(1), column(2));
-        return DAffine3 { matrix3, translation: column(3) };
+        return DAffine3 { matrix3, translation: of_matrix.unwrap_or(DVec3::ZERO) };
     }
     let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
     let pose = pose.copied().unwrap_or_default();
-    let translation = pose.translation.unwrap_or_else(|| vector(node.translation.unwrap_or([0.0; 3])));
+    let translation = pose.translation.or(translation).unwrap_or(DVec3::ZERO);
     let scale = pose.scale.unwrap_or_else(|| vector(node.scale.unwrap_or([1.0; 3])));
     let rotation = pose.rotation.unwrap_or_else(|| {
         let xyzw = node.rotation.map_or([0.0, 0.0, 0.0, 1.0], |q| q.0);

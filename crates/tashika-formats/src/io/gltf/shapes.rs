@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::rc::Rc;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use gltf::json;
 
 use super::animations::Poses;
@@ -19,6 +19,7 @@ use super::nodes;
 use super::skins::{self, Influences};
 use super::source::Source;
 use crate::error::Result;
+use crate::math::local_origin;
 use crate::scene::{MeshShape, SceneBuilder};
 
 /// Which vertices of a primitive are wanted.
@@ -107,24 +108,25 @@ impl Shape {
         (self.skin.as_ref().map(|skin| skin.index), self.weights.iter().map(bits).collect())
     }
 
-    /// The vertices of a primitive at each moment, once if they are the same at all of them, and
-    /// whether they are in world space.
+    /// The vertices of a primitive at each moment, once if they are the same at all of them,
+    /// what they are about (m), and whether they are in world space.
     pub fn applied(
         &self,
         source: &Source<'_>,
         wanted: &Wanted<'_>,
         vertices: MeshShape,
         builder: &mut SceneBuilder,
-    ) -> Result<(Vec<MeshShape>, bool)> {
+    ) -> Result<(Vec<MeshShape>, DVec3, bool)> {
         let influences = match &self.skin {
             Some(skin) => Influences::of(source, wanted, skin.joints.first().map_or(0, Vec::len), builder)?,
             None => None,
         };
         let moments = self.weights.len().max(self.skin.as_ref().map_or(0, |skin| skin.joints.len()));
         if moments == 0 {
-            return Ok((vec![vertices], false));
+            return Ok((vec![vertices], DVec3::ZERO, false));
         }
         let mut all: Vec<MeshShape> = Vec::with_capacity(moments);
+        let mut origin = None;
         let bytes = size_of_val(&vertices.positions[..]) + size_of_val(&vertices.normals[..]);
         for moment in 0..moments {
             if moment > 0 {
@@ -135,13 +137,15 @@ impl Shape {
                 morphs::apply(source, wanted, weights, &mut moved)?;
             }
             if let (Some(influences), Some(skin)) = (&influences, &self.skin) {
-                influences.apply(&skin.joints[moment], &mut moved);
+                let places = influences.apply(&skin.joints[moment], &mut moved);
+                let origin = *origin.get_or_insert_with(|| local_origin(places.iter().copied()));
+                moved.positions = places.into_iter().map(|place| (place - origin).as_vec3()).collect();
             }
             all.push(moved);
         }
         if all.iter().all(|vertices| *vertices == all[0]) {
             all.truncate(1);
         }
-        Ok((all, influences.is_some()))
+        Ok((all, origin.unwrap_or(DVec3::ZERO), influences.is_some()))
     }
 }

@@ -141,15 +141,17 @@ impl Influences {
         Ok(Some(Self { sets }))
     }
 
-    /// Takes the vertices with the joints.
-    pub fn apply(&self, joints: &[DAffine3], vertices: &mut MeshShape) {
+    /// Takes the vertices with the joints: their places, and the normals in place.
+    pub fn apply(&self, joints: &[DAffine3], vertices: &mut MeshShape) -> Vec<DVec3> {
+        let mut places = Vec::with_capacity(vertices.positions.len());
         for v in 0..vertices.positions.len() {
             let m = self.map(joints, v);
-            vertices.positions[v] = m.transform_point3(vertices.positions[v].as_dvec3()).as_vec3();
+            places.push(m.transform_point3(vertices.positions[v].as_dvec3()));
             if let Some(normal) = vertices.normals.get_mut(v) {
                 *normal = turned(&m.matrix3, *normal);
             }
         }
+        places
     }
 
     /// The mean of the maps that a vertex follows.

@@ -16,9 +16,10 @@
 use std::borrow::Cow;
 use std::cell::OnceCell;
 
+use glam::DVec3;
 use gltf::json::{self, Root};
 
-use super::container::Parsed;
+use super::container::{Parsed, WidePlace};
 use super::extensions::refuse_compressed;
 use super::uri;
 use crate::error::{Error, Location, Result};
@@ -29,6 +30,8 @@ use crate::io::{LoadOptions, SceneFiles};
 pub(super) struct Source<'a> {
     /// The document; its indices are in range.
     pub root: Root,
+    /// Where nodes are in double precision; none if none is far from zero.
+    places: Vec<WidePlace>,
     files: &'a SceneFiles,
     binary: Option<&'a [u8]>,
     buffers: Vec<OnceCell<Cow<'a, [u8]>>>,
@@ -46,6 +49,7 @@ impl<'a> Source<'a> {
         Self {
             buffers: parsed.root.buffers.iter().map(|_| OnceCell::new()).collect(),
             root: parsed.root,
+            places: parsed.places,
             files,
             binary: parsed.binary,
             buffer_budget: Budget::new(limit, "buffers"),
@@ -57,6 +61,20 @@ impl<'a> Source<'a> {
     /// What the user permits.
     pub fn options(&self) -> &LoadOptions {
         self.files.options()
+    }
+
+    /// Where the file has a node in its parent (m): its translation, and that of its matrix.
+    pub fn translations(&self, node: usize) -> [Option<DVec3>; 2] {
+        let wide = self.places.get(node);
+        let of_node = &self.root.nodes[node];
+        let own = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
+        let of_matrix = |m: [f32; 16]| own([m[12], m[13], m[14]]);
+        [
+            wide.and_then(|wide| wide.translation).map(DVec3::from).or(of_node.translation.map(own)),
+            wide.and_then(|wide| wide.matrix)
+                .map(|m| DVec3::new(m[12], m[13], m[14]))
+                .or(of_node.matrix.map(of_matrix)),
+        ]
     }
 
     /// A place in the file.

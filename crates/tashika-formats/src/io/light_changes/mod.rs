@@ -25,7 +25,7 @@ use std::sync::Arc;
 
 use glam::{Mat3, Vec3};
 
-use self::options::{Options, number};
+use self::options::{Options, wide_number};
 use super::files::digest;
 use super::images::{Encoding, decode};
 use super::{LoadOptions, SceneFiles, ies};
@@ -67,8 +67,8 @@ enum Source {
 #[derive(Clone, Debug, PartialEq)]
 enum LightKind {
     Sun(Sun, Turned),
-    Point { position: [f32; 3], power: f32 },
-    Ies { file: PathBuf, position: [f32; 3], turned: Turned },
+    Point { position: [f64; 3], power: f32 },
+    Ies { file: PathBuf, position: [f64; 3], turned: Turned },
 }
 
 /// Where the sun is (degrees), through which air.
@@ -154,7 +154,7 @@ impl LightChanges {
                 }
                 LightKind::Point { position, power } => {
                     let intensity = Rgb::gray(power / (4.0 * std::f32::consts::PI));
-                    lamps.push(Lamp::Emitter(Emitter::Point { position: (*position).into(), intensity }));
+                    lamps.push(Lamp::Point { position: (*position).into(), intensity });
                 }
                 LightKind::Ies { file, position, turned } => {
                     let map = ies::decode(&read(file)?, &file_name(file), &Location::file(file))?;
@@ -270,7 +270,7 @@ impl FromStr for AskedLight {
 
     fn from_str(text: &str) -> Result<Self> {
         let wrong = |why: String| Error::option("light", text, format!("{LIGHTS} ({why})"));
-        let numbers = |text: &str| text.split(',').map(number).collect::<Result<Vec<f32>, String>>();
+        let numbers = |text: &str| text.split(',').map(wide_number).collect::<Result<Vec<f64>, String>>();
         Ok(Self(match text.split_once(':') {
             Some(("sun", rest)) => {
                 let mut options = Options::of(rest.split(',')).map_err(wrong)?;
@@ -278,7 +278,9 @@ impl FromStr for AskedLight {
                 LightKind::Sun(sun, options.turned(false).map_err(wrong)?)
             }
             Some(("point", rest)) => match numbers(rest).map_err(wrong)?[..] {
-                [x, y, z, power] if power >= 0.0 => LightKind::Point { position: [x, y, z], power },
+                [x, y, z, power] if power >= 0.0 => {
+                    LightKind::Point { position: [x, y, z], power: power as f32 }
+                }
                 _ => return Err(wrong("three coordinates in metres, and watts of at least 0".to_owned())),
             },
             Some(("ies", rest)) => {

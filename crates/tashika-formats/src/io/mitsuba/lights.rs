@@ -51,9 +51,10 @@ impl<'a> Translation<'a> {
             "point" => {
                 let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
                 let position = object.vector("position").unwrap_or(DVec3::ZERO);
-                let position = to_world.transform_point3(position).as_vec3();
+                let place = to_world.transform_point3(position);
+                let position = place.as_vec3();
                 let intensity = self.radiance(object, "intensity", Rgb::WHITE)?;
-                self.builder.add_emitter(Emitter::Point { position, intensity })
+                self.builder.add_emitter_at(Emitter::Point { position, intensity }, place)
             }
             "spot" => self.spot(object),
             "projector" => self.projector(object),
@@ -104,9 +105,10 @@ impl<'a> Translation<'a> {
         if self.document.texture(object, "texture").is_some() {
             return self.spot_through(object, "texture", (intensity, falloff), cutoff);
         }
-        let position = to_world.transform_point3(DVec3::ZERO).as_vec3();
+        let place = to_world.transform_point3(DVec3::ZERO);
+        let position = place.as_vec3();
         let axis = unit(to_world.transform_vector3(DVec3::Z), object)?;
-        self.builder.add_emitter(Emitter::Spot { position, axis, intensity, falloff })
+        self.builder.add_emitter_at(Emitter::Spot { position, axis, intensity, falloff }, place)
     }
 
     fn environment_map(&mut self, object: &Object) -> Result<()> {

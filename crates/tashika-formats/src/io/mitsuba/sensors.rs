@@ -24,7 +24,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{Affine3A, DAffine3, DMat4, DVec3, Vec2};
+use glam::{DAffine3, DMat4, DVec3, Vec2};
 
 use super::Translation;
 use super::object::{Class, Object};
@@ -78,7 +78,7 @@ impl<'a> Translation<'a> {
             return Err(Error::invalid(object.place_of("to_world"), found, "one that can be inverted"));
         }
         let half_turn = DMat4::from_scale(DVec3::new(-1.0, 1.0, -1.0));
-        let to_world: Affine3A = transforms::affine(&(to_world * half_turn));
+        let to_world = transforms::affine_f64(&(to_world * half_turn));
         let is_orthographic = matches!(object.plugin.as_str(), "orthographic" | "telecentric");
         let projection = if is_orthographic {
             object.accept(&["fov", "fov_axis", "focus_distance", "aperture_radius"]);
@@ -94,10 +94,16 @@ impl<'a> Translation<'a> {
         let lens = self.lens(object)?;
         let name = self.camera_name(object);
         let resolution = Some([width, height]);
-        let camera =
-            Camera { shift, lens, resolution, crop, medium, ..Camera::new(name, to_world, projection) };
+        let camera = Camera {
+            shift,
+            lens,
+            resolution,
+            crop,
+            medium,
+            ..Camera::new(name, to_world.as_affine3a(), projection)
+        };
         let camera = self.exposed(object, camera, &transforms::affine_f64(&half_turn))?;
-        self.builder.add_camera(camera)
+        self.builder.add_camera_at(camera, to_world)
     }
 
     /// The camera while the shutter is open, as was asked for or as the file says; `axes` are its own,

@@ -20,7 +20,7 @@
 use std::io::Read;
 
 use flate2::bufread::ZlibDecoder;
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use crate::error::{Error, Location, Result};
 use crate::scene::MeshData;
@@ -78,7 +78,11 @@ pub(super) fn read(bytes: &[u8], shape_index: i64, at: &Location) -> Result<Seri
         let found = format!("{vertices} vertices and {triangles} triangles in {} bytes", stream.len());
         return Err(invalid(found, "counts that the data can hold"));
     }
-    data.positions = numbers.vectors(vertices)?;
+    if numbers.double {
+        data.place(&numbers.places(vertices)?);
+    } else {
+        data.positions = numbers.vectors(vertices)?;
+    }
     if flags & HAS_NORMALS != 0 {
         data.normals = numbers.vectors(vertices)?;
     }
@@ -185,6 +189,13 @@ impl Numbers<'_> {
         }
         let bytes = self.bytes(count * 4)?;
         Ok(bytes.as_chunks::<4>().0.iter().map(|&b| f32::from_le_bytes(b)).collect())
+    }
+
+    /// Vectors of double precision.
+    fn places(&mut self, count: u64) -> Result<Vec<DVec3>> {
+        let bytes = self.bytes(count * 24)?;
+        let numbers: Vec<f64> = bytes.as_chunks::<8>().0.iter().map(|&b| f64::from_le_bytes(b)).collect();
+        Ok(numbers.as_chunks::<3>().0.iter().map(|&v| DVec3::from_array(v)).collect())
     }
 
     fn vectors(&mut self, count: u64) -> Result<Vec<Vec3>> {

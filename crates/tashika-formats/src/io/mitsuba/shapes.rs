@@ -79,7 +79,8 @@ impl<'a> Translation<'a> {
                     self.builder.add_moving_instance(placement.mesh, track, *shutter)?;
                 }
                 _ => {
-                    self.builder.add_instance(placement.mesh, transforms::affine(&placement.to_world))?;
+                    let to_world = transforms::affine_f64(&placement.to_world);
+                    self.builder.add_instance(placement.mesh, to_world)?;
                 }
             }
         }

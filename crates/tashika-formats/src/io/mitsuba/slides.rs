@@ -48,8 +48,8 @@ impl Translation<'_> {
         let turned = Mat3::from_diagonal(Vec3::new(-1.0, -1.0, 1.0));
         let frame = rigid(&to_world, object)? * turned;
         let spread = Spread::Slide { tan, weight: SlideWeight::Screen };
-        let position = to_world.transform_point3(DVec3::ZERO).as_vec3();
-        self.add_slide(object, IntensityMap::new(image, spread, lookup), position, intensity, frame)
+        let place = to_world.transform_point3(DVec3::ZERO);
+        self.add_slide(object, IntensityMap::new(image, spread, lookup), place, intensity, frame)
     }
 
     /// A spot whose image is the texture of that name.
@@ -61,31 +61,32 @@ impl Translation<'_> {
         cutoff: f64,
     ) -> Result<()> {
         let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
-        let position = to_world.transform_point3(DVec3::ZERO).as_vec3();
+        let place = to_world.transform_point3(DVec3::ZERO);
         if cutoff > WIDEST {
             let message = "textures of spots with a cutoff beyond 89°: left out";
             self.builder.note(NoteKind::Approximated, message, object.place_of("cutoff_angle"));
             let axis = unit(to_world.transform_vector3(DVec3::Z), object)?;
-            return self.builder.add_emitter(Emitter::Spot { position, axis, intensity, falloff });
+            let position = place.as_vec3();
+            return self.builder.add_emitter_at(Emitter::Spot { position, axis, intensity, falloff }, place);
         }
         let (image, lookup) = self.slide(object, texture)?;
         let half = tan(cutoff.to_radians() as f32);
         let spread = Spread::Slide { tan: [half; 2], weight: SlideWeight::Spot(falloff) };
         let frame = rigid(&to_world, object)?;
-        self.add_slide(object, IntensityMap::new(image, spread, lookup), position, intensity, frame)
+        self.add_slide(object, IntensityMap::new(image, spread, lookup), place, intensity, frame)
     }
 
     fn add_slide(
         &mut self,
         object: &Object,
         map: Option<IntensityMap>,
-        position: Vec3,
+        place: DVec3,
         intensity: Rgb,
         to_world: Mat3,
     ) -> Result<()> {
         // A black image.
         let Some(map) = map.map(Arc::new) else { return Ok(()) };
-        add_image_light(&mut self.builder, &map, (position, to_world), intensity, object.at.clone())
+        add_image_light(&mut self.builder, &map, (place, to_world), intensity, object.at.clone())
     }
 
     /// The image of a parameter, and how it is looked up; one texel of a constant.

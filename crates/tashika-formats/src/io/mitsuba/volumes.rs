@@ -120,7 +120,7 @@ impl<'a> Translation<'a> {
         let data = VolumeData {
             counts,
             values,
-            to_world: box_to_world,
+            to_world: transforms::affine_f64(&placed),
             samples: if is_old { VolumeSamples::Corners } else { VolumeSamples::Centers },
             edges: VolumeEdges::Held,
         };

@@ -9,7 +9,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::parse::{Corner, Geometry, NONE};
 use super::tally::Tally;
@@ -48,7 +48,7 @@ pub(super) fn build(geometry: &Geometry, file: &Path, notes: &mut Notes) -> Vec<
                 "" => "without material",
                 name => name,
             };
-            MaterialMesh { material, data: builder.finish(name) }
+            MaterialMesh { material, data: builder.finish(name, geometry.origin) }
         })
         .collect();
     tally.report(file, notes);
@@ -116,9 +116,10 @@ impl MeshBuilder {
     }
 
     /// The mesh of the faces added since the last one.
-    fn finish(&mut self, name: &str) -> MeshData {
+    fn finish(&mut self, name: &str, origin: DVec3) -> MeshData {
         let mut data = std::mem::take(&mut self.data);
         name.clone_into(&mut data.name);
+        data.origin = origin;
         if !std::mem::take(&mut self.has_uvs) {
             data.uvs = Vec::new();
         }

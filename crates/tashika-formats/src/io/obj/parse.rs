@@ -17,13 +17,14 @@
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::features::{COMMANDS, DISPLAY, FREE_FORM, OUTER_MAPS, STATEMENT, VERTEX_COLORS};
 use super::tally::Tally;
-use super::text::{Lines, excerpt, name, number, split_keyword, values};
+use super::text::{Lines, excerpt, name, number, split_keyword, values, wide_number};
 use crate::error::{Error, Location, Result};
 use crate::io::notes::Named;
+use crate::math::LocalPlaces;
 use crate::scene::{NoteKind, Notes};
 
 /// An attribute that a corner does not have.
@@ -72,8 +73,12 @@ pub(super) struct Reference {
 /// What an OBJ file holds.
 #[derive(Default)]
 pub(super) struct Geometry {
-    /// Of `v` (m).
+    /// Of `v` (m), until all are read.
+    places: Vec<DVec3>,
+    /// Of `v` (m), about `origin`, once all are read.
     pub(super) positions: Vec<Vec3>,
+    /// Where the positions' zero is (m).
+    pub(super) origin: DVec3,
     /// Of `vt`, with `v` up.
     pub(super) uvs: Vec<Vec2>,
     /// Of `vn`; of any length.
@@ -141,19 +146,19 @@ impl<'a> Parser<'a> {
         let mut met = |name| self.tally.met(STATEMENT, name, line);
         match keyword {
             b"v" => {
-                let (xyz, more) = self.numbers::<3>("v", line, rest, 3)?;
+                let (xyz, more) = self.numbers::<3, f64>("v", line, (rest, wide_number), 3)?;
                 // Four are x y z w, where w matters to rational curves only.
                 if more >= 3 {
                     self.tally.met(STATEMENT, VERTEX_COLORS, line);
                 }
-                self.geometry.positions.push(xyz.into());
+                self.geometry.places.push(xyz.into());
             }
             b"vt" => {
-                let (uv, _) = self.numbers::<2>("vt", line, rest, 1)?;
+                let (uv, _) = self.numbers::<2, f32>("vt", line, (rest, number), 1)?;
                 self.geometry.uvs.push(uv.into());
             }
             b"vn" => {
-                let (n, _) = self.numbers::<3>("vn", line, rest, 3)?;
+                let (n, _) = self.numbers::<3, f32>("vn", line, (rest, number), 3)?;
                 self.geometry.normals.push(n.into());
             }
             b"f" | b"fo" => self.face(line, rest)?,
@@ -190,15 +195,15 @@ impl<'a> Parser<'a> {
 
     /// The first `N` numbers of a statement, of which the last `N − required` may be missing, and
     /// how many words follow them.
-    fn numbers<const N: usize>(
+    fn numbers<const N: usize, T: Copy + Default>(
         &self,
         keyword: &str,
         line: u32,
-        rest: &[u8],
+        (rest, number): (&[u8], fn(&[u8]) -> Option<T>),
         required: usize,
-    ) -> Result<([f32; N], usize)> {
+    ) -> Result<([T; N], usize)> {
         let mut words = values(rest);
-        let mut numbers = [0.0; N];
+        let mut numbers = [T::default(); N];
         for (i, slot) in numbers.iter_mut().enumerate() {
             match words.next() {
                 Some(word) => {
@@ -255,7 +260,7 @@ impl<'a> Parser<'a> {
             Some(digits) => self.index(line, word, digits, kind, available),
         };
         let corner = Corner {
-            position: next(Kind::Position, g.positions.len())?,
+            position: next(Kind::Position, g.places.len())?,
             uv: next(Kind::Uv, g.uvs.len())?,
             normal: next(Kind::Normal, g.normals.len())?,
         };
@@ -349,6 +354,9 @@ impl<'a> Parser<'a> {
         }
         self.check_indices()?;
         self.tally.report(self.file, notes);
+        let places = std::mem::take(&mut self.geometry.places);
+        LocalPlaces { origin: self.geometry.origin, places: self.geometry.positions } =
+            LocalPlaces::of(&places);
         Ok(self.geometry)
     }
 
@@ -422,7 +430,7 @@ impl Kind {
 
     fn count(self, geometry: &Geometry) -> usize {
         match self {
-            Self::Position => geometry.positions.len(),
+            Self::Position => geometry.places.len(),
             Self::Uv => geometry.uvs.len(),
             Self::Normal => geometry.normals.len(),
         }

@@ -125,6 +125,12 @@ pub(super) fn number(word: &[u8]) -> Option<f32> {
     text.parse().ok().or_else(|| not_finite(text))
 }
 
+/// The same in double precision.
+pub(super) fn wide_number(word: &[u8]) -> Option<f64> {
+    let text = std::str::from_utf8(word).ok()?;
+    text.parse().ok().or_else(|| not_finite(text).map(f64::from))
+}
+
 /// `1.#INF`, `-1.#IND00`, `nan(ind)`, `-nan(snan)`: what C libraries print for what is not finite.
 fn not_finite(text: &str) -> Option<f32> {
     let lower = text.trim_start_matches(['+', '-']).to_ascii_lowercase();

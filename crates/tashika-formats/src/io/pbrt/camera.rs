@@ -36,7 +36,7 @@
 //!
 //! Source: Pharr et al. 2023, sections 5.2 and 5.4. Tested by `suite::pbrt::cameras_*`.
 
-use glam::{Affine3A, DAffine3, DMat3, DVec3, Mat3, Vec2, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec2};
 
 use super::loading::Loading;
 use super::parameters::Parameters;
@@ -73,7 +73,7 @@ pub(super) fn shutter(p: &Parameters) -> [f64; 2] {
 #[derive(Clone, Debug)]
 pub(super) struct Stand {
     /// Camera to world.
-    pub(super) pose: Affine3A,
+    pub(super) pose: DAffine3,
     /// The inverse of the transform of the file, if it moves.
     pub(super) track: Option<Track>,
     /// What it stands in.
@@ -129,9 +129,9 @@ impl Film {
     }
 
     /// A camera that exposes it.
-    fn camera(&self, pose: Affine3A, projection: Projection) -> Camera {
+    fn camera(&self, pose: DAffine3, projection: Projection) -> Camera {
         let resolution = Some(self.resolution);
-        Camera { resolution, crop: self.crop, ..Camera::new("camera", pose, projection) }
+        Camera { resolution, crop: self.crop, ..Camera::new("camera", pose.as_affine3a(), projection) }
     }
 
     /// The part of the image between fractions, rounded up as pbrt does, or between pixels.
@@ -162,10 +162,11 @@ impl Film {
 
 /// Where the camera stands, whose own space becomes the world by `C⁻¹`; nothing if that flattens
 /// space.
-pub(super) fn to_world(inverse: &DAffine3) -> Option<Affine3A> {
+pub(super) fn to_world(inverse: &DAffine3) -> Option<DAffine3> {
     let mirrored = DMat3::from_cols(inverse.matrix3.x_axis, inverse.matrix3.y_axis, -inverse.matrix3.z_axis);
-    let pose = DAffine3 { matrix3: mirrored, translation: inverse.translation }.as_affine3a();
-    (pose.is_finite() && pose.matrix3.determinant() != 0.0).then_some(pose)
+    let pose = DAffine3 { matrix3: mirrored, translation: inverse.translation };
+    let rounded = pose.as_affine3a();
+    (rounded.is_finite() && rounded.matrix3.determinant() != 0.0).then_some(pose)
 }
 
 /// Adds `Camera class`, which stands or moves so and exposes `film`.
@@ -215,7 +216,7 @@ pub(super) fn add(
     let camera = Camera { shift, lens, medium: stand.medium, ..film.camera(stand.pose, projection) };
     let camera = exposed(loading, p, camera, stand, DAffine3::IDENTITY);
     loading.note_unused(&format!("camera {class:?}"), p);
-    loading.builder.add_camera(camera)
+    loading.builder.add_camera_at(camera, stand.pose)
 }
 
 /// Adds a camera that sees all around.
@@ -239,17 +240,15 @@ fn add_spherical(
             SphereMap::EqualArea
         }
     };
-    let (to_world, axes) = match map {
-        SphereMap::LatLong => {
-            let axes = Mat3::from_cols(Vec3::Z, Vec3::Y, Vec3::X);
-            (stand.pose * Affine3A::from_mat3(axes), DAffine3::from_mat3(axes.as_dmat3()))
-        }
-        SphereMap::EqualArea => (stand.pose, DAffine3::IDENTITY),
+    let axes = match map {
+        SphereMap::LatLong => DAffine3::from_mat3(DMat3::from_cols(DVec3::Z, DVec3::Y, DVec3::X)),
+        SphereMap::EqualArea => DAffine3::IDENTITY,
     };
+    let to_world = stand.pose * axes;
     let camera = Camera { medium: stand.medium, ..film.camera(to_world, Projection::Spherical { map }) };
     let camera = exposed(loading, p, camera, stand, axes);
     loading.note_unused(&format!("camera {class:?}"), p);
-    loading.builder.add_camera(camera)
+    loading.builder.add_camera_at(camera, to_world)
 }
 
 /// The camera while the shutter is open, as was asked for or as the file says; `axes` are its own,

@@ -61,10 +61,15 @@ const FLIPPED: Mat3 = Mat3::from_cols(Vec3::X, Vec3::NEG_Y, Vec3::Z);
 /// `LightSource "goniometric"`.
 pub(super) fn goniometric(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3) -> Result<()> {
     let own = (colored(loading, p, "I")? * scale(loading, p)?, positive(p, "power", loading.version));
-    let position = point(to_world, DVec3::ZERO);
+    let place = point(to_world, DVec3::ZERO);
     let Some(name) = name_of_map(loading, p) else {
         let intensity = intensity(loading, p, FOUR_PI)?;
-        return super::lights::add(loading, p, Emitter::Point { position, intensity });
+        return super::lights::add(
+            loading,
+            p,
+            Emitter::Point { position: place.as_vec3(), intensity },
+            place,
+        );
     };
     let v4 = loading.version == Version::V4;
     let map = map(loading, p, &name, MapKind::Goniometric, |image| {
@@ -74,7 +79,7 @@ pub(super) fn goniometric(loading: &mut Loading<'_>, p: &Parameters, to_world: &
     })?;
     let frame = if v4 { SWAPPED } else { SWAPPED * LAT_LONG_OF_PBRT };
     let turn = orthonormal(loading, p, to_world);
-    add(loading, p, map, own, position, turn * frame)
+    add(loading, p, map, own, place, turn * frame)
 }
 
 /// `LightSource "projection"`.
@@ -87,7 +92,7 @@ pub(super) fn projection(loading: &mut Loading<'_>, p: &Parameters, to_world: &D
     if fov != said {
         loading.note(NoteKind::Repaired, "fields of view of projections: moved to 0.1° to 179°", p.at());
     }
-    let position = point(to_world, DVec3::ZERO);
+    let place = point(to_world, DVec3::ZERO);
     let spread = |image: &Image| {
         let half = tan(0.5 * fov.to_radians());
         let aspect = image.width as f32 / image.height as f32;
@@ -110,7 +115,7 @@ pub(super) fn projection(loading: &mut Loading<'_>, p: &Parameters, to_world: &D
     };
     let frame = if v4 { FLIPPED } else { Mat3::IDENTITY };
     let turn = orthonormal(loading, p, to_world);
-    add(loading, p, map, own, position, turn * frame)
+    add(loading, p, map, own, place, turn * frame)
 }
 
 /// How the formats look a map up.
@@ -154,7 +159,7 @@ fn add(
     p: &Parameters,
     map: Option<Arc<IntensityMap>>,
     (mut intensity, power): (Rgb, Option<f32>),
-    position: Vec3,
+    place: DVec3,
     to_world: Mat3,
 ) -> Result<()> {
     // The image was black, or a note has told that it could not be read.
@@ -162,7 +167,7 @@ fn add(
     if let Some(power) = power {
         intensity *= power / map.integral().luminance().max(f32::MIN_POSITIVE);
     }
-    add_image_light(&mut loading.builder, &map, (position, to_world), intensity, p.at())
+    add_image_light(&mut loading.builder, &map, (place, to_world), intensity, p.at())
 }
 
 /// The mean of the channels.

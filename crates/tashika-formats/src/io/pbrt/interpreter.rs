@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use glam::{DAffine3, DMat4, DVec3};
 
 use super::camera::{self, Film, Stand};
-use super::lexer::{Lexer, Token, number, unescape};
+use super::lexer::{Lexer, Token, unescape, wide_number};
 use super::lights;
 use super::loading::Loading;
 use super::materials::Materials;
@@ -489,8 +489,9 @@ impl<'f> Interpreter<'f> {
         {
             return self.loading.builder.add_moving_instance(part.mesh, track, shutter).map(|_| ());
         }
-        match transform::placeable(&(*to_world * part.to_object)) {
-            Some(placed) => self.loading.builder.add_instance(part.mesh, placed).map(|_| ()),
+        let placed = *to_world * part.to_object;
+        match transform::placeable(&placed) {
+            Some(_) => self.loading.builder.add_instance(part.mesh, placed).map(|_| ()),
             None => {
                 self.note(
                     NoteKind::Repaired,
@@ -570,7 +571,7 @@ fn numbers<const N: usize>(lexer: &mut Lexer<'_>) -> Result<[f64; N]> {
     for value in &mut values {
         let token = lexer.next()?;
         *value = match token {
-            Some(Token::Word(word)) => number(word).map(f64::from),
+            Some(Token::Word(word)) => wide_number(word),
             _ => None,
         }
         .ok_or_else(|| {

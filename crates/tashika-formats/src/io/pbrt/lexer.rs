@@ -174,6 +174,12 @@ pub(super) fn number(word: &[u8]) -> Option<f32> {
     value.is_finite().then_some(value)
 }
 
+/// The same in double precision; one that single precision does not reach is none.
+pub(super) fn wide_number(word: &[u8]) -> Option<f64> {
+    number(word)?;
+    std::str::from_utf8(word).ok()?.parse().ok()
+}
+
 /// A whole number; a fraction is cut off, as pbrt-v3 does.
 pub(super) fn integer(word: &[u8]) -> Option<i32> {
     let text = std::str::from_utf8(word).ok()?;

@@ -94,8 +94,8 @@ pub(super) fn light(
     match class {
         "point" => {
             let intensity = intensity(loading, p, FOUR_PI)?;
-            let position = position(p, to_world);
-            add(loading, p, Emitter::Point { position, intensity })?;
+            let place = point(to_world, p.vector("from").unwrap_or(DVec3::ZERO));
+            add(loading, p, Emitter::Point { position: place.as_vec3(), intensity }, place)?;
         }
         "spot" => spot(loading, p, to_world)?,
         "distant" => {
@@ -106,7 +106,7 @@ pub(super) fn light(
             let from = p.vector("from").unwrap_or(DVec3::ZERO);
             let to = p.vector("to").unwrap_or(DVec3::Z);
             let direction = direction(loading, p, to_world, to - from);
-            add(loading, p, Emitter::Directional { direction, irradiance })?;
+            add(loading, p, Emitter::Directional { direction, irradiance }, DVec3::ZERO)?;
         }
         "infinite" | "exinfinite" => infinite(loading, p, to_world, sky)?,
         "goniometric" => image_lights::goniometric(loading, p, to_world)?,
@@ -117,8 +117,8 @@ pub(super) fn light(
     Ok(())
 }
 
-/// Adds an emitter whose place is finite.
-pub(super) fn add(loading: &mut Loading<'_>, p: &Parameters, emitter: Emitter) -> Result<()> {
+/// Adds an emitter at a place, if that is finite.
+pub(super) fn add(loading: &mut Loading<'_>, p: &Parameters, emitter: Emitter, place: DVec3) -> Result<()> {
     let (position, color) = match emitter {
         Emitter::Point { position, intensity } | Emitter::Spot { position, intensity, .. } => {
             (position, intensity)
@@ -130,7 +130,7 @@ pub(super) fn add(loading: &mut Loading<'_>, p: &Parameters, emitter: Emitter) -
         loading.note(NoteKind::Repaired, NOT_FINITE, p.at());
         return Ok(());
     }
-    loading.builder.add_emitter(emitter)
+    loading.builder.add_emitter_at(emitter, place)
 }
 
 fn spot(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3) -> Result<()> {
@@ -144,9 +144,10 @@ fn spot(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3) -> Resul
     let from = p.vector("from").unwrap_or(DVec3::ZERO);
     let to = p.vector("to").unwrap_or(DVec3::Z);
     let intensity = intensity(loading, p, falloff.solid_angle())?;
-    let position = point(to_world, from);
+    let place = point(to_world, from);
+    let position = place.as_vec3();
     let axis = direction(loading, p, to_world, to - from);
-    add(loading, p, Emitter::Spot { position, axis, intensity, falloff })
+    add(loading, p, Emitter::Spot { position, axis, intensity, falloff }, place)
 }
 
 /// A fall-off between two angles from the axis (degrees).
@@ -254,12 +255,8 @@ pub(super) fn positive(p: &Parameters, name: &str, version: Version) -> Option<f
     if version == Version::V4 { p.float(name).filter(|&value| value > 0.0) } else { None }
 }
 
-pub(super) fn point(to_world: &DAffine3, p: DVec3) -> Vec3 {
-    to_world.transform_point3(p).as_vec3()
-}
-
-fn position(p: &Parameters, to_world: &DAffine3) -> Vec3 {
-    point(to_world, p.vector("from").unwrap_or(DVec3::ZERO))
+pub(super) fn point(to_world: &DAffine3, p: DVec3) -> DVec3 {
+    to_world.transform_point3(p)
 }
 
 /// A unit vector in the world.

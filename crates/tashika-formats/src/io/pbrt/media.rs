@@ -23,7 +23,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 
 use super::loading::Loading;
-use super::parameters::{Kind, Parameters, Values};
+use super::parameters::{Parameters, Values};
 use super::spectra::{self, Quantity};
 use super::transform;
 use super::version::Version;
@@ -217,7 +217,8 @@ fn grid_of_file(
     let [lowest, size] =
         [nano.lowest.map(f64::from), nano.counts.map(|n| f64::from(n - 1))].map(DVec3::from_array);
     let indices = DAffine3::from_translation(lowest) * DAffine3::from_scale(size);
-    let Some(to_world) = to_world.and_then(|t| transform::placeable(&(t * nano.to_world * indices))) else {
+    let to_world = to_world.map(|t| t * nano.to_world * indices);
+    let Some(to_world) = to_world.filter(|t| transform::placeable(t).is_some()) else {
         return Err(Error::invalid(at, "a grid that cannot be placed", "a box that has a volume"));
     };
     let data = VolumeData {
@@ -249,10 +250,10 @@ fn grid(
             "at least one along each axis",
         ));
     };
-    let corner = |name, own| p.vectors(&[Kind::Point3], name).first().map_or(own, |v| v.as_dvec3());
+    let corner = |name, own| p.points(name).first().copied().unwrap_or(own);
     let [p0, p1] = [corner("p0", DVec3::ZERO), corner("p1", DVec3::ONE)];
     let placed = to_world.map(|t| t * DAffine3::from_translation(p0) * DAffine3::from_scale(p1 - p0));
-    let Some(to_world) = placed.and_then(|t| transform::placeable(&t)) else {
+    let Some(to_world) = placed.filter(|t| transform::placeable(t).is_some()) else {
         let found = format!("a grid in a box from {p0} to {p1} that cannot be placed");
         return Err(Error::invalid(at, found, "a box that has a volume where it is placed"));
     };

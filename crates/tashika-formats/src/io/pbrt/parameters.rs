@@ -13,7 +13,7 @@ use std::cell::Cell;
 
 use glam::{DVec3, Vec2, Vec3};
 
-use super::lexer::{Lexer, Token, integer, number, unescape};
+use super::lexer::{Lexer, Token, integer, number, unescape, wide_number};
 use super::place::Place;
 use crate::color::Primaries;
 use crate::error::{Error, Location, Result};
@@ -87,8 +87,10 @@ impl Kind {
 /// The values of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Values {
-    /// Of all types of numbers but integers.
+    /// Of all types of numbers but integers and places.
     Numbers(Vec<f32>),
+    /// Of `point3` and `vector3`.
+    Places(Vec<f64>),
     /// Of `integer`.
     Integers(Vec<i32>),
     /// Of `string`, `texture`, and of `spectrum` by name.
@@ -257,8 +259,18 @@ impl Parameters {
 
     /// A `point3` or `vector3`.
     pub(super) fn vector(&self, name: &str) -> Option<DVec3> {
-        let numbers = self.numbers(&[Kind::Point3, Kind::Vector3], name)?;
-        numbers.first_chunk::<3>().map(|v| Vec3::from_array(*v).as_dvec3())
+        match &self.find(&[Kind::Point3, Kind::Vector3], name)?.values {
+            Values::Places(numbers) => numbers.first_chunk::<3>().map(|v| DVec3::from_array(*v)),
+            _ => None,
+        }
+    }
+
+    /// All places of a `point3`.
+    pub(super) fn points(&self, name: &str) -> Vec<DVec3> {
+        match self.find(&[Kind::Point3], name).map(|parameter| &parameter.values) {
+            Some(Values::Places(numbers)) => numbers.as_chunks::<3>().0.iter().map(|&v| v.into()).collect(),
+            _ => Vec::new(),
+        }
     }
 
     /// All vectors of one of those types.
@@ -293,7 +305,11 @@ fn parameter(
         return Err(Error::invalid(place.location(), format!("parameter {shown:?}"), expected));
     };
     let values = values(lexer, kind, &shown)?;
-    let numbers = if let Values::Numbers(numbers) = &values { numbers.len() } else { 0 };
+    let numbers = match &values {
+        Values::Numbers(numbers) => numbers.len(),
+        Values::Places(numbers) => numbers.len(),
+        _ => 0,
+    };
     if !numbers.is_multiple_of(kind.width()) {
         let found = format!("{numbers} numbers for parameter {shown:?}");
         let expected = format!("{} for each value", kind.width());
@@ -310,6 +326,7 @@ fn values(lexer: &mut Lexer<'_>, kind: Kind, declaration: &str) -> Result<Values
         Kind::Boolean => Values::Booleans(Vec::new()),
         Kind::String | Kind::Texture => Values::Strings(Vec::new()),
         Kind::Spectrum if lexer.peek() == Some(b'"') => Values::Strings(Vec::new()),
+        Kind::Point3 | Kind::Vector3 => Values::Places(Vec::new()),
         _ => Values::Numbers(Vec::new()),
     };
     let missing = |lexer: &Lexer<'_>, expected: &str| {
@@ -342,6 +359,13 @@ fn push(values: &mut Values, token: Token<'_>, lexer: &Lexer<'_>, declaration: &
             }
             "a finite number"
         }
+        (Values::Places(list), Token::Word(word)) => {
+            if let Some(value) = wide_number(word) {
+                list.push(value);
+                return Ok(());
+            }
+            "a finite number"
+        }
         (Values::Integers(list), Token::Word(word)) => {
             if let Some(value) = integer(word) {
                 list.push(value);
@@ -360,7 +384,7 @@ fn push(values: &mut Values, token: Token<'_>, lexer: &Lexer<'_>, declaration: &
             list.push(unescape(bytes));
             return Ok(());
         }
-        (Values::Numbers(_), _) => "a number",
+        (Values::Numbers(_) | Values::Places(_), _) => "a number",
         (Values::Integers(_), _) => "a whole number",
         (Values::Booleans(_), _) => "true or false",
         (Values::Strings(_), _) => "a string",

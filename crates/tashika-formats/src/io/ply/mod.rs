@@ -61,8 +61,8 @@ pub(super) fn read(
         Format::BigEndian => elements(&header, Binary::<true>::new(body), at)?,
     };
     let triangles = triangles(&vertices, &faces, notes, at)?;
-    let Vertices { positions, normals, uvs } = vertices;
-    Ok(MeshData { name: String::new(), positions, normals, uvs, triangles })
+    let Vertices { positions, origin, normals, uvs } = vertices;
+    Ok(MeshData { name: String::new(), positions, origin, normals, uvs, triangles })
 }
 
 /// The bytes without their compression, if there is one.

@@ -1,10 +1,11 @@
 //! The rows of a PLY file as vertices and faces.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::header::{Element, Scalar};
 use super::numbers::{Numbers, Wrong};
 use crate::error::{Error, Location, Result};
+use crate::math::LocalPlaces;
 
 /// Names of the properties of a vertex by what they are for; the last two have several.
 const VERTEX_PROPERTIES: [&[&str]; 8] = [
@@ -62,7 +63,9 @@ fn list_length(numbers: &mut impl Numbers, scalar: Scalar) -> Result<u64, Wrong>
 
 /// The element `vertex`.
 pub(super) struct Vertices {
+    /// About `origin`.
     pub positions: Vec<Vec3>,
+    pub origin: DVec3,
     /// One a vertex, or none.
     pub normals: Vec<Vec3>,
     /// One a vertex, or none.
@@ -73,7 +76,7 @@ impl Vertices {
     /// Reads the element; its number of rows must have been checked.
     pub(super) fn read(element: &Element, numbers: &mut impl Numbers, at: &Location) -> Result<Self> {
         let mut taken = [false; VERTEX_PROPERTIES.len()];
-        let places: Vec<Option<usize>> = element
+        let uses: Vec<Option<usize>> = element
             .properties
             .iter()
             .map(|property| {
@@ -91,15 +94,17 @@ impl Vertices {
         let has_uvs = taken[6..].iter().all(|t| *t);
         let rows = element.rows as usize;
         let mut vertices = Self {
-            positions: Vec::with_capacity(rows),
+            positions: Vec::new(),
+            origin: DVec3::ZERO,
             normals: Vec::with_capacity(if has_normals { rows } else { 0 }),
             uvs: Vec::with_capacity(if has_uvs { rows } else { 0 }),
         };
+        let mut places = Vec::with_capacity(rows);
         for row in 0..element.rows {
-            let mut values = [0.0_f32; VERTEX_PROPERTIES.len()];
-            for (property, place) in element.properties.iter().zip(&places) {
+            let mut values = [0.0_f64; VERTEX_PROPERTIES.len()];
+            for (property, place) in element.properties.iter().zip(&uses) {
                 let read = match (property.count, place) {
-                    (None, Some(place)) => numbers.next(property.value).map(|v| values[*place] = v as f32),
+                    (None, Some(place)) => numbers.next(property.value).map(|v| values[*place] = v),
                     (None, None) => numbers.skip(property.value, 1),
                     (Some(count), _) => {
                         list_length(numbers, count).and_then(|length| numbers.skip(property.value, length))
@@ -107,8 +112,8 @@ impl Vertices {
                 };
                 read.map_err(|wrong| wrong.error(numbers.place(at), &element.name, row))?;
             }
-            let [x, y, z, nx, ny, nz, u, v] = values;
-            vertices.positions.push(Vec3::new(x, y, z));
+            let [nx, ny, nz, u, v] = [3, 4, 5, 6, 7].map(|k| values[k] as f32);
+            places.push(DVec3::new(values[0], values[1], values[2]));
             if has_normals {
                 vertices.normals.push(Vec3::new(nx, ny, nz));
             }
@@ -116,6 +121,7 @@ impl Vertices {
                 vertices.uvs.push(Vec2::new(u, v));
             }
         }
+        LocalPlaces { origin: vertices.origin, places: vertices.positions } = LocalPlaces::of(&places);
         Ok(vertices)
     }
 }

@@ -11,7 +11,7 @@
 //!
 //! Held to this by `usd_materials::cameras_have_their_field_of_view_lens_and_offset`.
 
-use glam::{Affine3A, Vec2};
+use glam::Vec2;
 
 use super::Stage;
 use super::prim::Prim;
@@ -53,11 +53,9 @@ impl Stage<'_> {
                 "one that keeps directions",
             )
         })?;
-        let still =
-            Affine3A::from_mat3_translation(to_world.matrix3.as_mat3(), to_world.translation.as_vec3());
         // As the program's users know it: its own name, unless another camera has it.
         let name = unique(shown(prim.name()), &mut self.camera_names);
-        let mut camera = Camera::new(name, still, projection);
+        let mut camera = Camera::new(name, to_world.as_affine3a(), projection);
         let offsets = [
             self.number_or(prim, "horizontalApertureOffset", 0.0)? / width,
             self.number_or(prim, "verticalApertureOffset", 0.0)? / height,
@@ -69,6 +67,6 @@ impl Stage<'_> {
             let radius = 0.5 * focal * tenth / stop;
             camera.lens = Lens::round(radius as f32, (focus * self.meters_per_unit) as f32);
         }
-        self.builder.add_camera(camera)
+        self.builder.add_camera_at(camera, to_world)
     }
 }

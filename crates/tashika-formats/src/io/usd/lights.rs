@@ -223,7 +223,8 @@ impl Stage<'_> {
         };
         let area = if shine.is_normalized || radius <= 0.0 { units } else { area };
         let intensity = shine.radiance * (0.25 * area) as f32;
-        let position = state.to_world.translation.as_vec3();
+        let centre = state.to_world.translation;
+        let position = centre.as_vec3();
         if !(position.is_finite() && intensity.is_valid()) {
             self.builder.note(NoteKind::Repaired, NOT_FINITE, at);
             return Ok(());
@@ -246,14 +247,14 @@ impl Stage<'_> {
             // The lamp looks down along −z.
             let frame = Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::NEG_Y);
             let turn = rotation(&state.to_world).unwrap_or(Mat3::IDENTITY) * frame;
-            return add_image_light(&mut self.builder, &map, (position, turn), intensity, at);
+            return add_image_light(&mut self.builder, &map, (centre, turn), intensity, at);
         }
         match cone {
             Some(falloff) => {
                 let axis = self.axis(prim, state)?;
-                self.builder.add_emitter(Emitter::Spot { position, axis, intensity, falloff })
+                self.builder.add_emitter_at(Emitter::Spot { position, axis, intensity, falloff }, centre)
             }
-            None => self.builder.add_emitter(Emitter::Point { position, intensity }),
+            None => self.builder.add_emitter_at(Emitter::Point { position, intensity }, centre),
         }
     }
 

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::Stage;
 use super::features::met;
@@ -19,6 +19,7 @@ use super::sites::Node;
 use super::walk::State;
 use crate::error::{Error, Location, Result};
 use crate::io::polygon::{Coverage, Triangulator};
+use crate::math::LocalPlaces;
 use crate::scene::{MaterialId, MeshData, MeshId, NoteKind};
 
 /// Largest texture coordinate: far beyond where `f32` still tells texels apart.
@@ -29,7 +30,7 @@ pub(super) type MeshKey = (Vec<(LayerId, u32)>, Vec<MaterialId>);
 
 /// The faces of a mesh.
 struct Faces {
-    points: Vec<Vec3>,
+    points: LocalPlaces,
     /// Corners of each face.
     counts: Vec<usize>,
     /// Points of all corners.
@@ -84,8 +85,11 @@ impl Stage<'_> {
             met("mesh", "subdivisionScheme", at.clone(), &mut self.builder)?;
         }
         let is_left = self.word(prim, "orientation")?.is_some_and(|word| &*word == "leftHanded");
-        let counts =
-            Counts { faces: faces.counts.len(), points: faces.points.len(), corners: faces.corners.len() };
+        let counts = Counts {
+            faces: faces.counts.len(),
+            points: faces.points.places.len(),
+            corners: faces.corners.len(),
+        };
         let mut normals = self.primvar::<3>(prim, "primvars:normals", "constant", counts)?;
         if normals.is_none() {
             normals = self.primvar::<3>(prim, "normals", "vertex", counts)?;
@@ -160,7 +164,7 @@ impl Stage<'_> {
             return Err(Error::invalid(item("faceVertexCounts"), found, expected));
         }
         Ok(Some(Faces {
-            points: points.iter().map(|p| Vec3::from_array(p.map(|n| n as f32))).collect(),
+            points: LocalPlaces::of(&points.iter().map(|&p| DVec3::from_array(p)).collect::<Vec<_>>()),
             counts: counts.iter().map(|&n| n as usize).collect(),
             corners: corners.iter().map(|&i| i as u32).collect(),
         }))
@@ -177,6 +181,7 @@ fn built(
     let mut data = MeshData {
         name: String::new(),
         positions: Vec::new(),
+        origin: faces.points.origin,
         normals: Vec::new(),
         uvs: Vec::new(),
         triangles: Vec::new(),
@@ -199,7 +204,7 @@ fn built(
             let uv = uvs.map_or(0, |uvs| uvs.index(at));
             let next = data.positions.len() as u32;
             own.push(*vertices.entry([point, normal, uv]).or_insert_with(|| {
-                data.positions.push(faces.points[point as usize]);
+                data.positions.push(faces.points.places[point as usize]);
                 data.normals.extend(normals.map(|normals| Vec3::from_array(normals.value(normal))));
                 let place = |uvs: &Primvar<2>| {
                     let [u, v] = uvs.value(uv);

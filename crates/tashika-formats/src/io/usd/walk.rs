@@ -157,7 +157,7 @@ impl Stage<'_> {
                 self.builder.begin_object(&*object);
             }
             self.geometry_budget.take(size_of::<Instance>() as u64, &self.origin)?;
-            self.builder.add_instance(mesh, to_world.as_affine3a())?;
+            self.builder.add_instance(mesh, to_world)?;
             last = Some(object);
         }
         Ok(())

@@ -66,10 +66,11 @@ impl Track {
             }
             let whole = after.seconds - before.seconds;
             let turn = 2.0 * super::arc_between(before.parts.rotation, after.parts.rotation);
+            let from_centre = corners.map(|v| v + self.about);
             let length = |v: DVec3| [before, after].map(|key| (key.parts.stretch * v).length());
-            let stretched = corners.iter().flat_map(|&v| length(v)).fold(0.0, f64::max);
+            let stretched = from_centre.iter().flat_map(|&v| length(v)).fold(0.0, f64::max);
             let change = after.parts.stretch - before.parts.stretch;
-            let changed = corners.iter().map(|&v| (change * v).length()).fold(0.0, f64::max);
+            let changed = from_centre.iter().map(|&v| (change * v).length()).fold(0.0, f64::max);
             let bend = turn * turn * stretched + 2.0 * turn * changed;
             let share = (end - begin) / whole;
             let steps = (turn * share / STEP).ceil().max(1.0);
@@ -139,7 +140,8 @@ mod tests {
                 let matrix3 = keys[0].1.matrix3;
                 keys.iter_mut().for_each(|(_, map)| map.matrix3 = matrix3);
             }
-            let track = Track::new(keys).unwrap();
+            let track =
+                Track::new(keys).unwrap().about(if trial % 5 == 0 { vector(9.0) } else { DVec3::ZERO });
             let shutter = match trial % 3 {
                 0 => [0.0, 2.0],
                 1 => [0.3, 1.6],

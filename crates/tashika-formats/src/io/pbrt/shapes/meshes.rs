@@ -8,6 +8,7 @@ use crate::io::notes::excerpt;
 use crate::io::pbrt::loading::Loading;
 use crate::io::pbrt::parameters::{Kind, Parameters};
 use crate::io::{mesh_files, shapes};
+use crate::math::LocalPlaces;
 use crate::scene::{MeshData, NoteKind};
 
 /// Subdivision stops before it makes more triangles than this; chosen.
@@ -57,8 +58,8 @@ fn indices(p: &Parameters, vertices: usize, corners: usize) -> Result<Option<Vec
 }
 
 /// Points, which must be there.
-fn points(p: &Parameters) -> Result<Vec<Vec3>> {
-    let points = p.vectors(&[Kind::Point3], "P");
+fn points(p: &Parameters) -> Result<LocalPlaces> {
+    let points = p.points("P");
     if points.is_empty() {
         return Err(Error::invalid(
             p.at(),
@@ -66,7 +67,7 @@ fn points(p: &Parameters) -> Result<Vec<Vec3>> {
             "\"point3 P\" with three numbers a point",
         ));
     }
-    Ok(points)
+    Ok(LocalPlaces::of(&points))
 }
 
 /// A value for each vertex, or none.
@@ -91,7 +92,7 @@ fn uvs(p: &Parameters) -> Vec<Vec2> {
 }
 
 fn triangle_mesh(loading: &mut Loading<'_>, p: &Parameters) -> Result<Option<MeshData>> {
-    let positions = points(p)?;
+    let LocalPlaces { origin, places: positions } = points(p)?;
     let triangles = match indices(p, positions.len(), 3)? {
         Some(indices) => indices.as_chunks().0.to_vec(),
         None if positions.len() == 3 => vec![[0, 1, 2]],
@@ -106,7 +107,7 @@ fn triangle_mesh(loading: &mut Loading<'_>, p: &Parameters) -> Result<Option<Mes
     // Tangents and face numbers have no counterpart.
     p.accept(&["S", "faceIndices", "discarddegenerateUVs"]);
     let name = "trianglemesh".to_owned();
-    Ok(Some(MeshData { name, positions, normals, uvs, triangles }))
+    Ok(Some(MeshData { name, positions, origin, normals, uvs, triangles }))
 }
 
 fn ply_mesh(loading: &mut Loading<'_>, p: &Parameters) -> Result<Option<MeshData>> {
@@ -136,7 +137,7 @@ fn ply_mesh(loading: &mut Loading<'_>, p: &Parameters) -> Result<Option<MeshData
 }
 
 fn bilinear_mesh(p: &Parameters) -> Result<Option<MeshData>> {
-    let positions = points(p)?;
+    let LocalPlaces { origin, places: positions } = points(p)?;
     let indices = match indices(p, positions.len(), 4)? {
         Some(indices) => indices,
         None if positions.len() == 4 => vec![0, 1, 2, 3],
@@ -147,7 +148,7 @@ fn bilinear_mesh(p: &Parameters) -> Result<Option<MeshData>> {
     };
     p.accept(&["N", "faceIndices", "emissionfilename"]);
     let given = uvs(p);
-    let mut data = MeshData { name: "bilinearmesh".to_owned(), ..MeshData::default() };
+    let mut data = MeshData { name: "bilinearmesh".to_owned(), origin, ..MeshData::default() };
     for patch in indices.as_chunks::<4>().0 {
         let corners = patch.map(|i| positions[i as usize]);
         let corner_uvs = if given.len() == positions.len() {
@@ -174,7 +175,7 @@ fn is_flat([a, b, c, d]: &[Vec3; 4]) -> bool {
 }
 
 fn loop_subdivision(loading: &mut Loading<'_>, p: &Parameters) -> Result<Option<MeshData>> {
-    let positions = points(p)?;
+    let LocalPlaces { origin, places: positions } = points(p)?;
     let Some(indices) = indices(p, positions.len(), 3)? else {
         return Err(Error::invalid(
             p.at(),
@@ -195,7 +196,8 @@ fn loop_subdivision(loading: &mut Loading<'_>, p: &Parameters) -> Result<Option<
         let message = format!("subdivision into more than {MAX_SUBDIVIDED} triangles: fewer levels");
         loading.note(NoteKind::Approximated, message, p.at());
     }
-    shapes::loop_subdivision(&positions, triangles, levels as u32, &p.at()).map(Some)
+    let data = shapes::loop_subdivision(&positions, triangles, levels as u32, &p.at())?;
+    Ok(Some(MeshData { origin, ..data }))
 }
 
 fn height_field(p: &Parameters) -> Result<Option<MeshData>> {
@@ -219,5 +221,5 @@ pub(super) fn with_default_uvs(data: MeshData) -> MeshData {
     let uvs = DEFAULT_UVS.iter().copied().cycle().take(positions.len()).collect();
     let corner_count = u32::try_from(positions.len()).unwrap_or(u32::MAX);
     let triangles = (0..corner_count / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-    MeshData { name: data.name, positions, normals, uvs, triangles }
+    MeshData { name: data.name, positions, origin: data.origin, normals, uvs, triangles }
 }

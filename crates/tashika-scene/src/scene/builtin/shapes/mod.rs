@@ -24,7 +24,7 @@ pub use grid::{Ends, grid};
 pub use round::{creased, cylinder, disk, lathe, sphere, superellipsoid, torus};
 pub use sweep::{Section, sweep, torus_knot, tube};
 
-use glam::{Affine3A, Quat, Vec2, Vec3};
+use glam::{Affine3A, DVec3, Quat, Vec2, Vec3};
 
 use crate::scene::MeshData;
 
@@ -104,6 +104,7 @@ impl Shape {
         MeshData {
             name: name.into(),
             positions: self.positions,
+            origin: DVec3::ZERO,
             normals: self.normals,
             uvs: self.uvs,
             triangles: self.triangles,

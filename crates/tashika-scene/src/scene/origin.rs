@@ -1,0 +1,290 @@
+//! The origin that a scene is kept about.
+//!
+//! Files may place a room millions of metres from zero, where numbers of single precision are half a
+//! metre apart. A [`SceneBuilder`] therefore takes places in double precision, and at the end moves
+//! everything to an origin near what is seen: coordinates of a [`Scene`] are those of its file less
+//! [`Scene::origin`].
+//!
+//! An object of half size `s` at a distance `d` from the origin is rounded by a share `ρ ε`, `ρ = 1 +
+//! d/s`. The mean of `ρ`, weighted by how large an object is as cameras see it,
+//!
+//! ```text
+//! w = Σ_cameras min(1, s / distance)²          loss(origin) = Σ w ρ / Σ w
+//! ```
+//!
+//! is compared for zero, for the first cameras, the largest object that they see and the middle of all. Zero is kept
+//! unless another loses less by a factor of [`WORTH`]: scenes near zero keep their bits.
+//!
+//! # Guarantee
+//! Distances from the origin are differences in double precision, rounded once. With an origin of
+//! zero nothing is changed.
+//!
+//! # Held to this by
+//! The tests below; the suite's `far_from_zero`.
+
+use std::sync::Arc;
+
+use glam::{Affine3A, DAffine3, DVec3, Vec3};
+
+use super::motion::inverse;
+use super::{Instance, MeshData, MeshShape, NoteKind, Scene, SceneBuilder};
+use crate::math::{local_origin, origin_near, spacing_at};
+
+/// How much less an origin other than zero must lose; chosen: a closed room whose distance from zero
+/// is 30 times its size is 0.03 % too bright.
+const WORTH: f64 = 32.0;
+
+/// Cameras that are looked from at most.
+const CAMERAS: usize = 8;
+
+/// An object is noted where it is further from the origin than this many times its half size: numbers there
+/// are more than a thousandth of that apart. Chosen.
+const NOTED: f64 = 16384.0;
+
+/// Anything that says where an object is in the world: an affine map of either precision.
+pub trait Placement {
+    /// The map in double precision.
+    fn in_double(&self) -> DAffine3;
+}
+
+impl Placement for DAffine3 {
+    #[inline]
+    fn in_double(&self) -> DAffine3 {
+        *self
+    }
+}
+
+impl Placement for Affine3A {
+    #[inline]
+    fn in_double(&self) -> DAffine3 {
+        self.as_daffine3()
+    }
+}
+
+/// Places of the parts of a scene as the file has them, beside those of single precision.
+#[derive(Debug, Default)]
+pub(super) struct Places {
+    /// Where the zero of each mesh's positions is in object space (m).
+    pub meshes: Vec<DVec3>,
+    /// Object to world of each instance, without the mesh's own origin.
+    pub instances: Vec<DAffine3>,
+    /// Of each emitter; without meaning of those that have none (m).
+    pub emitters: Vec<DVec3>,
+    /// To world of each camera that stands.
+    pub cameras: Vec<DAffine3>,
+}
+
+/// A box in the file's coordinates: its centre and its largest half size (m).
+#[derive(Clone, Copy)]
+struct Extent {
+    center: DVec3,
+    half: f64,
+}
+
+impl Extent {
+    /// Largest difference of coordinates from a place, in half sizes: `ρ`.
+    fn distance(&self, place: DVec3) -> f64 {
+        1.0 + (self.center - place).abs().max_element() / self.half
+    }
+
+    /// The share of what is seen from a place, roughly.
+    fn seen_from(&self, place: DVec3) -> f64 {
+        let share = (self.half / (self.center - place).length()).min(1.0);
+        share * share
+    }
+}
+
+impl SceneBuilder {
+    /// Moves everything to the origin, and rounds it there.
+    pub(super) fn settle(&mut self) {
+        let origin = self.choose_origin();
+        self.note_lost(origin);
+        let places = std::mem::take(&mut self.places);
+        let scene = &mut self.scene;
+        scene.origin = origin;
+        for (instance, to_world) in scene.instances.iter_mut().zip(&places.instances) {
+            let local = places.meshes[instance.mesh.index()];
+            if origin == DVec3::ZERO && local == DVec3::ZERO {
+                continue;
+            }
+            match instance.motion {
+                None => {
+                    instance.to_world = placed(to_world, local, origin).as_affine3a();
+                    instance.to_object = instance.to_world.inverse();
+                }
+                Some(motion) => {
+                    let motion = &mut scene.motions[motion as usize];
+                    motion.track = motion.track.clone().about(local).relative_to(origin);
+                    instance.to_world = motion.pose(0.5);
+                    instance.to_object = inverse(&instance.to_world);
+                }
+            }
+        }
+        if origin == DVec3::ZERO {
+            return;
+        }
+        for (camera, to_world) in scene.cameras.iter_mut().zip(&places.cameras) {
+            camera.to_world = match &mut camera.motion {
+                None => placed(to_world, DVec3::ZERO, origin).as_affine3a(),
+                Some(motion) => {
+                    motion.track = motion.track.clone().relative_to(origin);
+                    motion.pose(0.5)
+                }
+            };
+        }
+        for (emitter, place) in scene.emitters.iter_mut().zip(&places.emitters) {
+            emitter.move_to((*place - origin).as_vec3());
+        }
+        for variation in scene.media.iter_mut().filter_map(|medium| medium.variation.as_mut()) {
+            Arc::make_mut(variation).move_by(origin);
+        }
+    }
+
+    fn choose_origin(&self) -> DVec3 {
+        let mut cameras: Vec<DVec3> =
+            self.places.cameras.iter().take(CAMERAS).map(|camera| camera.translation).collect();
+        cameras.retain(|place| place.is_finite());
+        let weight = |extent: &Extent| {
+            let seen: f64 = cameras.iter().map(|&camera| extent.seen_from(camera)).sum();
+            if cameras.is_empty() { 1.0 } else { seen }
+        };
+        let loss = |origin: DVec3| {
+            let (mut lost, mut all) = (0.0, 0.0);
+            for extent in self.extents() {
+                let weight = weight(&extent);
+                lost += weight * extent.distance(origin);
+                all += weight;
+            }
+            if all > 0.0 { lost / all } else { 1.0 }
+        };
+        let at_zero = loss(DVec3::ZERO);
+        // No loss is less than 1.
+        if !(at_zero > WORTH) {
+            return DVec3::ZERO;
+        }
+        let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let mut largest: Option<(f64, Extent)> = None;
+        for extent in self.extents() {
+            (lo, hi) = (lo.min(extent.center - extent.half), hi.max(extent.center + extent.half));
+            let weight = weight(&extent);
+            if largest.is_none_or(|(most, other)| (weight, -extent.half) > (most, -other.half)) {
+                largest = Some((weight, extent));
+            }
+        }
+        let Some((_, largest)) = largest else { return DVec3::ZERO };
+        let candidates = cameras.iter().copied().chain([largest.center, 0.5 * (lo + hi)]);
+        let mut best = (at_zero / WORTH, DVec3::ZERO);
+        for candidate in candidates.map(|place| origin_near(place, largest.half)) {
+            let lost = loss(candidate);
+            if lost < best.0 {
+                best = (lost, candidate);
+            }
+        }
+        best.1
+    }
+
+    /// Tells of objects that no origin is near to.
+    fn note_lost(&mut self, origin: DVec3) {
+        let (mut count, mut furthest) = (0, 0.0_f64);
+        for extent in self.extents().filter(|extent| extent.distance(origin) > NOTED) {
+            count += 1;
+            furthest = furthest.max((extent.center - origin).abs().max_element());
+        }
+        if count == 0 {
+            return;
+        }
+        let about = if origin == DVec3::ZERO { "zero".to_owned() } else { format!("{origin}") };
+        let message = format!(
+            "objects so far from {about} that places there are rounded to {} m or less, more than a thousandth \
+             of their half size: light in them may be wrong by as much as their distance is large",
+            spacing_at(furthest)
+        );
+        let at = self.origin.clone();
+        self.scene.notes.push_many(NoteKind::Approximated, message, at, count);
+    }
+
+    /// Boxes of all instances that have a size, of those that move in the middle of their time.
+    fn extents(&self) -> impl Iterator<Item = Extent> {
+        self.scene
+            .instances
+            .iter()
+            .zip(&self.places.instances)
+            .filter_map(|(instance, to_world)| self.extent(instance, to_world))
+    }
+
+    fn extent(&self, instance: &Instance, to_world: &DAffine3) -> Option<Extent> {
+        let bounds = self.scene.meshes[instance.mesh.index()].bounds();
+        if bounds.is_empty() {
+            return None;
+        }
+        let center = bounds.center().as_dvec3() + self.places.meshes[instance.mesh.index()];
+        let half = (0.5 * bounds.size()).as_dvec3();
+        let [x, y, z] = [to_world.matrix3.x_axis, to_world.matrix3.y_axis, to_world.matrix3.z_axis];
+        let half = (x.abs() * half.x + y.abs() * half.y + z.abs() * half.z).max_element();
+        let extent = Extent { center: to_world.transform_point3(center), half };
+        (half > 0.0 && extent.center.is_finite() && half.is_finite()).then_some(extent)
+    }
+}
+
+/// `T(−origin) · to_world · T(local)`.
+fn placed(to_world: &DAffine3, local: DVec3, origin: DVec3) -> DAffine3 {
+    DAffine3 { translation: to_world.transform_point3(local) - origin, ..*to_world }
+}
+
+impl Scene {
+    /// The place in the file's coordinates that all coordinates of the scene are relative to (m):
+    /// zero of scenes that stand near zero.
+    #[inline]
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// A place of the scene in the file's coordinates (m).
+    #[inline]
+    pub fn place_in_file(&self, place: Vec3) -> DVec3 {
+        place.as_dvec3() + self.origin
+    }
+
+    /// A place of the file in the scene's coordinates (m).
+    #[inline]
+    pub fn place_in_scene(&self, place: DVec3) -> Vec3 {
+        (place - self.origin).as_vec3()
+    }
+
+    /// Lowest and highest corner of [`Self::bounds`] in the file's coordinates (m).
+    pub fn bounds_in_file(&self) -> [DVec3; 2] {
+        [self.bounds.lo, self.bounds.hi].map(|corner| self.place_in_file(corner))
+    }
+}
+
+impl SceneBuilder {
+    /// Tells the positions of a mesh, and those of another shape of it, about an origin of their own if
+    /// they are far from zero. They are of single precision: no more than the file has is kept, of
+    /// which a note tells where it is little.
+    pub(super) fn localize(&mut self, data: &mut MeshData, other: Option<&mut MeshShape>) {
+        if data.origin != DVec3::ZERO {
+            return;
+        }
+        let shapes = || data.positions.iter().chain(other.iter().flat_map(|shape| &shape.positions));
+        let origin = local_origin(shapes().map(|place| place.as_dvec3()));
+        if origin == DVec3::ZERO {
+            return;
+        }
+        let from_origin = |place: &mut Vec3| *place = (place.as_dvec3() - origin).as_vec3();
+        data.positions.iter_mut().for_each(from_origin);
+        if let Some(shape) = other {
+            shape.positions.iter_mut().for_each(from_origin);
+        }
+        data.origin = origin;
+        let half = data.positions.iter().fold(0.0_f32, |half, place| half.max(place.abs().max_element()));
+        let far = origin.abs().max_element();
+        if far > NOTED * f64::from(half) {
+            let message = format!(
+                "positions of single precision far from zero: they are {} m apart in a mesh of half size {half} m",
+                spacing_at(far)
+            );
+            let at = self.origin.clone().item(format!("mesh {}", data.name));
+            self.note(NoteKind::Approximated, message, at);
+        }
+    }
+}
