@@ -36,6 +36,14 @@ impl From<Outcome> for ExitCode {
     }
 }
 
+/// Name of an option as it is typed behind its hyphens, by its name in the library.
+pub fn typed(name: &str) -> String {
+    match name {
+        "lights" => "vpl-file".to_owned(),
+        _ => name.replace('_', "-"),
+    }
+}
+
 /// What a shell says of a program that Ctrl-C ended: 128 and the number of the signal.
 pub const INTERRUPTED: u8 = 130;
 
@@ -84,8 +92,8 @@ impl From<Error> for Failure {
         match error {
             // The library's names of options are those of the fields that hold them.
             Error::Option { option, value, expected } => {
-                let error = Error::Option { option: option.replace('_', "-"), value, expected };
-                Self::usage(format!("--{error}"))
+                let option = typed(&option);
+                Self::usage(format!("--{}", Error::Option { option, value, expected }))
             }
             _ => Self::file(error.to_string()),
         }

@@ -1,6 +1,5 @@
 //! `tashika render`.
 
-use std::fmt::Display;
 use std::path::Path;
 use std::thread::available_parallelism;
 
@@ -15,10 +14,10 @@ use tashika::report::{RenderFacts, error_budget, render_page};
 use tashika::request::Method;
 use tashika::vpl::VplSet;
 
-use crate::exit::{Failure, Outcome};
+use crate::exit::{Failure, Outcome, typed};
 use crate::interrupt;
 use crate::notes::notes;
-use crate::plan::{Outputs, RenderPlan, StagePlan, typed};
+use crate::plan::{Outputs, RenderPlan, StagePlan};
 use crate::progress::{Meter, metered};
 use crate::rescue::rescued;
 use crate::serve::LivePage;
@@ -35,7 +34,6 @@ pub fn run(plan: &RenderPlan) -> Result<Outcome, Failure> {
 }
 
 fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
-    tell_unused(plan.unused.iter().copied(), meter);
     let Some(frames) = plan.frames else {
         return pictures(plan, &plan.stage, None, meter);
     };
@@ -52,10 +50,22 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     Ok(worst)
 }
 
-fn tell_unused(options: impl IntoIterator<Item = impl Display>, meter: &Meter) {
-    for option in options {
-        meter.note(&format!("{option} means nothing to this method and is not used"));
+/// Reports the options that mean nothing in this scene, and one that changes the truth.
+fn tell_options(plan: &RenderPlan, stage: &Stage, meter: &Meter) -> Result<(), Failure> {
+    let (request, scene) = (&plan.asked.request, stage.tracer.scene());
+    for name in request.check_in(scene)? {
+        let (option, method) = (typed(name), request.in_scene(scene).method);
+        meter.note(&format!(
+            "--{option} means nothing to method {method}, which this scene needs, and is not used"
+        ));
     }
+    if let (Some(file), None) = (plan.asked.vpl_file(), request.truth) {
+        let file = file.display();
+        meter.note(&format!(
+            "what is rendered is the sum over the lights of {file}; --truth transport has light transport by them"
+        ));
+    }
+    Ok(())
 }
 
 /// Renders what the chosen cameras see of one scene, perhaps as a frame of that number.
@@ -69,11 +79,10 @@ fn pictures(
     let exr = &plan.outputs.exr;
     let mut viewer = plan.tev.as_deref().map(|address| Viewer::connect(address, exr)).transpose()?;
     let mut seconds = Seconds::default();
-    let mut stored = stored_lights(used_vpl_file(plan), meter, &mut seconds)?;
+    let mut stored = stored_lights(plan.asked.vpl_file(), meter, &mut seconds)?;
     let stages = Stage::load_all(stage, meter, &mut seconds)?;
     if plan.frames.is_none_or(|frames| frame == Some(frames.first())) {
-        let request = plan.asked.request.in_scene(stages[0].tracer.scene());
-        tell_unused(request.resolve()?.unused.into_iter().map(typed), meter);
+        tell_options(plan, &stages[0], meter)?;
     }
     if let (Some(path), [stage]) = (&plan.write_vpls, stages.as_slice()) {
         let watcher = Watcher::new(meter, seconds);
@@ -97,7 +106,7 @@ fn pictures(
         let mut seconds = seconds.clone();
         // Read again rather than kept beside the trees over it.
         let stored = match stored.take() {
-            None => stored_lights(used_vpl_file(plan), meter, &mut seconds)?,
+            None => stored_lights(plan.asked.vpl_file(), meter, &mut seconds)?,
             read => read,
         };
         if k > 0 && plan.common.prints_rows() {
@@ -112,11 +121,6 @@ fn pictures(
         }
     }
     Ok(worst)
-}
-
-/// The file of lights, if the method uses any.
-fn used_vpl_file(plan: &RenderPlan) -> Option<&Path> {
-    plan.asked.vpl_file().filter(|_| !matches!(plan.resolved.method, Method::Path { .. }))
 }
 
 /// Renders the image of one camera and writes its files.
@@ -136,6 +140,9 @@ fn image(
             Some(count) if rendered.complete => prepared.audit(&rendered.film, count)?,
             _ => None,
         };
+        if plan.audit.is_some() && !prepared.can_be_audited() {
+            meter.note("--audit: this image promises nothing, so that there is nothing to audit");
+        }
         if let Some(audit) = &audit {
             meter.finish();
             audit.describe(rendered.film.metadata_mut());
@@ -155,6 +162,7 @@ fn image(
         }
         Done {
             lights: lights_report(plan, &prepared),
+            method: prepared.method().clone(),
             gather: prepared.setting().view.gather.points,
             // Nothing was told if no tile was finished; then only the window is known.
             pixels_asked: if pixels_asked > 0 { pixels_asked } else { prepared.window().area() },
@@ -167,7 +175,8 @@ fn image(
     watcher.close_viewer();
     let tally = done.rendered.totals.tally;
     let contradicted = done.audit.as_ref().is_some_and(|audit| audit.contradicts);
-    let ended = outcome(plan, done.rendered.complete, contradicted, &tally);
+    let accepts_budget = plan.accept_budget || done.method.is_picture();
+    let ended = outcome(accepts_budget, done.rendered.complete, contradicted, &tally);
     let report = report(plan, stage, outputs, &done, ended, watcher.seconds());
     let facts = RenderFacts {
         name: outputs.exr.display().to_string(),
@@ -196,13 +205,13 @@ fn beside(exr: &Path, trouble: &Error) -> Failure {
     Failure::file(format!("cannot write {trouble}; the image is in {}", exr.display()))
 }
 
-fn outcome(plan: &RenderPlan, complete: bool, contradicted: bool, tally: &Tally) -> Outcome {
+fn outcome(accepts_budget: bool, complete: bool, contradicted: bool, tally: &Tally) -> Outcome {
     let fallen_short = tally.out_of_budget + tally.not_found;
     match (complete, fallen_short) {
         (false, _) => Outcome::Interrupted,
         (true, _) if contradicted => Outcome::Contradicted,
         (true, 0) => Outcome::Done,
-        (true, _) if plan.accept_budget => Outcome::Done,
+        (true, _) if accepts_budget => Outcome::Done,
         (true, _) => Outcome::BudgetHit,
     }
 }
@@ -210,6 +219,8 @@ fn outcome(plan: &RenderPlan, complete: bool, contradicted: bool, tally: &Tally)
 /// A finished render.
 struct Done {
     rendered: Rendered,
+    /// In this scene, which may need another method than was asked for.
+    method: Method,
     lights: Option<LightsReport>,
     gather: u32,
     pixels_asked: u64,
@@ -239,12 +250,12 @@ fn report(
     ended: Outcome,
     seconds: Seconds,
 ) -> RenderReport {
-    let Done { rendered, lights, .. } = done;
+    let Done { rendered, lights, method, .. } = done;
     let (totals, metadata, scene) = (&rendered.totals, rendered.film.metadata(), &stage.scene);
     let said = |key| metadata.text(key).map(str::to_owned);
     let (tally, pixels) = (totals.tally, totals.tally.rendered());
     let mean = |sum: u64| if pixels > 0 { sum as f64 / pixels as f64 } else { 0.0 };
-    let (method, window) = (&plan.resolved.method, stage.framed.window);
+    let window = stage.framed.window;
     RenderReport {
         version: env!("CARGO_PKG_VERSION"),
         scene: scene.name().to_owned(),

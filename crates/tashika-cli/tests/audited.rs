@@ -57,6 +57,10 @@ fn there_is_an_answer_when_the_time_is_up() {
     assert_eq!(code, Some(4), "{told}");
     assert!(told.contains("90 % were asked for"), "{told}");
     assert_eq!(json(folder, "a.json")["picture_claim"]["passes"].as_u64(), Some(1));
+    assert!(told.contains("no map of half-widths"), "{told}");
+    let page = std::fs::read_to_string(folder.join("a.html")).unwrap();
+    assert!(page.contains("There is no map of half-widths") && !page.contains("ran out of budget"));
+    assert!(!page.contains("do not rely on"), "what shows nothing is known");
 }
 
 /// Parts claim nothing; joined they are the same files, whatever their number.
@@ -145,8 +149,11 @@ fn what_does_not_go_with_it_is_said() {
         assert_eq!(code, Some(2), "{options}: {err}");
         assert!(err.contains(expected), "{options}: {err}");
     }
-    let line = "render builtin:tiny --size 8x6 --vpls 200 --max-pairs 64 --time 5s --share 90% -o b.exr";
-    let (code, _, err) = run(folder.path(), line);
-    assert_eq!(code, Some(0), "{err}");
-    assert!(err.contains("--time means nothing") && err.contains("--share means nothing"), "{err}");
+    for option in ["--time 5s", "--share 90%", "--denoiser own"] {
+        let line = format!("render builtin:tiny --size 8x6 --vpls 200 --max-pairs 64 {option} -o b.exr");
+        let (code, _, err) = run(folder.path(), &line);
+        assert_eq!(code, Some(2), "{option}: {err}");
+        let name = option.split(' ').next().unwrap();
+        assert!(err.contains(name) && err.contains("none without claim audited"), "{option}: {err}");
+    }
 }

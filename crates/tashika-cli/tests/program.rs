@@ -239,10 +239,8 @@ fn an_audit_says_what_was_kept() {
     let run = folder.run(&format!("{published} {rule}"));
     assert_eq!(run.code, Some(5), "{}", run.stderr);
     assert_eq!(folder.json("d.json")["audit"]["contradicts"], true);
-    folder.run(&format!("{stage} --method exact --audit 9 -o e.exr")).succeeds();
-    assert!(
-        folder.run(&format!("{stage} --method exact --audit 9")).stderr.contains("--audit means nothing")
-    );
+    let exact = "render builtin:tiny --size 8x6 --vpls 200 --method exact --audit 9";
+    folder.run(exact).fails(2, &["--audit = 9", "none with method exact"]);
 }
 
 /// The promise of a sum is told together with what the choice of its lights is worth; few lights
@@ -433,7 +431,18 @@ fn media_are_told_and_rendered_by_paths_and_as_sums() {
     }
     let image = folder.run(&format!("{small} --paths 4 --vpls 100"));
     assert!(!image.succeeds().stderr.contains("--paths means"), "{}", image.stderr);
-    assert!(image.stderr.contains("--vpls means nothing to this method"), "{}", image.stderr);
+    assert!(image.stderr.contains("--vpls means nothing to method path"), "{}", image.stderr);
+    // It is a picture of so many paths that promises nothing, not one of light transport.
+    assert!(image.stdout.contains("4 paths a pixel") && !image.stdout.contains("truth"), "{}", image.stdout);
+    let audited = folder.run(&format!("{small} --error 40% --audit 9 --json audited.json"));
+    assert!(
+        audited.succeeds().stdout.contains("of 9 pixels at random are within the error"),
+        "{}",
+        audited.stdout
+    );
+    assert_eq!(folder.json("audited.json")["audit"]["of"], 9);
+    let nothing = folder.run(&format!("{small} --paths 4 --audit 9"));
+    assert!(nothing.succeeds().stderr.contains("--audit means nothing to method path"), "{}", nothing.stderr);
     folder.run(&format!("{small} --quality draft --error 100% --share 50% --json fog.json")).succeeds();
     let json = folder.json("fog.json");
     assert_eq!((&json["method"], &json["picture_claim"]["reached"]), (&"path".into(), &true.into()));
@@ -543,11 +552,27 @@ fn what_departs_from_the_file_is_told_and_refused_when_strict() {
 }
 
 #[test]
-fn options_that_mean_nothing_to_the_method_are_told() {
+fn options_that_contradict_each_other_are_refused() {
     let folder = Folder::new();
-    let run = folder.run("render scene.obj --size 2x2 --method path --paths 2 --vpls 7");
-    assert!(run.succeeds().stderr.contains("--vpls means nothing"), "{}", run.stderr);
-    assert!(run.stdout.contains("2 paths a pixel"), "{}", run.stdout);
+    let small = "render scene.obj --size 2x2";
+    for (options, said) in [
+        ("--method path --paths 2 --vpls 7", ["--vpls = 7", "none with method path"]),
+        (
+            "--quality draft --error 5% --claim calibrated",
+            ["--quality = draft", "none with claim calibrated"],
+        ),
+        ("--quality good --method mdlc", ["--quality = good", "none with method mdlc"]),
+        ("--time 5s", ["--time = 5s", "none without claim audited"]),
+        ("--method path --vpl-file a.vpl", ["--vpl-file = given ones", "none with method path"]),
+        ("--method path --audit 9", ["--audit = 9", "unless an error or a claim is asked for"]),
+        ("--quality draft --write-vpls a.vpl", ["--write-vpls = a.vpl", "claim audited"]),
+    ] {
+        folder.run(&format!("{small} {options}")).fails(2, &said);
+    }
+    // Only the scene tells that it needs no paths.
+    folder.run(&format!("{small} --paths 7")).fails(2, &["--paths = 7", "none with method tashika"]);
+    let run = folder.run(&format!("{small} --method path --paths 2"));
+    assert!(run.succeeds().stdout.contains("2 paths a pixel"), "{}", run.stdout);
 }
 
 /// Waits until the render begins, then sends the signal that Ctrl-C sends.

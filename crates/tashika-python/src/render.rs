@@ -82,8 +82,9 @@ use crate::words;
 ///
 /// A scene keeps the VPLs of its last render of light transport, for the next with the same.
 ///
-/// Arguments that mean nothing to the method are not used, with a warning. Raises `OptionError` for
-/// values that cannot be.
+/// Raises `OptionError` for values that cannot be, and for arguments that contradict each other. Where
+/// things move or media scatter the default method is path tracing: arguments that mean nothing to it
+/// are then not used, with a warning.
 ///
 /// ```python
 /// >>> image = tashika.render(tashika.builtin("tiny"), size=(8, 6), vpls=200)
@@ -162,7 +163,7 @@ pub fn render(
         ..of_lights
     };
     let request = match quality.map(words::quality).transpose()? {
-        Some(quality) => request.of_quality(quality),
+        Some(quality) => request.with_quality(quality).map_err(raised)?,
         None => request,
     };
     let projection =
@@ -173,6 +174,15 @@ pub fn render(
     // What is wrong is raised before the work begins.
     framing.of(&change.of(camera).map_err(raised)?).map_err(raised)?;
     let share = tiles.map_or(Ok(TileShare::default()), words::tiles)?;
+    let said = [
+        ("audit", audit.map(|count| count.to_string())),
+        ("time", time.map(|seconds| seconds.to_string())),
+        ("denoiser", denoiser.as_ref().map(|name| name.display().to_string())),
+    ];
+    for (name, value) in said {
+        value.map_or(Ok(()), |value| request.check_audited(name, value)).map_err(raised)?;
+    }
+    let unused = scene.unused(&request).map_err(raised)?;
     let in_scene = scene.in_scene(&request);
     let resolved = in_scene.resolve().map_err(raised)?;
     let is_audited = matches!(resolved.method, Method::Audited { .. });
@@ -187,15 +197,15 @@ pub fn render(
     if let Some(seconds) = time.filter(|seconds| !(*seconds > 0.0 && seconds.is_finite())) {
         return Err(option("time", seconds, "seconds, above 0"));
     }
-    let said = [("audit", audit.is_some()), ("time", time.is_some()), ("denoiser", denoiser.is_some())];
-    let in_vain = said.into_iter();
-    let in_vain = in_vain.filter(|(_, said)| *said && !is_audited).map(|(name, _)| name);
-    for name in resolved.unused.into_iter().chain(in_vain) {
+    for name in unused {
         let name = if name == "lights" { "vpls" } else { name };
-        warn(py, &format!("{name} means nothing to the method {} and is not used", in_scene.method))?;
+        let method = in_scene.method;
+        warn(
+            py,
+            &format!("{name} means nothing to method {method}, which this scene needs, and is not used"),
+        )?;
     }
-    let smoother = denoiser.filter(|_| is_audited);
-    let smoother = smoother.map(|name| denoiser::of(py, &name, threads)).transpose()?.flatten();
+    let smoother = denoiser.map(|name| denoiser::of(py, &name, threads)).transpose()?.flatten();
     let mattes = cryptomatte.map(words::ranks).transpose()?.flatten();
     let groups = groups.map(words::groups).transpose()?;
     let given = given.map(|set| set.get().shared());

@@ -71,6 +71,11 @@ impl Scene {
         request.in_scene(&self.scene)
     }
 
+    /// Names of the options of a request that mean nothing in the scene, and would in another.
+    pub(crate) fn unused(&self, request: &Request) -> Result<Vec<&'static str>> {
+        request.check_in(&self.scene)
+    }
+
     /// What is asked for of this scene, with the VPLs of its last render; for the pool of the work.
     pub(crate) fn renderer(&self, camera: &scene::Camera, request: &Request) -> Renderer<'_> {
         Renderer::on(self.tracer()).camera(camera.clone()).request(request.clone()).light_cache(&self.lights)

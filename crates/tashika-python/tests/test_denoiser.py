@@ -25,6 +25,6 @@ def test_the_picture_says_what_smoothed_it_and_is_audited():
     assert not np.array_equal(image["radiance"], ours["radiance"])
 
 
-def test_a_denoiser_of_pixels_that_promise_something_is_not_used():
-    with pytest.warns(UserWarning, match="denoiser means nothing"):
+def test_a_denoiser_goes_with_audited_pictures_alone():
+    with pytest.raises(tashika.OptionError, match="denoiser = oidn; expected none without claim audited"):
         tashika.render(tashika.builtin("tiny"), size=(8, 6), vpls=200, method="exact", denoiser="oidn")

@@ -71,7 +71,7 @@ def test_a_built_scene_is_the_loaded_one(tmp_path: Path) -> None:
     images = [tashika.render(scene, size=(24, 16), vpls=200, truth="vpl") for scene in (loaded, built)]
     assert images[0]["radiance"].max() > 1, "the lamp is in the picture"
     for name in images[0]:
-        assert np.array_equal(images[0][name], images[1][name]), name
+        assert np.array_equal(images[0][name], images[1][name], equal_nan=True), name
 
 
 def test_normals_and_texture_coordinates_are_taken() -> None:
@@ -316,9 +316,24 @@ def test_arguments_that_cannot_be_are_refused(
     assert isinstance(caught.value, ValueError)
 
 
-def test_arguments_that_mean_nothing_are_warned_of(tiny: tashika.Scene) -> None:
-    with pytest.warns(UserWarning, match="paths means nothing to the method tashika and is not used"):
-        tashika.render(tiny, size=(2, 2), vpls=10, paths=7)
+def test_arguments_that_contradict_each_other_are_refused(tiny: tashika.Scene) -> None:
+    for named, message in (
+        ({"paths": 7}, "paths = 7; expected none with method tashika unless groups are asked for"),
+        ({"method": "path", "vpls": 7}, "vpls = 7; expected none with method path"),
+        ({"method": "mdlc", "truth": "transport"}, "truth = transport; expected vpl with method mdlc"),
+    ):
+        with pytest.raises(tashika.OptionError, match=message):
+            tashika.render(tiny, size=(2, 2), **named)
+
+
+def test_arguments_that_a_scene_leaves_without_meaning_are_warned_of(tmp_path: Path) -> None:
+    (tmp_path / "fog.pbrt").write_text(
+        "Integrator \"volpath\" Film \"rgb\" MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" MediumInterface \"\" \"fog\""
+        " Camera \"perspective\" WorldBegin MediumInterface \"fog\" \"fog\" LightSource \"point\" Shape \"sphere\""
+    )
+    fog = tashika.load(tmp_path / "fog.pbrt")
+    with pytest.warns(UserWarning, match="vpls means nothing to method path, which this scene needs"):
+        tashika.render(fog, size=(2, 2), vpls=10, paths=7)
 
 
 def test_a_scene_is_loaded_as_it_is_at_a_time(tmp_path: Path) -> None:

@@ -656,8 +656,9 @@ pub struct CompareArgs {
 
     /// Tone mapping that the page begins with, as for `render`; the page has all of them. Numbers,
     /// and the picture of the error, do not depend on it
-    #[arg(long, value_name = "natural|linear|filmic|aces|agx", default_value_t, help_heading = "Output")]
-    pub tonemap: Tone,
+    /// [default: natural]
+    #[arg(long, value_name = "natural|linear|filmic|aces|agx", requires = "html", help_heading = "Output")]
+    pub tonemap: Option<Tone>,
 
     #[command(flatten)]
     pub common: CommonArgs,

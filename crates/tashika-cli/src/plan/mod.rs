@@ -15,7 +15,7 @@ pub use measure::{
     AblationPlan, CoveragePlan, EqualQualityPlan, ExperimentPlan, Folder, MeasurePlan, ScalingPlan, SeedPlan,
 };
 pub use outputs::Outputs;
-pub use render::{RenderPlan, typed};
+pub use render::RenderPlan;
 pub use transport::TransportPlan;
 
 use std::fs;
@@ -129,6 +129,7 @@ impl Asked {
     /// Checks every value; all tiles.
     fn new(request: Request, vpl_file: Option<&Path>) -> Result<Self, Failure> {
         let request = Request { lights_given: vpl_file.is_some(), ..request };
+        request.check()?;
         request.resolve()?;
         Ok(Self {
             request,
@@ -329,7 +330,7 @@ impl ComparePlan {
             absolute: args.absolute,
             picture: args.picture.clone(),
             html: args.html.clone(),
-            tone: args.tonemap,
+            tone: args.tonemap.unwrap_or_default(),
             common,
         })
     }

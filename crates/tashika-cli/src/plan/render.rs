@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use tashika::film::Matte;
-use tashika::integrator::SumMethod;
 use tashika::io::{ExrLayout, ToneMap};
-use tashika::request::{ClaimName, Method, Request, Resolved};
+use tashika::request::{ClaimName, Method, MethodName, Request, Resolved};
 use tashika::scene::LightGrouping;
 use tashika_oidn::Oidn;
 
@@ -35,7 +34,7 @@ pub struct RenderPlan {
     pub tone_map: ToneMap,
     /// Where the viewer listens that is to show it meanwhile.
     pub tev: Option<String>,
-    /// Whether pixels that ran out of budget are no matter.
+    /// Whether pixels that ran out of budget are no matter though an error was asked for.
     pub accept_budget: bool,
     /// Where finished tiles are kept meanwhile, if they are.
     pub checkpoint: Option<PathBuf>,
@@ -43,11 +42,9 @@ pub struct RenderPlan {
     pub serve: Option<Serving>,
     /// What every command has.
     pub common: Common,
-    /// Options that were typed and mean nothing to the method, whatever the scene.
-    pub unused: Vec<&'static str>,
     /// How long an audited picture may take.
     pub time: Option<Duration>,
-    /// Pixels whose exact sums are computed after the render, if the method controls its error.
+    /// Pixels whose truths are computed after the render.
     pub audit: Option<u64>,
 }
 
@@ -59,22 +56,19 @@ impl RenderPlan {
         let share = args.tiles.clone().unwrap_or_default();
         let asked = Asked { share, ..Asked::new(request(args)?, args.source.vpl_file.as_deref())? };
         let resolved = asked.request.resolve()?;
-        let mut unused = Vec::new();
-        if args.write_vpls.is_some() && matches!(resolved.method, Method::Path { .. }) {
-            return Err(Failure::usage("--write-vpls: --method path has no virtual point lights"));
-        }
         let is_audited = matches!(resolved.method, Method::Audited { .. });
-        let audit = args.audit.filter(|_| can_be_audited(&resolved.method));
-        if audit.is_none() && args.audit.is_some() && !is_audited {
-            unused.push("--audit");
+        if let (Some(file), true) = (&args.write_vpls, is_audited || asked.request.method == MethodName::Path)
+        {
+            let expected = "none with method path and claim audited, which render with no set of lights; take one of the two away";
+            return Err(Failure::option("write-vpls", file.display(), expected));
         }
-        if args.time.is_some() && !is_audited {
-            unused.push("--time");
+        if let Some(time) = args.time {
+            asked.request.check_audited("time", format!("{time:?}"))?;
         }
-        if args.denoiser.is_some() && !is_audited {
-            unused.push("--denoiser");
+        if let Some(name) = &args.denoiser {
+            asked.request.check_audited("denoiser", name.display())?;
         }
-        let smoother = args.denoiser.as_deref().filter(|_| is_audited);
+        let smoother = args.denoiser.as_deref();
         let smoother =
             smoother.map(|name| Oidn::by_name(name, || None, args.common.threads)).transpose()?.flatten();
         let asked =
@@ -138,14 +132,13 @@ impl RenderPlan {
             tone_map,
             tev: args.tev.clone(),
             checkpoint,
-            accept_budget: resolved.method.is_picture() || args.budget.accept_budget,
+            accept_budget: args.budget.accept_budget,
             serve,
             common,
             asked,
             resolved,
             time: args.time,
-            audit,
-            unused,
+            audit: args.audit.filter(|_| !is_audited),
         })
     }
 }
@@ -165,23 +158,6 @@ fn of_one_image(args: &RenderArgs) -> Option<&'static str> {
 /// An option that goes with one scene only.
 fn of_one_scene(args: &RenderArgs) -> Option<&'static str> {
     args.source.vpl_file.is_some().then_some("--vpl-file")
-}
-
-/// Whether something was promised that is not computed anyway.
-fn can_be_audited(method: &Method) -> bool {
-    match method {
-        Method::Sum { method, .. } => *method != SumMethod::Exact,
-        Method::Transport { .. } => true,
-        Method::Audited { .. } | Method::Path { .. } => false,
-    }
-}
-
-/// An option as it is typed, by its name in a request.
-pub fn typed(name: &str) -> String {
-    match name {
-        "lights" => "--vpl-file".to_owned(),
-        _ => format!("--{}", name.replace('_', "-")),
-    }
 }
 
 fn request(args: &RenderArgs) -> Result<Request, Failure> {
@@ -212,7 +188,7 @@ fn request(args: &RenderArgs) -> Result<Request, Failure> {
         seed: args.seed,
     };
     Ok(match args.quality {
-        Some(quality) => request.of_quality(quality),
+        Some(quality) => request.with_quality(quality)?,
         None => request,
     })
 }

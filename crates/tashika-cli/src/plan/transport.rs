@@ -55,6 +55,7 @@ impl TransportPlan {
             seed: args.seed,
             ..Request::default()
         };
+        request.check()?;
         request.resolve()?;
         let confidence = args.confidence;
         let told = |error| ControlOptions { error, confidence, seed: args.seed, ..ControlOptions::default() };

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use super::Request;
 use crate::error::{Error, Result};
-use crate::integrator::Promise;
+use crate::integrator::{Promise, SumMethod};
 use crate::stats::{tolerance_rank, upper_share_outside};
 
 /// What is claimed, as users call it.
@@ -168,6 +168,23 @@ impl Quality {
             Self::Final => "final",
         }
     }
+
+    /// What it claims.
+    pub fn claim(self) -> ClaimName {
+        match self {
+            Self::Draft | Self::Good => ClaimName::Audited,
+            Self::Final => ClaimName::Calibrated,
+        }
+    }
+
+    /// Relative error that it allows a pixel.
+    pub fn error(self) -> f64 {
+        match self {
+            Self::Draft => 0.1,
+            Self::Good => 0.05,
+            Self::Final => 0.02,
+        }
+    }
 }
 
 impl FromStr for Quality {
@@ -182,16 +199,15 @@ impl FromStr for Quality {
 }
 
 impl Request {
-    /// The same with what a quality says of what was not said.
+    /// Fills the claim and the error from a quality where they were not said; the name of a method may
+    /// say its claim. [`with_quality`](Self::with_quality) refuses what contradicts the quality.
     #[must_use]
     pub fn of_quality(mut self, quality: Quality) -> Self {
-        let (claim, error) = match quality {
-            Quality::Draft => (ClaimName::Audited, 0.1),
-            Quality::Good => (ClaimName::Audited, 0.05),
-            Quality::Final => (ClaimName::Calibrated, 0.02),
-        };
-        self.claim.get_or_insert(claim);
-        self.error.get_or_insert(error);
+        let is_certified = self.method.of_lights() == Some(SumMethod::Tashika(Promise::Certified));
+        if !is_certified || quality.claim() == ClaimName::Audited {
+            self.claim.get_or_insert(quality.claim());
+        }
+        self.error.get_or_insert(quality.error());
         self
     }
 }

@@ -3,9 +3,10 @@
 //!
 //! The program and the Python package say the same things in their own ways; what they come to is
 //! decided here, once, so that the same words give the same image. A [`Request`] holds what was
-//! said, [`Request::resolve`] gives a [`Method`] with every value in range, and tells what
-//! was said in vain: an option that means nothing to the method is no error, but its user should
-//! know.
+//! said, [`Request::resolve`] gives a [`Method`] with every value in range and the names of options
+//! that mean nothing to it. [`Request::check`] and [`Request::check_in`] refuse options that contradict
+//! each other; program and Python package call them, so that no option that somebody typed is
+//! ignored.
 //!
 //! | not said | is |
 //! |---|---|
@@ -27,6 +28,7 @@
 
 mod audited;
 mod camera_change;
+mod contradictions;
 mod framing;
 mod method;
 #[cfg(test)]
@@ -389,33 +391,6 @@ impl Request {
             None => PathStop::Count(said.unwrap_or(PATHS)),
         };
         Ok(Method::Path { stop, is_picture: is_calibrated && said.is_none() && self.error.is_none() })
-    }
-
-    fn unused(&self) -> Vec<&'static str> {
-        let is_path = self.method == MethodName::Path;
-        let is_exact = self.method == SumMethod::Exact.into();
-        let (is_ours, is_audited) = (self.is_ours(), self.is_audited());
-        let is_calibrated = self.is_by_calibrated_paths();
-        let until = is_path && (self.error.is_some() || is_audited || is_calibrated);
-        let states_interval = self.sum_method().is_some_and(SumMethod::states_interval);
-        let said_in_vain = [
-            ("vpls", self.vpls.is_some() && is_path),
-            ("clamp", self.clamp.is_some() && is_path),
-            ("instants", self.instants.is_some() && (is_path || self.is_about_all_sets())),
-            ("lights", self.lights_given && is_path),
-            ("gather", self.gather.is_some() && is_path),
-            ("paths", self.paths.is_some() && !self.groups_asked && (!is_path || is_audited)),
-            ("error", self.error.is_some() && is_exact),
-            ("control", self.control.is_some() && !(is_ours || until)),
-            ("absolute", self.absolute.is_some() && !(is_ours || until)),
-            ("confidence", self.confidence.is_some() && (!(states_interval || until) || is_audited)),
-            ("share", self.share.is_some() && !is_audited),
-            ("assurance", self.assurance.is_some() && !is_audited),
-            ("claim", self.claim.is_some() && !(is_ours || is_audited || is_calibrated)),
-            ("truth", self.truth.is_some() && !is_ours),
-            ("max_pairs", self.max_pairs.is_some() && (is_exact || is_path || is_audited)),
-        ];
-        said_in_vain.into_iter().filter(|(_, vain)| *vain).map(|(name, _)| name).collect()
     }
 }
 

@@ -207,7 +207,7 @@ fn what_is_claimed_is_kept_by_paths_where_nothing_else_can() {
 fn each_method_says_what_means_nothing_to_it() {
     let unused = |method, error| resolved(&Request { method, error, ..all_said() }).unused;
     let ours_alone = ["control", "absolute"];
-    let of_ours = ["claim", "truth"];
+    let of_ours = ["claim"];
     let exact = [&["paths", "error"][..], &ours_alone, &["confidence"], &of_ours, &["max_pairs"]].concat();
     assert_eq!(unused(SumMethod::Exact.into(), Some(0.1)), exact);
     for method in [SumMethod::Lightcuts, SumMethod::Mdlc] {
@@ -227,6 +227,119 @@ fn each_method_says_what_means_nothing_to_it() {
     assert_eq!(resolved(&counted).unused, [&of_lights[..], &of_claims, &of_vpls].concat());
     let given = Request { method: MethodName::Path, lights_given: true, ..Request::default() };
     assert_eq!(resolved(&given).unused, ["lights"]);
+    let estimated = |method, truth| resolved(&Request { method, truth: Some(truth), ..Request::default() });
+    let named = SumMethod::Mdlc.into();
+    assert!(estimated(MethodName::Path, Truth::Transport).unused.is_empty(), "that is its truth");
+    assert!(
+        estimated(named, Truth::Vpl).unused.is_empty() && !estimated(named, Truth::Clamped).unused.is_empty()
+    );
+}
+
+/// Each pair of options of which one takes the other's meaning, with what is said of it.
+#[test]
+fn options_that_contradict_each_other_are_refused() {
+    let bare = Request::default;
+    let path = || Request { method: MethodName::Path, ..bare() };
+    let exact = || Request { method: SumMethod::Exact.into(), ..bare() };
+    let mdlc = || Request { method: SumMethod::Mdlc.into(), ..bare() };
+    let audited = || Request { claim: Some(ClaimName::Audited), ..bare() };
+    let refused = |request: Request| request.check().unwrap_err().to_string();
+    for (request, said) in [
+        (Request { vpls: Some(7), ..path() }, "vpls = 7; expected none with method path"),
+        (Request { clamp: Some(Clamp::Off), ..path() }, "clamp = off; expected none with method path"),
+        (Request { gather: Some(7), ..path() }, "gather = 7; expected none with method path"),
+        (Request { lights_given: true, ..path() }, "lights = given ones; expected none with method path"),
+        (Request { instants: Some(7), ..path() }, "instants = 7; expected none with method path"),
+        (Request { instants: Some(7), ..bare() }, "instants = 7; expected none with truth transport"),
+        (Request { paths: Some(7), ..mdlc() }, "paths = 7; expected none with method mdlc"),
+        (Request { paths: Some(7), ..audited() }, "paths = 7; expected none with claim audited"),
+        (Request { error: Some(0.5), ..exact() }, "error = 0.5; expected none with method exact"),
+        (Request { control: Some(Controlled::Channels), ..mdlc() }, "control = channels; expected none"),
+        (Request { absolute: Some(0.5), ..path() }, "absolute = 0.5; expected none with method path, unless"),
+        (
+            Request { confidence: Some(0.5), ..path() },
+            "confidence = 0.5; expected none with method path, unless",
+        ),
+        (Request { confidence: Some(0.5), ..mdlc() }, "confidence = 0.5; expected none with method mdlc"),
+        (
+            Request { confidence: Some(0.5), ..audited() },
+            "confidence = 0.5; expected none with claim audited",
+        ),
+        (Request { share: Some(0.5), ..bare() }, "share = 0.5; expected none without claim audited"),
+        (Request { assurance: Some(0.5), ..bare() }, "assurance = 0.5; expected none without claim audited"),
+        (
+            Request { claim: Some(ClaimName::Certified), ..path() },
+            "claim = certified; expected none with method path",
+        ),
+        (
+            Request { claim: Some(ClaimName::Calibrated), ..mdlc() },
+            "claim = calibrated; expected none with method mdlc",
+        ),
+        (
+            Request { truth: Some(Truth::Transport), ..mdlc() },
+            "truth = transport; expected vpl with method mdlc",
+        ),
+        (Request { truth: Some(Truth::Vpl), ..path() }, "truth = vpl; expected transport with method path"),
+        (Request { max_pairs: Some(7), ..exact() }, "max_pairs = 7; expected none with method exact"),
+        (Request { max_pairs: Some(7), ..audited() }, "max_pairs = 7; expected none with claim audited"),
+        (Request { audit: Some(7), ..exact() }, "audit = 7; expected none with method exact"),
+        (
+            Request { audit: Some(7), paths: Some(8), ..path() },
+            "audit = 7; expected none with method path, unless",
+        ),
+    ] {
+        let found = refused(request);
+        assert!(found.starts_with(said), "{found}, not {said}");
+    }
+    assert!(
+        bare().check_audited("time", "5s").unwrap_err().to_string().starts_with("time = 5s; expected none")
+    );
+    assert!(audited().check_audited("time", "5s").is_ok());
+    for goes in [
+        Request { error: Some(0.5), paths: Some(9), audit: Some(9), ..path() },
+        Request { paths: Some(7), groups_asked: true, ..bare() },
+        Request { truth: Some(Truth::Transport), ..path() },
+        Request { audit: Some(9), ..mdlc() },
+        bare(),
+    ] {
+        goes.check().unwrap();
+    }
+}
+
+/// What a scene alone leaves without meaning is reported; what means nothing in any is refused.
+#[test]
+fn a_scene_may_leave_an_option_without_meaning() {
+    let still = builtin::tiny();
+    let request = Request { paths: Some(7), ..Request::default() };
+    request.check().unwrap();
+    let said = request.check_in(&still).unwrap_err().to_string();
+    assert!(said.starts_with("paths = 7; expected none with method tashika"), "{said}");
+    let vpls = Request { vpls: Some(7), ..Request::default() };
+    assert!(vpls.check_in(&still).unwrap().is_empty());
+    assert_eq!(vpls.by_paths().unused(), ["vpls"]);
+}
+
+#[test]
+fn a_quality_is_refused_beside_what_it_cannot_be() {
+    let of = |request: Request, quality| request.with_quality(quality).map_err(|error| error.to_string());
+    let claiming = |claim| Request { claim: Some(claim), ..Request::default() };
+    let said = of(claiming(ClaimName::Calibrated), Quality::Draft).unwrap_err();
+    assert!(said.starts_with("quality = draft; expected none with claim calibrated"), "{said}");
+    let said = of(claiming(ClaimName::Audited), Quality::Final).unwrap_err();
+    assert!(said.starts_with("quality = final; expected none with claim audited"), "{said}");
+    let by = |method| Request { method, ..Request::default() };
+    for quality in Quality::ALL {
+        let said = of(by(SumMethod::Lightcuts.into()), quality).unwrap_err();
+        assert!(said.contains("expected none with method lightcuts"), "{said}");
+        assert!(of(by(MethodName::Path), quality).is_ok());
+    }
+    let certified = SumMethod::Tashika(Promise::Certified);
+    let whole = of(by(certified.into()), Quality::Final).unwrap();
+    let Method::Sum { method, options, .. } = resolved(&whole).method else { panic!("{whole:?}") };
+    assert_eq!((method, options.error), (certified, 0.02));
+    assert!(of(by(certified.into()), Quality::Good).is_err());
+    let own = of(Request { error: Some(0.3), ..Request::default() }, Quality::Good).unwrap();
+    assert_eq!((own.error, own.claim), (Some(0.3), Some(ClaimName::Audited)), "the number may be said");
 }
 
 #[test]

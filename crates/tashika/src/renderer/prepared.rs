@@ -254,15 +254,24 @@ impl Prepared<'_> {
         Ok(rendered)
     }
 
+    /// Returns true if something is promised of each pixel, which [`audit`](Self::audit) can judge.
+    pub fn can_be_audited(&self) -> bool {
+        self.promise(None).is_some()
+    }
+
     /// Computes the truth of `count` pixels at random of a finished film of this view, and tells how
-    /// many are within the error: by exact sums where the truth is one, else by path tracing. None
-    /// if nothing is promised that could be judged, or if it was cancelled.
+    /// many are within the error: by exact sums where the truth is one, else by path tracing, whose
+    /// random numbers are others than those of the film. In the dark the error is the absolute one that
+    /// the film was rendered to. None if nothing is promised that could be judged, or if it was
+    /// cancelled.
     ///
     /// # Errors
     /// A film of another view.
     pub fn audit(&self, film: &Film, count: u64) -> Result<Option<Audit>> {
-        let Some((truth, promise)) = self.truth()? else { return Ok(None) };
-        audit::of(film, count, &self.setting(), truth.as_ref(), promise, self.observer)
+        let absolute = film.metadata().number(keys::ERROR_ABSOLUTE);
+        let Some(promise) = self.promise(absolute) else { return Ok(None) };
+        let (truth, setting) = self.truth(&promise)?;
+        audit::of(film, count, &setting, truth.as_ref(), &promise, self.observer)
     }
 
     /// By how much another set of as many VPLs would change a finished film of this view; none if
@@ -285,17 +294,30 @@ impl Prepared<'_> {
         rendered.complete && self.share.is_whole()
     }
 
-    /// What tells the truth about this view, and what is promised of the distance from it.
-    fn truth(&self) -> Result<Option<(Box<dyn Integrator + '_>, &ControlOptions)>> {
-        Ok(match (&self.method, &self.lights) {
-            (Method::Sum { options, .. }, Lights::Set(lights)) => {
-                Some((Box::new(FullSum::new(lights.set())), options))
-            }
-            (Method::Transport { options, .. }, _) => {
-                let stop = until_converged(options, Audit::MOST_PATHS);
-                Some((Box::new(self.path_tracer(stop)?), options))
-            }
-            _ => None,
-        })
+    /// What is promised of the distance from the truth, if anything is.
+    ///
+    /// * `absolute`: error that is enough where it is dark, if a film says one (W·m⁻²·sr⁻¹).
+    pub(super) fn promise(&self, absolute: Option<f64>) -> Option<ControlOptions> {
+        let options = match &self.method {
+            Method::Sum { options, .. } | Method::Transport { options, .. } => options,
+            Method::Path { stop, .. } => stop.options()?,
+            Method::Audited { .. } => return None,
+        };
+        Some(ControlOptions { absolute_error: absolute.unwrap_or(options.absolute_error), ..*options })
+    }
+
+    /// Integrator and setting that give the truth about this view, well enough to judge that promise.
+    pub(super) fn truth(&self, promise: &ControlOptions) -> Result<(Box<dyn Integrator + '_>, Setting<'_>)> {
+        /// Added to the seed where the film is made of paths itself.
+        const OTHER_PATHS: u64 = 0x7a_a0d1_7000;
+        let mut setting = self.setting();
+        if let (Method::Sum { .. }, Lights::Set(lights)) = (&self.method, &self.lights) {
+            return Ok((Box::new(FullSum::new(lights.set())), setting));
+        }
+        if let Method::Path { .. } = self.method {
+            setting.view.seed = setting.view.seed.wrapping_add(OTHER_PATHS);
+        }
+        let stop = until_converged(promise, Audit::MOST_PATHS);
+        Ok((Box::new(self.path_tracer(stop)?), setting))
     }
 }

@@ -224,6 +224,23 @@ fn audits_find_false_claims() {
     assert!(path.audit(&path.render().unwrap().film, 5).unwrap().is_none());
 }
 
+/// Paths that claim are audited by other paths than their own; of so many paths nothing is claimed.
+#[test]
+fn paths_are_audited_by_other_paths() {
+    let paths = tiny().method(MethodName::Path).size([6, 4]);
+    let prepared = paths.clone().error(0.2).prepare().unwrap();
+    let image = prepared.render().unwrap();
+    let audit = prepared.audit(&image.film, 24).unwrap().unwrap();
+    assert!(audit.of > 20 && audit.within + 4 > audit.of && !audit.contradicts, "{audit:?}");
+    let promise = prepared.promise(Some(0.5)).unwrap();
+    assert_eq!((promise.error, promise.absolute_error), (0.2, 0.5), "a film says what is enough in the dark");
+    let (_, setting) = prepared.truth(&promise).unwrap();
+    assert_ne!(setting.view.seed, prepared.setting().view.seed);
+    let counted = paths.paths(8).prepare().unwrap();
+    assert!(!counted.can_be_audited());
+    assert_eq!(counted.audit(&image.film, 24).unwrap(), None);
+}
+
 #[test]
 fn what_cannot_be_is_refused_before_any_work() {
     let told = Witness::default();
