@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use indicatif::HumanCount;
 use serde::{Serialize, Serializer};
 use tashika::experiment::OtherSet;
-use tashika::film::{PictureClaim, Tally, Tone};
+use tashika::film::{Claim, PictureClaim, Tally, Tone};
 use tashika::gather::Filter;
 use tashika::io::write_file;
 use tashika::reconstruction::ABOUT;
@@ -319,6 +319,9 @@ impl RenderReport {
             if !claim.reached {
                 let PictureClaim { share, .. } = claim;
                 rows.push("", format!("{} % were asked for: --time gives it longer", 100.0 * share));
+            }
+            if self.tally.of(Claim::Audited) + self.tally.wider == 0 {
+                rows.push("", "no map of half-widths: too few truths of the audited pixels are known");
             }
         } else if self.is_audited && self.tiles != "1/1" {
             rows.push("claim", "none of a part; `tashika merge` audits the picture when all parts are there");

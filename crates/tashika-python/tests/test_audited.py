@@ -41,8 +41,12 @@ def test_what_does_not_go_with_it_is_said(tmp_path):
         tashika.render(scene, claim="audited", time=-1.0, **FEW)
     with pytest.raises(tashika.OptionError, match="draft"):
         tashika.render(scene, quality="best")
-    with pytest.warns(UserWarning, match="share means nothing"):
-        tashika.render(scene, share=0.5, size=(4, 3), vpls=200, max_pairs=64)
+    small = dict(size=(4, 3), vpls=200, max_pairs=64)
+    for said in (dict(share=0.5), dict(time=5.0), dict(audit=20)):
+        with pytest.raises(tashika.OptionError, match="none without claim audited"):
+            tashika.render(scene, **said, **small)
+    with pytest.raises(tashika.OptionError, match="quality = draft; expected none with claim calibrated"):
+        tashika.render(scene, quality="draft", error=0.05, claim="calibrated")
 
 
 def test_parts_claim_nothing_and_are_audited_when_they_are_joined():
@@ -54,7 +58,7 @@ def test_parts_claim_nothing_and_are_audited_when_they_are_joined():
     two, three = (tashika.merge(parts[of]) for of in (2, 3))
     claim = two.picture_claim
     assert claim["reached"] and claim["looks"] == 1 and claim == three.picture_claim
-    assert list(two) == list(three) and all(np.array_equal(two[plane], three[plane]) for plane in two)
+    assert list(two) == list(three) and all(np.array_equal(two[plane], three[plane], equal_nan=True) for plane in two)
     assert np.count_nonzero(two["audited"][..., 2]) == claim["audited"]
     some = tashika.merge(parts[3][:2])
     assert some.picture_claim is None and not some.complete

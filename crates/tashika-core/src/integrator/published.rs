@@ -116,9 +116,11 @@ impl Published<'_> {
         let states_interval = self.rule.confidence().is_some() && stop != Stop::Budget;
         let claim = if states_interval { Claim::Published } else { Claim::None };
         let half_width = claim.stated(squared_width.sqrt());
+        // One representative a cluster says nothing of its own error.
+        let is_known = self.rule.confidence().is_some() || stop == Stop::Complete;
         PixelRecord {
             radiance: radiance.total(),
-            standard_error: variance.sqrt() as f32,
+            standard_error: if is_known { variance.sqrt() as f32 } else { f32::NAN },
             claim,
             half_width,
             half_widths: HalfWidths { clustering: half_width, ..HalfWidths::default() },

@@ -50,6 +50,15 @@ pub fn about_truth(truth: &str) -> &'static str {
     }
 }
 
+/// Names that truth, as a film's metadata name it, in a few words.
+pub fn truth_in_short(truth: &str) -> &'static str {
+    match truth {
+        "vpl" => "the sum over its VPLs",
+        "clamped" => "what VPLs give on average",
+        _ => "light transport",
+    }
+}
+
 /// What is said of so many pixels of which too much light is not found.
 pub fn about_light_not_found(pixels: u64) -> String {
     format!(

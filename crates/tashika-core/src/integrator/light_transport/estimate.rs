@@ -133,8 +133,12 @@ impl Points {
         Self { pixel, is_emission_rare, tree, by_place }
     }
 
-    /// About how much light that comes by bent ways is not found (luminance, W·m⁻²·sr⁻¹).
+    /// About how much light that comes by bent ways is not found (luminance, W·m⁻²·sr⁻¹); none where
+    /// the camera sees no surface that gathers light, whatever the neighbourhood sees.
     pub(super) fn not_found(&self, common: &Common<'_>, nearby: &Nearby) -> f64 {
+        if self.pixel.points.is_empty() {
+            return 0.0;
+        }
         let Some((bent, (share, beyond))) = common.lights.bent().zip(nearby.not_found()) else { return 0.0 };
         let of_point = |p: &GatherPoint| {
             f64::from(p.weight.luminance()) * bent.importance_radiance(p.position, p.geometric_normal)

@@ -117,20 +117,26 @@ impl<'s> PathTracer<'s> {
             }
         };
         // Those who say an interval say as well what they see.
-        let (features, told, of_paths) = match nearby {
+        let (features, told) = match nearby {
             Some(nearby) => {
                 let features = setting.view.features(setting.tracer, pixel, OF_FEATURES, pixel_key);
                 let rays = nearby.rays_per_pixel() + u64::from(OF_FEATURES);
-                (features, rays, claim.stated(half_width))
+                (features, rays)
             }
             None => Default::default(),
         };
+        let half_width = claim.stated(half_width);
+        let standard_error = match done {
+            // One path says nothing of its error.
+            1 => f64::NAN,
+            _ => moments.iter().map(Moments::standard_error).fold(0.0, f64::max),
+        };
         PixelRecord {
             radiance: sum.scaled(1.0 / f64::from(done)).total(),
-            standard_error: moments.iter().map(Moments::standard_error).fold(0.0, f64::max) as f32,
+            standard_error: standard_error as f32,
             claim,
-            half_width: claim.stated(half_width),
-            half_widths: HalfWidths { compensation: of_paths, ..HalfWidths::default() },
+            half_width,
+            half_widths: HalfWidths { compensation: half_width, ..HalfWidths::default() },
             stop,
             pairs: u64::from(done),
             rays: tracing.rays + told,

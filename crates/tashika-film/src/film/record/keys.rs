@@ -75,7 +75,7 @@ keys! {
     SEED "seed" Sum, "seed of the gather points, or of the paths";
     GATHER_POINTS "gather.points" Sum, "gather points a pixel";
     GATHER_FILTER "gather.filter" Truth, "pixel filter";
-    TRUTH "truth" Truth, "what is estimated: `vpl`, `clamped` or `contribution`";
+    TRUTH "truth" Truth, "what is estimated: `vpl`, `clamped` or `transport`";
     VPLS "vpls" Sum, "VPLs";
     VPLS_REQUESTED "vpls.requested" Sum, "VPLs that were asked for";
     VPLS_DIRECT "vpls.direct" Sum, "VPLs of direct light";

@@ -78,6 +78,19 @@ impl<'f> RenderFilm<'f> {
         PixelRecord::load(self.film, x, y)
     }
 
+    /// Number of pixels.
+    pub fn pixels(&self) -> usize {
+        self.film.window().area() as usize
+    }
+
+    /// Returns true if an interval is claimed of some pixel, or all are exact: there is a map of
+    /// half-widths.
+    pub fn has_map(&self) -> bool {
+        let mut claims = (0..self.pixels()).map(|pixel| self.claim(pixel));
+        let is_map = claims.clone().any(Claim::states_interval) || claims.all(|claim| claim == Claim::Exact);
+        self.has_half_widths() && is_map
+    }
+
     /// Whether the film says why work ended, and so which pixels were rendered.
     pub fn has_stops(&self) -> bool {
         self.stops.is_some()

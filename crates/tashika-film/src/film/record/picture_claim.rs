@@ -81,9 +81,14 @@ impl PictureClaim {
         }
         let window = film.window();
         if let Some(claims) = film.plane_mut(planes::CLAIM).filter(|plane| plane.kind() == SampleKind::U32) {
-            for (x, y) in window.pixels() {
-                if claims.u32_at(x, y) == [Claim::Audited.id()] {
-                    claims.set_u32(x, y, &[Claim::None.id()]);
+            let claiming = |(x, y): &(u32, u32)| claims.u32_at(*x, *y) == [Claim::Audited.id()];
+            let claiming: Vec<(u32, u32)> = window.pixels().filter(claiming).collect();
+            claiming.iter().for_each(|(x, y)| claims.set_u32(*x, *y, &[Claim::None.id()]));
+            for spec in [planes::HALF_WIDTH, planes::HALF_WIDTH_PARTS] {
+                let unknown = vec![f32::NAN; spec.channels.len()];
+                let plane = film.plane_mut(spec).filter(|plane| plane.kind() == SampleKind::F32);
+                if let Some(plane) = plane.filter(|plane| plane.channels().len() == unknown.len()) {
+                    claiming.iter().for_each(|(x, y)| plane.set_f32(*x, *y, &unknown));
                 }
             }
         }
@@ -152,6 +157,7 @@ mod tests {
         let part = film.cropped(Window { x: 1, y: 0, width: 1, height: 2 }).unwrap();
         assert_eq!(PictureClaim::of(part.metadata()), None);
         assert_eq!(RenderFilm::of(&part).at(1, 1).claim, Claim::None);
+        assert!(RenderFilm::of(&part).at(1, 1).half_width.is_nan(), "zero would be exact");
         assert_eq!(RenderFilm::of(&whole).at(1, 1).claim, Claim::Audited);
     }
 

@@ -155,6 +155,17 @@ pub struct HalfWidths {
     pub compensation: f32,
 }
 
+impl HalfWidths {
+    /// Of a pixel that claims nothing.
+    const UNKNOWN: Self = Self { clustering: f32::NAN, lights: f32::NAN, compensation: f32::NAN };
+}
+
+impl PixelRecord {
+    fn without_half_widths(&self) -> Self {
+        Self { half_width: f32::NAN, half_widths: HalfWidths::UNKNOWN, ..*self }
+    }
+}
+
 macro_rules! schema {
     (
         record { $(
@@ -222,15 +233,17 @@ macro_rules! schema {
             /// [`store`](Self::store) wants them.
             pub const PLANES: &[PlaneSpec] = &[$(planes::$key),+];
 
-            /// Sets the pixel of a film of [`Self::PLANES`].
+            /// Sets the pixel of a film of [`Self::PLANES`]. Half-widths are NaN where nothing is claimed:
+            /// in a film, zero means exact.
             ///
             /// # Panics
             /// If the film has not these planes first, or the pixel is outside.
             pub fn store(&self, film: &mut Film, x: u32, y: u32) {
+                let record = if self.claim.is_some() { *self } else { self.without_half_widths() };
                 let mut planes = film.planes_mut().iter_mut();
                 $(
                     let plane = planes.next().filter(|plane| plane.name() == $name);
-                    self.$field.put(plane.expect("a film of PLANES"), x, y);
+                    record.$field.put(plane.expect("a film of PLANES"), x, y);
                 )+
             }
 
@@ -257,13 +270,13 @@ schema! {
             "estimated radiance, linear Rec. 709";
         standard_error: f32 => STANDARD_ERROR "standard_error" ["Y"] "W·m⁻²·sr⁻¹",
             Shown::Relative, in_pages false, "relative standard error",
-            "standard error of what is controlled (the luminance, or the worst channel if `control` says channels), 0 if exact";
+            "standard error of what is controlled (the luminance, or the worst channel if `control` says channels), 0 if exact, NaN if it is not known";
         half_width: f32 => HALF_WIDTH "half_width" ["Y"] "W·m⁻²·sr⁻¹",
             Shown::Relative, in_pages true, "relative half-width",
-            "half-width of the interval that is claimed for what is controlled (the luminance, or each channel if `control` says channels), 0 if exact or nothing is claimed";
+            "half-width of the interval that is claimed for what is controlled (the luminance, or each channel if `control` says channels), 0 if exact, NaN if nothing is claimed";
         half_widths: HalfWidths => HALF_WIDTH_PARTS "half_width_parts" ["clustering", "lights", "compensation"] "W·m⁻²·sr⁻¹",
             Shown::Relative, in_pages false, "relative half-width by source",
-            "what the half-width would be if one source of error were all: few terms drawn, few VPLs, few paths of what VPLs do not carry";
+            "what the half-width would be if one source of error were all: few terms drawn, few VPLs, few paths of what VPLs do not carry; NaN if nothing is claimed";
         claim: Claim => CLAIM "claim" ["id"] "1",
             Shown::Code(Claim::CODES), in_pages true, "claim",
             "what is claimed: 0 nothing, 1 exact, 2 published, 3 calibrated, 4 certified, 5 audited";
@@ -295,7 +308,7 @@ schema! {
             "radiance as a mean of pixels that are alike; nothing is claimed of it";
         AUDITED F32 "audited" ["low", "high", "verdict"] "W·m⁻²·sr⁻¹",
             Shown::Value, in_pages true, "audited pixels",
-            "luminance that an audit found of a pixel, from and to, and its verdict: 1 within the error, 2 outside or not known well enough, 0 not audited";
+            "luminance that an audit found of a pixel, from and to, NaN if it is not known, and its verdict: 1 within the error, 2 outside or not known well enough, 0 not audited";
         HALVES F32 "picture_halves" ["A_R", "A_G", "A_B", "A_error", "B_R", "B_G", "B_B", "B_error", "passes"] "W·m⁻²·sr⁻¹",
             Shown::Value, in_pages false, "halves of a part",
             "of a part of an audited picture: mean radiance of each of two independent halves with the standard error of its luminance, and passes; merging makes the picture of it";
@@ -320,6 +333,9 @@ schema! {
         REFERENCE F32 "reference" ["R", "G", "B"] "W·m⁻²·sr⁻¹",
             Shown::Color, in_pages false, "reference",
             "what errors are measured from";
+        REFERENCE_HALF_WIDTH F32 "reference_half_width" ["Y"] "W·m⁻²·sr⁻¹",
+            Shown::Relative, in_pages false, "relative half-width of the reference",
+            "how far what errors are measured from may be off itself, at 99.9 %";
     }
 }
 
@@ -355,6 +371,21 @@ mod tests {
         assert_eq!(PixelRecord::load(&film, 1, 1), PixelRecord::default());
         assert_eq!(film.plane(planes::HALF_WIDTH_PARTS).unwrap().f32_at(2, 1), [6.0, 7.0, 8.0]);
         assert_eq!(film.plane(planes::STOP).unwrap().u32_at(2, 1), [4]);
+    }
+
+    /// Zero would read as exact.
+    #[test]
+    fn a_film_has_no_half_width_where_nothing_is_claimed() {
+        let size = [3, 1];
+        let mut film = Film::new(size, Window::full(size), PixelRecord::PLANES).unwrap();
+        for (x, claim) in (0..).zip([Claim::None, Claim::Exact, Claim::Audited]) {
+            PixelRecord { claim, half_width: 0.0, ..PixelRecord::default() }.store(&mut film, x, 0);
+        }
+        for name in ["half_width", "half_width_parts"] {
+            let is_known = |x| film.plane(name).unwrap().f32_at(x, 0).iter().all(|h| *h == 0.0);
+            assert_eq!([0, 1, 2].map(is_known), [false, true, true], "{name}");
+            assert!(film.plane(name).unwrap().f32_at(0, 0).iter().all(|h| h.is_nan()), "{name}");
+        }
     }
 
     #[test]

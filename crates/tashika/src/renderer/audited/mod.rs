@@ -15,7 +15,9 @@
 //!
 //! Whatever was reached, the map of half-widths is what the reconstruction foresees of its own
 //! error, scaled by the [rank](AuditTerms::rank) of the audited pixels' ratios: as sure as the
-//! certificate, the asked-for share of the pixels is within theirs. A rank for each of two groups of
+//! certificate, the asked-for share of the pixels is within theirs. There is no map where the truth of
+//! the pixel of that rank is not known, as where the time is short, nor where too few are audited for
+//! a rank: half-widths are then NaN, and nothing is claimed of a pixel. A rank for each of two groups of
 //! pixels, by brightness or by what is foreseen, would widen the map by 8 to 34 %: so few pixels in a
 //! group have their largest ratio for the rank.
 //!
@@ -50,7 +52,7 @@ use std::sync::atomic::Ordering;
 use super::observer::{Phase, during};
 use super::{Lights, Prepared};
 use crate::error::Result;
-use crate::film::{Claim, Film, Metadata, RenderFilm, Stop, keys};
+use crate::film::{Claim, Film, Metadata, RenderFilm, keys};
 use crate::integrator::{ControlOptions, Integrator, LightTransport, SamplePaths};
 use crate::picture::Picture;
 use crate::reconstruction::Reconstructed;
@@ -60,7 +62,7 @@ use foreseen::{half_widths, importance_of, share_outside};
 use looks::{Looks, is_dear, is_hopeful};
 use truth::Around;
 use truths::{Source, Truths};
-use verdict::{Look, Pictured, Tolerance, Verdict};
+use verdict::{Look, Pictured, Stated, Tolerance, Verdict};
 
 /// Paths of all pixels at most, where no time is said: a picture in minutes.
 const MOST_PATHS: u64 = 64_000_000;
@@ -310,7 +312,7 @@ impl<'p> Work<'p, '_> {
             half_widths: &half_widths(&self.reconstructed, &self.tolerance),
         };
         self.film.metadata_mut().set(keys::PASSES, self.picture.passes());
-        picture.store(&mut self.film, Stop::SampleCount, |_| (Claim::None, 0.0));
+        picture.store(&mut self.film, |_| Stated::NOTHING);
         Ok(())
     }
 

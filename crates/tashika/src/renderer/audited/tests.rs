@@ -344,6 +344,32 @@ fn there_is_an_answer_when_the_time_is_up() {
     assert!(claim.lower_within() < 0.5, "{claim}");
     assert_eq!(ending.pictures.load(Ordering::SeqCst), 2, "a third picture would be late");
     assert!(image.totals.tally.out_of_budget > 0);
+    is_a_map_or_none(&image.film);
+    // With no time at all no truth is known, and so no map.
+    let image = renderer(1).error(0.001).observer(&Ending::new(1, true)).render().unwrap();
+    let read = RenderFilm::of(&image.film);
+    assert!(PictureClaim::of(image.film.metadata()).is_some() && read.tally().of(Claim::Audited) == 0);
+    is_a_map_or_none(&image.film);
+    let audited = image.film.plane(planes::AUDITED).unwrap().f32_samples().unwrap();
+    let is_unknown = |pixel: &[f32]| pixel[..2].iter().all(|end| end.is_nan());
+    assert!(audited.chunks(3).filter(|pixel| pixel[2] == 0.0).all(is_unknown), "zero would be black");
+}
+
+/// A half-width of zero is exact: that of the background. Where none is known it is no number.
+fn is_a_map_or_none(film: &Film) {
+    let mut exact = 0;
+    for (x, y) in Window::full(SIZE).pixels() {
+        let record = RenderFilm::of(film).at(x, y);
+        match record.claim {
+            Claim::Audited => assert!(record.half_width > 0.0, "{x} {y}: {record:?}"),
+            Claim::Exact => {
+                assert_eq!((record.half_width, record.coverage, record.stop), (0.0, 0.0, Stop::Complete));
+                exact += 1;
+            }
+            _ => assert!(record.half_width.is_nan(), "{x} {y}: {record:?}"),
+        }
+    }
+    assert!(exact > 0, "some of the image shows nothing");
 }
 
 #[test]

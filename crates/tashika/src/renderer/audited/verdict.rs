@@ -141,11 +141,27 @@ impl Verdict<'_> {
         }
         let of_pixels = if factor.is_some() { Claim::Audited } else { Claim::None };
         let stop = if claim.reached { Stop::RuleMet } else { Stop::Budget };
-        picture.store(film, stop, |k| {
-            let claim = if self.population[k] { of_pixels } else { Claim::None };
-            (claim, factor.unwrap_or_default())
+        picture.store(film, |k| match self.population[k] {
+            true => Stated { claim: of_pixels, factor: factor.unwrap_or(f64::NAN), stop },
+            false => Stated::BACKGROUND,
         });
     }
+}
+
+/// What a picture states of a pixel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stated {
+    pub claim: Claim,
+    /// By which the map of half-widths is scaled, where an interval is claimed.
+    pub factor: f64,
+    pub stop: Stop,
+}
+
+impl Stated {
+    /// Of a pixel of a picture in work.
+    pub const NOTHING: Self = Self { claim: Claim::None, factor: f64::NAN, stop: Stop::SampleCount };
+    /// Of a pixel that shows nothing but a constant background, of which no light can be missing.
+    pub const BACKGROUND: Self = Self { claim: Claim::Exact, factor: 0.0, stop: Stop::Complete };
 }
 
 /// A picture with all that is foreseen of it, of the pixels of a window, row by row.
@@ -158,11 +174,11 @@ pub(super) struct Pictured<'f> {
 }
 
 impl Pictured<'_> {
-    /// Puts the picture into a film, with what is claimed of each pixel and how the map is scaled.
-    pub fn store(&self, film: &mut Film, stop: Stop, claimed: impl Fn(usize) -> (Claim, f64)) {
+    /// Puts the picture into a film, with what is stated of each pixel.
+    pub fn store(&self, film: &mut Film, stated: impl Fn(usize) -> Stated) {
         film.metadata_mut().set(keys::FORESEEN, self.reconstructed.importance_median());
         for (k, (x, y)) in film.window().pixels().enumerate() {
-            let (claim, factor) = claimed(k);
+            let Stated { claim, factor, stop } = stated(k);
             let record = PixelRecord {
                 radiance: self.reconstructed.radiance[k],
                 standard_error: self.reconstructed.importance_error[k],
@@ -181,12 +197,13 @@ pub(super) fn describe(pixels: &[AuditedPixel], tolerance: &Tolerance, film: &mu
     let read = RenderFilm::of(film);
     let window = film.window();
     let channels = planes::AUDITED.channels.len();
-    let mut samples = vec![0.0; channels * window.area() as usize];
+    let not_audited = [f32::NAN, f32::NAN, 0.0];
+    let mut samples = not_audited.repeat(window.area() as usize);
     for truth in pixels {
         let [x, y] = truth.pixel;
         let at = channels * window.index(x, y);
         let luminance = read.at(x, y).radiance.luminance().into();
-        let [low, high] = truth.interval.unwrap_or_default().map(|end| end as f32);
+        let [low, high] = truth.interval.unwrap_or([f64::NAN; 2]).map(|end| end as f32);
         let verdict = if truth.is_within(luminance, tolerance) { 1.0 } else { 2.0 };
         samples[at..at + channels].copy_from_slice(&[low, high, verdict]);
     }

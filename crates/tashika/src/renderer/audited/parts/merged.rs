@@ -3,13 +3,11 @@
 use std::path::Path;
 
 use super::super::foreseen::half_widths;
-use super::super::verdict::{AuditedPixel, Look, Pictured, Tolerance, Verdict, describe, shown};
+use super::super::verdict::{AuditedPixel, Look, Pictured, Stated, Tolerance, Verdict, describe, shown};
 use super::draw::draw;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
-use crate::film::{
-    Claim, Film, Key, Metadata, PixelRecord, Plane, PlaneSpec, RenderFilm, Stop, Value, keys, planes,
-};
+use crate::film::{Film, Key, Metadata, PixelRecord, Plane, PlaneSpec, RenderFilm, Value, keys, planes};
 use crate::reconstruction::{Halves, Reconstructed, Smoother};
 use crate::render::Merged;
 use crate::request::{AuditTerms, Method};
@@ -117,7 +115,10 @@ impl<'f> Parts<'f> {
             half_widths: &half_widths,
         };
         if self.audited.is_empty() {
-            picture.store(&mut film, Stop::SampleCount, |_| (Claim::None, 0.0));
+            picture.store(&mut film, |k| match self.population[k] {
+                true => Stated::NOTHING,
+                false => Stated::BACKGROUND,
+            });
             return Ok(film);
         }
         let Self { audited, tolerance, .. } = self;
