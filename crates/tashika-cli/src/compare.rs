@@ -6,8 +6,8 @@ use serde::Serialize;
 use tashika::film::{PictureClaim, Plane};
 use tashika::io::{read_exr, write_file};
 use tashika::report::{
-    Claims, CompareFacts, Comparison, Intervals, Named, Tolerance, ToleranceFrom, compare, compare_page,
-    error_image, summary,
+    Claims, CompareFacts, Comparison, Intervals, Named, Tolerance, ToleranceFrom, Verdict, compare,
+    compare_page, error_image, summary,
 };
 
 use crate::exit::{Failure, Outcome};
@@ -40,6 +40,9 @@ struct Report {
     /// Pixel of the worst error.
     worst_at: [u32; 2],
     bias: f64,
+    /// How far the reference may itself be off, relative, the median pixel at 99.9 %; none if it does
+    /// not say, or is exact.
+    reference_error: Option<f64>,
     /// Mean distance over mean reference.
     relative_l1: f64,
     /// Of linear RGB, unit of the images; this and what follows is none if all pixels failed.
@@ -55,7 +58,7 @@ struct Report {
     /// Pixels that have not failed and whose error is infinite.
     infinite: u64,
     left_out: LeftOut,
-    /// Share of the claims that were kept; none if the image makes no claims.
+    /// Share of the claims that were kept beyond doubt; none if the image makes no claims.
     claims_kept: Option<f64>,
     claims: Option<ClaimsReport>,
     /// None if nothing is claimed of the picture as a whole.
@@ -73,12 +76,24 @@ struct LeftOut {
 
 #[derive(Debug, Serialize)]
 struct ClaimsReport {
+    /// Claims that are kept, broken, or neither beyond doubt, with the reference's own error.
     kept: u64,
+    broken: u64,
+    undecidable: u64,
     of: u64,
-    /// Ends of the Clopper–Pearson interval of the share.
+    /// Claims whose interval holds the reference, as if it were the truth.
+    inside: u64,
+    /// Claims that are consistent with the reference if the errors of both are normal.
+    consistent: u64,
+    /// Bounds of the share that is kept, with what cannot be decided.
     low: f64,
     high: f64,
     confidence: f64,
+    /// Share that is promised to be kept, if the image says with which confidence it claims.
+    promised: Option<f64>,
+    /// `kept`, `not_kept`, `reference_too_noisy` or `too_few_pixels`; none where nothing is promised,
+    /// or the reference is of another truth.
+    verdict: Option<&'static str>,
     /// Whether the reference is of the same VPLs and gather points, which the claims are about.
     same_truth: bool,
 }
@@ -86,10 +101,14 @@ struct ClaimsReport {
 #[derive(Debug, Serialize)]
 struct PictureReport {
     claim: PictureClaim,
-    /// Pixels within the claimed error of the reference, and of how many.
+    /// Pixels within the claimed error of the reference and outside of it, with the reference's own
+    /// error, and of how many.
     within: u64,
+    outside: u64,
     of: u64,
     held: bool,
+    /// Whether the reference is too noisy to tell.
+    open: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -163,6 +182,7 @@ fn report(plan: &ComparePlan, c: &Comparison, from: ToleranceFrom) -> Report {
         worst: c.worst,
         worst_at: c.worst_at,
         bias: c.bias,
+        reference_error: c.own_error,
         relative_l1: c.relative_l1,
         rmse: measures.map(|m| m.rmse),
         relmse: measures.map(|m| m.relmse),
@@ -175,17 +195,25 @@ fn report(plan: &ComparePlan, c: &Comparison, from: ToleranceFrom) -> Report {
         claims_kept: c.claims.as_ref().and_then(Claims::share),
         claims: c.claims.as_ref().map(|claims| ClaimsReport {
             kept: claims.kept,
+            broken: claims.broken,
+            undecidable: claims.undecidable(),
             of: claims.of,
+            inside: claims.inside,
+            consistent: claims.consistent,
             low: claims.interval.low,
             high: claims.interval.high,
             confidence: Claims::CONFIDENCE,
-            same_truth: claims.same_truth,
+            promised: claims.promised,
+            verdict: claims.verdict().map(Verdict::name),
+            same_truth: claims.same_truth(),
         }),
         picture: c.picture.as_ref().map(|picture| PictureReport {
             claim: picture.claim,
             within: picture.within,
+            outside: picture.outside,
             of: picture.of,
             held: picture.held(),
+            open: picture.verdict().is_none(),
         }),
         intervals: c.intervals.as_ref().map(|intervals| IntervalsReport {
             claimed_in_both: intervals.claimed_in_both,

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use tashika::film::{PictureClaim, RenderFilm, Tally};
+use tashika::film::{PictureClaim, RenderFilm, Tally, keys};
 use tashika::io::{read_exr, write_exr_as, write_file, write_png};
 use tashika::render::{Merged, Merger};
 use tashika::renderer::finish_merged;
-use tashika::report::{RenderFacts, about_light_not_found, count, render_page};
+use tashika::report::{RenderFacts, about_light_not_found, about_truth, count, render_page};
 use tashika::request::Method;
 
 use crate::exit::{Failure, Outcome};
@@ -25,6 +25,8 @@ struct Report {
     tally: Tally,
     /// What is claimed of the picture as a whole, if anything is.
     picture_claim: Option<PictureClaim>,
+    /// What the claims are about, if there are any.
+    truth: Option<String>,
     /// Names of earlier versions for what `tally` has.
     promise_met: u64,
     budget_hit: u64,
@@ -102,11 +104,13 @@ fn told_missing(merged: &Merged) -> String {
 
 fn report(plan: &MergePlan, merged: &Merged) -> Report {
     let tally = RenderFilm::of(&merged.film).tally();
+    let claims = tally.claiming() + tally.wider > 0 || PictureClaim::of(merged.film.metadata()).is_some();
     Report {
         parts: plan.parts.len(),
         pixels: tally.rendered(),
         tally,
         picture_claim: PictureClaim::of(merged.film.metadata()),
+        truth: merged.film.metadata().text(keys::TRUTH).map(str::to_owned).filter(|_| claims),
         promise_met: tally.claiming(),
         budget_hit: tally.out_of_budget,
         not_found: tally.not_found,
@@ -132,6 +136,9 @@ fn rows(report: &Report, merged: &Merged) -> Rows {
     }
     if report.tally.not_found > 0 {
         rows.push("", about_light_not_found(report.tally.not_found));
+    }
+    if let Some(truth) = &report.truth {
+        rows.push("truth", about_truth(truth));
     }
     if !report.complete {
         rows.push("", format!("NOT COMPLETE: {}", told_missing(merged)));

@@ -89,3 +89,34 @@ fn commands_are_found_and_made_small() {
     assert_eq!(found, ["tashika render a --size 640x360 --paths 1024"]);
     assert_eq!(small(&found[0]).join(" "), "tashika render a --size 12x12 --paths 4");
 }
+
+/// "The same bits as one machine": what the chapter's first commands make of shares, held to what they
+/// make in one piece, with the same truth.
+#[test]
+fn shares_of_the_chapter_on_farms_are_joined_to_what_one_machine_renders() {
+    let text = fs::read_to_string(source().join("farm.md")).unwrap();
+    assert!(text.contains("The joined picture has the same bits as one that a single\nmachine makes"));
+    let folder = tempfile::tempdir().unwrap();
+    fs::copy(source().join("room.gltf"), folder.path().join("room.gltf")).unwrap();
+    let mut said = String::new();
+    for command in commands(&text).into_iter().take_while(|command| !command.contains("--checkpoint")) {
+        let mut words = small(&command);
+        // Of two tiles and more, so that each share has some.
+        if let Some(at) = words.iter().position(|word| word == "--size") {
+            words[at + 1] = "40x36".to_owned();
+        }
+        let mut program = Command::new(env!("CARGO_BIN_EXE_tashika"));
+        let output = program.args(&words[1..]).current_dir(folder.path()).output().unwrap();
+        assert!(matches!(output.status.code(), Some(0 | 4)), "{command}: {output:?}");
+        if words[1] == "merge" {
+            said = String::from_utf8(output.stdout).unwrap();
+        }
+    }
+    let [whole, joined] = ["whole.exr", "joined.exr"].map(|name| {
+        let film = tashika::io::read_exr(&folder.path().join(name)).unwrap();
+        assert_eq!(film.metadata().text("truth"), Some("transport"), "{name}");
+        film
+    });
+    assert!(whole.planes() == joined.planes(), "the bits differ");
+    assert!(said.contains("truth") && said.contains("light transport"), "{said}");
+}

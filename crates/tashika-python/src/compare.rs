@@ -7,8 +7,8 @@ use pyo3::types::PyDict;
 use tashika::film::Tone;
 use tashika::io::write_file;
 use tashika::report::{
-    self, Claims, CompareFacts, Intervals, Named, Tolerance, ToleranceFrom, compare_page, error_image,
-    summary,
+    self, Claims, CompareFacts, Intervals, Named, Tolerance, ToleranceFrom, Verdict, compare_page,
+    error_image, summary,
 };
 
 use crate::arrays::array;
@@ -101,6 +101,13 @@ impl Comparison {
         self.found.bias
     }
 
+    /// How far the reference may itself be off, relative, the median pixel at 99.9 %; None if it does
+    /// not say, or is exact.
+    #[getter]
+    fn reference_error(&self) -> Option<f64> {
+        self.found.own_error
+    }
+
     /// Mean distance over the mean reference.
     #[getter]
     fn relative_l1(&self) -> f64 {
@@ -160,39 +167,52 @@ impl Comparison {
         Ok(left_out)
     }
 
-    /// Share of the claims that were kept; None without claims.
+    /// Share of the claims that were kept beyond doubt; None without claims.
     #[getter]
     fn claims_kept(&self) -> Option<f64> {
         self.found.claims.as_ref().and_then(Claims::share)
     }
 
-    /// Claims: "kept", "of", the ends "low" and "high" of the interval of the share at
-    /// "confidence", and "same_truth", whether the reference is of the same VPLs and gather points;
-    /// None if the image makes none.
+    /// Claims: how many are "kept", "broken" and "undecidable" with the reference's own error, "of" how
+    /// many, "inside", how many hold the reference as if it were the truth, "consistent", how many do if
+    /// the errors of both are normal, the bounds "low" and "high"
+    /// of the share kept at "confidence", the share that is "promised", the "verdict" ("kept",
+    /// "not_kept", "reference_too_noisy", "too_few_pixels", or None where nothing is promised or the
+    /// reference is of another truth), and "same_truth", whether the reference is of the same VPLs and
+    /// gather points; None if the image makes none.
     #[getter]
     pub(crate) fn claims<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(found) = &self.found.claims else { return Ok(None) };
         let claims = PyDict::new(py);
         claims.set_item("kept", found.kept)?;
+        claims.set_item("broken", found.broken)?;
+        claims.set_item("undecidable", found.undecidable())?;
         claims.set_item("of", found.of)?;
+        claims.set_item("inside", found.inside)?;
+        claims.set_item("consistent", found.consistent)?;
         claims.set_item("low", found.interval.low)?;
         claims.set_item("high", found.interval.high)?;
         claims.set_item("confidence", Claims::CONFIDENCE)?;
-        claims.set_item("same_truth", found.same_truth)?;
+        claims.set_item("promised", found.promised)?;
+        claims.set_item("verdict", found.verdict().map(Verdict::name))?;
+        claims.set_item("same_truth", found.same_truth())?;
         Ok(Some(claims))
     }
 
     /// What became of what is claimed of the picture as a whole: the "claim", as
-    /// `Image.picture_claim` has it, pixels "within" the claimed error, "of" how many, and whether it
-    /// "held"; None if nothing is claimed.
+    /// `Image.picture_claim` has it, pixels "within" the claimed error and "outside" of it with the
+    /// reference's own error, "of" how many, whether it "held", and whether that is "open" because the
+    /// reference is too noisy; None if nothing is claimed.
     #[getter]
     fn picture<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(found) = &self.found.picture else { return Ok(None) };
         let picture = PyDict::new(py);
         picture.set_item("claim", from_json(py, &found.claim)?)?;
         picture.set_item("within", found.within)?;
+        picture.set_item("outside", found.outside)?;
         picture.set_item("of", found.of)?;
         picture.set_item("held", found.held())?;
+        picture.set_item("open", found.verdict().is_none())?;
         Ok(Some(picture))
     }
 

@@ -2,47 +2,154 @@
 //!
 //! A film claims where its plane `half_width` holds the half-width `h` of an interval around the
 //! luminance (W·m⁻²·sr⁻¹) and its plane `claim` is not 0; without a plane `claim` every half-width
-//! is a claim. A claim is kept if the reference is inside:
+//! is a claim. With the distance `d = |L − L_r|` from a reference that is itself off by `q` at most
+//! ([`OwnError`]), and `ρ = 2⁻²³ (|L_r| + d)` for what storing the colours in single precision may
+//! have moved them,
 //!
 //! ```text
-//! |L − L_r| ≤ h + 2⁻²³ (|L_r| + |L − L_r|)
+//! kept          d + q ≤ h + ρ      wherever within q of the reference the truth is
+//! broken        d − q > h + ρ      nowhere there
+//! undecidable   else: the reference is too noisy to tell
 //! ```
 //!
-//! where the second term is what storing the colours in single precision may have moved them.
+//! # Verdict
+//! Claims at confidence `c` promise that a share `p = 1 − (1 − c) n_i/n` of the `n` pixels is kept,
+//! where `n_i` state an interval and the others are exact. Claims that hold are called broken only
+//! where the reference is further off than `q`, with probability `α` of 0.1 % at most. So, with the
+//! Clopper–Pearson interval of a share,
 //!
-//! Claims are about the sum over the film's own VPLs and gather points. Where the reference is
-//! another sum, or light transport itself, the difference between the two truths is judged with
-//! them; [`Claims::same_truth`] says whether the films' metadata name the same sum.
+//! ```text
+//! not kept      low(broken) > 1 − p + α
+//! kept          inside/n ≥ p
+//! open          else: by what cannot be decided, or by too few pixels
+//! ```
+//!
+//! where a claim is *inside* if its interval holds the reference as if that were the truth, `d ≤ h + ρ`.
+//! Noise of the reference only takes claims out of that count: an error `X` that is symmetric and
+//! unimodal and noise `N` that does not depend on it have `P(|X + N| ≤ h) ≤ P(|X| ≤ h)` (Anderson 1955).
+//!
+//! The share that is kept is between that of the kept and that of all that are not broken; its bounds
+//! are the lower end of the first interval and the upper end of the second.
+//!
+//! Where that is open, a weaker count says something: if the errors of both films are normal, the interval
+//! about their difference has the half-width `√(h² + (z(c) s)²)`, with the reference's standard error
+//! `s = q/z(99.9 %)`, and claims that hold have it hold as often. It tells less the larger `s` is: of a
+//! reference of nothing but noise any claims have a share `c`.
+//!
+//! # Guarantee
+//! Of independent pixels and a reference whose errors are normal: claims that hold are called *not kept*
+//! with probability 2.5 % at most. Claims are called *kept* only if at least the share `p` holds, of
+//! errors that are symmetric and unimodal, within the chance of which pixels there are.
 //!
 //! # Assumption
 //! The interval of the share takes pixels for independent trials. Pixels of one image share their
-//! VPLs, so that it is narrower than the variation from render to render; and a reference that is
-//! itself noisy breaks claims that hold.
+//! VPLs, so that it is narrower than the variation from render to render.
+//!
+//! # Held to this by
+//! `claims::tests`, on films whose truth is known, with references of every noise.
 
-use crate::film::keys::{self, About};
-use crate::film::{Film, Metadata, RenderFilm, Value};
-use crate::stats::{Interval, clopper_pearson};
+use super::own_error::OwnError;
+use super::truths::Truths;
+use crate::film::{Claim, Film, RenderFilm, keys};
+use crate::stats::{Interval, clopper_pearson, normal_quantile};
 
 /// How many claims were kept.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Claims {
-    /// Claims that were kept.
+    /// Claims that are kept, whatever the reference's own error.
     pub kept: u64,
+    /// Claims that are not, whatever the reference's own error.
+    pub broken: u64,
+    /// Claims whose interval holds the reference itself, as if that were the truth.
+    pub inside: u64,
+    /// Claims that are consistent with the reference if the errors of both are normal.
+    pub consistent: u64,
     /// Claims, of pixels that have an error.
     pub of: u64,
-    /// Clopper–Pearson interval of the share kept, at [`Claims::CONFIDENCE`].
+    /// Bounds of the share kept, at [`Claims::CONFIDENCE`]: the lower end of the Clopper–Pearson
+    /// interval of those that are kept, and the upper end of that of those that are not broken.
     pub interval: Interval,
-    /// Whether the reference says that it is of the same scene, VPLs and gather points.
-    pub same_truth: bool,
+    /// Share that is promised to be kept; none if the film does not say with which confidence.
+    pub promised: Option<f64>,
+    /// Claims that are judged by a pixel of the reference with an error of its own.
+    pub by_estimates: u64,
+    /// What the two films say of the truths that they are about.
+    pub truths: Truths,
+}
+
+/// What became of claims, together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// As many are kept as is promised.
+    Kept,
+    /// Fewer are.
+    NotKept,
+    /// The reference is too noisy to tell.
+    TooNoisy,
+    /// There are too few pixels to tell.
+    TooFew,
+}
+
+impl Verdict {
+    /// In one word, for scripts.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Kept => "kept",
+            Self::NotKept => "not_kept",
+            Self::TooNoisy => "reference_too_noisy",
+            Self::TooFew => "too_few_pixels",
+        }
+    }
+
+    /// In words, behind "95 % claimed:".
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Kept => "kept",
+            Self::NotKept => "NOT kept",
+            Self::TooNoisy => "open, the reference is too noisy to tell",
+            Self::TooFew => "open, too few pixels to tell",
+        }
+    }
 }
 
 impl Claims {
-    /// Confidence of the interval.
+    /// Confidence of the bounds.
     pub const CONFIDENCE: f64 = 0.95;
 
-    /// Share of the claims that were kept; none if there were no claims.
+    /// Share of the claims that were kept, at least; none if there were no claims.
     pub fn share(&self) -> Option<f64> {
         (self.of > 0).then(|| self.kept as f64 / self.of as f64)
+    }
+
+    /// Claims of which the reference is too noisy to tell.
+    pub fn undecidable(&self) -> u64 {
+        self.of - self.kept - self.broken
+    }
+
+    /// Whether as many were kept as is promised; none if nothing is promised or claimed, or the
+    /// reference is of another truth.
+    pub fn verdict(&self) -> Option<Verdict> {
+        let promised = self.promised?;
+        if self.of == 0 || self.truths.differ() {
+            return None;
+        }
+        let share = |count: u64| count as f64 / self.of as f64;
+        let mistaken = (1.0 - OwnError::CONFIDENCE) * share(self.by_estimates);
+        let broken = clopper_pearson(self.broken, self.of, Self::CONFIDENCE).low;
+        Some(if broken > 1.0 - promised + mistaken {
+            Verdict::NotKept
+        } else if share(self.inside) >= promised {
+            Verdict::Kept
+        } else if share(self.of - self.broken) >= promised {
+            Verdict::TooNoisy
+        } else {
+            Verdict::TooFew
+        })
+    }
+
+    /// Whether the reference says that it is of the same scene, VPLs and gather points.
+    pub fn same_truth(&self) -> bool {
+        self.truths == Truths::Same
     }
 }
 
@@ -55,47 +162,202 @@ pub(super) fn rounding(distance: f64, size: f64) -> f64 {
 /// Counts the claims that are kept.
 pub(super) struct Judge<'f> {
     film: RenderFilm<'f>,
-    same_truth: bool,
+    confidence: Option<f64>,
+    truths: Truths,
     kept: u64,
+    broken: u64,
+    inside: u64,
+    consistent: u64,
+    by_estimates: u64,
+    intervals: u64,
     of: u64,
+    /// Half-width at the confidence of the claims, over that at which the reference's own error is.
+    of_own: f64,
 }
 
 impl<'f> Judge<'f> {
     /// For the claims of a film by that reference; none if it has no half-widths.
     pub(super) fn of(film: &'f Film, reference: &Film) -> Option<Self> {
-        let same_truth = same_truth(film, reference);
+        let truths = Truths::of(film, reference);
+        let confidence = film.metadata().number(keys::CONFIDENCE).filter(|c| *c > 0.0 && *c < 1.0);
         let film = RenderFilm::of(film);
-        film.has_half_widths().then_some(Self { film, same_truth, kept: 0, of: 0 })
+        let z = |confidence: f64| normal_quantile(0.5 + 0.5 * confidence);
+        let judge = Self {
+            film,
+            confidence,
+            truths,
+            kept: 0,
+            broken: 0,
+            inside: 0,
+            consistent: 0,
+            by_estimates: 0,
+            intervals: 0,
+            of: 0,
+            of_own: z(confidence.unwrap_or(Claims::CONFIDENCE)) / z(OwnError::CONFIDENCE),
+        };
+        film.has_half_widths().then_some(judge)
     }
 
-    /// Judges the pixel at that position by its distance from a reference of that size.
-    pub(super) fn judge(&mut self, pixel: usize, distance: f64, size: f64) {
+    /// Judges the pixel at that position by its distance from a reference of that size, which is itself
+    /// off by `own` at most. A pixel that failed has no distance (NaN), and its claim is broken.
+    pub(super) fn judge(&mut self, pixel: usize, distance: f64, size: f64, own: f64) {
         let Some(half_width) = self.film.half_width(pixel) else { return };
         let allowed = f64::from(half_width) + rounding(distance, size);
         self.of += 1;
+        self.intervals += u64::from(self.film.claim(pixel) != Claim::Exact);
+        self.by_estimates += u64::from(own > 0.0);
         // A half-width that is not a number keeps nothing.
-        self.kept += u64::from(distance <= allowed);
+        self.inside += u64::from(distance <= allowed);
+        let with_own = f64::from(half_width).hypot(own * self.of_own) + rounding(distance, size);
+        self.consistent += u64::from(distance <= with_own);
+        self.kept += u64::from(distance + own <= allowed);
+        let may_hold = distance - own <= allowed;
+        self.broken += u64::from(!may_hold);
     }
 
     /// What was found.
     pub(super) fn claims(self) -> Claims {
-        let Self { same_truth, kept, of, .. } = self;
-        Claims { kept, of, interval: clopper_pearson(kept, of, Claims::CONFIDENCE), same_truth }
+        let Self { truths, kept, broken, inside, consistent, by_estimates, intervals, of, .. } = self;
+        let bounds = |count| clopper_pearson(count, of, Claims::CONFIDENCE);
+        let interval = Interval { low: bounds(kept).low, high: bounds(of - broken).high };
+        let of_intervals = intervals as f64 / of.max(1) as f64;
+        let promised = match self.confidence {
+            Some(confidence) => Some(1.0 - (1.0 - confidence) * of_intervals),
+            None => (intervals == 0).then_some(1.0),
+        };
+        Claims { kept, broken, inside, consistent, of, interval, promised, by_estimates, truths }
     }
 }
 
-/// Whether two films estimate the same truth, as far as their metadata say.
-pub(super) fn same_truth(film: &Film, reference: &Film) -> bool {
-    truth_of(film.metadata()).eq(truth_of(reference.metadata()))
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::{PixelRecord, Stop, Window};
+    use crate::rng::{Purpose, Stream};
+    use crate::{Named, Tolerance, compare};
+    use std::path::Path;
 
-/// What the metadata say of the truth that a film estimates: scene, camera, and, unless it is light
-/// transport, what VPLs and gather points were drawn from.
-fn truth_of(metadata: &Metadata) -> impl Iterator<Item = (&str, &Value)> {
-    let is_transport = metadata.text(keys::TRUTH) == Some("transport");
-    metadata.iter().filter(move |(name, _)| match keys::about(name) {
-        About::Truth => true,
-        About::Sum => !is_transport,
-        About::Making | About::Part => false,
-    })
+    const PIXELS: u32 = 20_000;
+
+    /// Films of a truth of 1, side by side: an image whose errors are normal with a standard deviation
+    /// of 0.01 and whose half-widths are those of 95 % times `widths`, and a reference whose errors have
+    /// `noise` times that deviation and which says so.
+    fn verdict(widths: f64, noise: f64) -> Claims {
+        const SIGMA: f64 = 0.01;
+        let size = [PIXELS, 1];
+        let film = |key: u64, of: &dyn Fn(f64) -> PixelRecord| {
+            let mut film = Film::new(size, Window::full(size), PixelRecord::PLANES).unwrap();
+            let mut s = Stream::new(7, Purpose::Test, key);
+            for x in 0..PIXELS {
+                let z = normal_quantile(s.uniform_f64().max(f64::MIN_POSITIVE));
+                of(z).store(&mut film, x, 0);
+            }
+            film
+        };
+        let gray = |value: f64| crate::color::Rgb::gray(value as f32);
+        let half_width = (widths * normal_quantile(0.975) * SIGMA) as f32;
+        let mut image = film(1, &|z| PixelRecord {
+            radiance: gray(1.0 + SIGMA * z),
+            half_width,
+            claim: Claim::Calibrated,
+            stop: Stop::RuleMet,
+            ..PixelRecord::default()
+        });
+        image.metadata_mut().set(keys::CONFIDENCE, 0.95);
+        let reference = film(2, &|z| PixelRecord {
+            radiance: gray(1.0 + noise * SIGMA * z),
+            standard_error: (noise * SIGMA) as f32,
+            stop: Stop::SampleCount,
+            ..PixelRecord::default()
+        });
+        let named = |film| Named { name: Path::new("a"), film };
+        compare(named(&image), named(&reference), &Tolerance::default()).unwrap().claims.unwrap()
+    }
+
+    /// With half-widths that hold for 95 % and more, whatever the noise of the reference.
+    #[test]
+    fn claims_that_hold_are_never_called_broken() {
+        for noise in [0.0, 0.1, 0.3, 1.0, 3.0, 30.0] {
+            for widths in [1.0, 1.3, 2.0] {
+                let found = verdict(widths, noise);
+                let told = found.verdict().unwrap();
+                assert_ne!(told, Verdict::NotKept, "{widths} {noise}: {found:?}");
+                let [low, high] = [found.interval.low, found.interval.high];
+                // Shares of normal errors within the half-widths.
+                let truth = [(1.0, 0.95), (1.3, 0.989_2), (2.0, 0.999_911)];
+                let (_, truth) = truth.into_iter().find(|(w, _)| *w == widths).unwrap();
+                // Five standard errors of which pixels there are, and what the reference mistakes.
+                let of_pixels = 5.0 * (truth * (1.0 - truth) / f64::from(PIXELS)).sqrt();
+                let spread = of_pixels + 0.001;
+                // With normal errors the share is at least what is claimed.
+                let consistent = found.consistent as f64 / f64::from(PIXELS);
+                assert!(consistent >= 0.95 - of_pixels.max(0.008), "{widths} {noise}: {consistent}");
+                assert!(low <= truth + spread && truth - spread <= high, "{widths} {noise}: {low} {high}");
+                // Noise as large as the error itself leaves 83 %, 93 % and 99.4 % of them inside.
+                match noise {
+                    n if n <= 0.3 && widths > 1.0 => assert_eq!(told, Verdict::Kept, "{widths} {noise}"),
+                    1.0 if widths > 1.5 => assert_eq!(told, Verdict::Kept, "{widths} {noise}"),
+                    n if n >= 1.0 => assert_eq!(told, Verdict::TooNoisy, "{widths} {noise}"),
+                    _ => {}
+                }
+            }
+        }
+        // By the reference as if it were the truth they would be: 1 − P(|Z| > 1.96/√2) of them.
+        let naive = verdict(1.0, 1.0);
+        assert!((naive.inside as f64) < 0.85 * naive.of as f64, "{naive:?}");
+    }
+
+    /// With half-widths of a half and of four fifths: 67 % and 88 % hold.
+    #[test]
+    fn claims_that_do_not_hold_are_never_called_kept() {
+        for widths in [0.5, 0.8] {
+            for noise in [0.0, 0.03, 0.1, 0.3, 1.0, 3.0, 30.0] {
+                let found = verdict(widths, noise);
+                let told = found.verdict().unwrap();
+                assert_ne!(told, Verdict::Kept, "{widths} {noise}: {found:?}");
+                // 33 % and 12 % are not kept; a little noise leaves more than 5 % of them beyond doubt.
+                if noise <= 0.1 {
+                    assert_eq!(told, Verdict::NotKept, "{widths} {noise}: {found:?}");
+                }
+                if noise >= 1.0 {
+                    assert_eq!(told, Verdict::TooNoisy, "{widths} {noise}: {found:?}");
+                }
+                let share = found.consistent as f64 / f64::from(PIXELS);
+                assert!(noise > 1.0 || share < 0.945, "{widths} {noise}: {share}");
+            }
+        }
+    }
+
+    #[test]
+    fn each_claim_is_kept_broken_or_undecidable() {
+        let size = [4, 1];
+        let film = |record: &dyn Fn(u32) -> PixelRecord| {
+            let mut film = Film::new(size, Window::full(size), PixelRecord::PLANES).unwrap();
+            (0..4).for_each(|x| record(x).store(&mut film, x, 0));
+            film
+        };
+        // Off by 0.1, 0.1, 0.5 and 0.5; the reference by 0.05 at most, and the last by nobody knows what.
+        let grays = [1.1, 1.1, 1.5, 1.5];
+        let half_widths = [0.2, 0.12, 0.2, 0.2];
+        let image = film(&|x| PixelRecord {
+            radiance: crate::color::Rgb::gray(grays[x as usize]),
+            half_width: half_widths[x as usize],
+            claim: Claim::Certified,
+            stop: Stop::RuleMet,
+            ..PixelRecord::default()
+        });
+        let own = [0.05, 0.05, 0.05, f32::NAN];
+        let reference = film(&|x| PixelRecord {
+            radiance: crate::color::Rgb::gray(1.0),
+            standard_error: own[x as usize] / 3.290_527,
+            stop: Stop::SampleCount,
+            ..PixelRecord::default()
+        });
+        let named = |film| Named { name: Path::new("a"), film };
+        let found = compare(named(&image), named(&reference), &Tolerance::default()).unwrap();
+        let found = found.claims.unwrap();
+        assert_eq!((found.kept, found.broken, found.undecidable(), found.of), (1, 1, 2, 4));
+        assert_eq!((found.inside, found.by_estimates), (2, 4));
+        assert_eq!(found.verdict(), None, "the film does not say with which confidence");
+    }
 }

@@ -26,9 +26,10 @@
 //! reference is not finite have no error. They are counted, and enter nothing else.
 //!
 //! # Assumption
-//! The reference is taken for the truth. Where it is itself an estimate, its own error is part of
-//! what is measured. Where it claims intervals too, those of both films are held against each
-//! other, which needs no truth ([`Intervals`]).
+//! Errors are measured from the reference as if it were the truth. Where it is itself an estimate and
+//! says how far it is off, claims are judged with that (`claims`), and [`Comparison::own_error`] tells
+//! how much of the measured errors may be its own. Where it claims intervals too, those of both films
+//! are held against each other, which needs no truth ([`Intervals`]).
 //!
 //! # Held to this by
 //! The tests below, on films whose errors are known.
@@ -39,6 +40,7 @@ use super::claims::{Claims, Judge};
 use super::intervals::{Intervals, Meeting};
 use super::judged::PictureJudged;
 use super::measures::Measures;
+use super::own_error::OwnError;
 use super::pairs::{Pairs, Pixel};
 use crate::color::{LUMINANCE_WEIGHTS, Rgb};
 use crate::error::{Error, Location, Result};
@@ -195,6 +197,9 @@ pub struct Comparison {
     /// How many intervals of the two films are disjoint, if they are about the same truth and both
     /// claim one at some pixel.
     pub intervals: Option<Intervals>,
+    /// Error that half of the pixels of the reference do not exceed, at 99.9 % and relative to
+    /// themselves; none if the reference does not say how far it is off, or is exact.
+    pub own_error: Option<f64>,
     /// Error of each pixel in the order of [`Window::pixels`]; NaN for those left out.
     pub errors: Vec<f64>,
 }
@@ -225,6 +230,10 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
 
     let controlled = RenderFilm::of(image.film).controlled();
     let mut out = Comparison::empty(image.film.window(), *tolerance);
+    let own_error = OwnError::of(reference.film);
+    // A reference of which the luminance was looked at may be off by as large a share in each channel.
+    let is_by_channels = controlled != RenderFilm::of(reference.film).controlled();
+    let mut own_errors = Vec::new();
     let mut judge = Judge::of(image.film, reference.film);
     let mut meeting = Meeting::of(image.film, reference.film);
     let (mut sum, mut reference_sum, mut distance_sum, mut error_sum) = (0.0, 0.0, 0.0, 0.0);
@@ -242,7 +251,7 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
             Pixel::Failed { .. } => {
                 out.failed += 1;
                 if let Some(judge) = &mut judge {
-                    judge.judge(i, f64::NAN, 0.0);
+                    judge.judge(i, f64::NAN, 0.0, 0.0);
                 }
                 f64::INFINITY
             }
@@ -258,8 +267,11 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
                 if error.is_finite() {
                     error_sum += error;
                 }
+                let own =
+                    own_error.half_width(i) * if is_by_channels { ratio(size, r).max(1.0) } else { 1.0 };
+                own_errors.push(ratio(own, size));
                 if let Some(judge) = &mut judge {
-                    judge.judge(i, distance, size);
+                    judge.judge(i, distance, size, own);
                 }
                 if let Some(meeting) = &mut meeting {
                     meeting.take(i, distance, size);
@@ -298,7 +310,10 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
     }
     out.measures = Measures::of(out.window, pairs);
     out.claims = judge.map(Judge::claims);
-    out.picture = PictureJudged::of(image.film, pairs);
+    out.picture = PictureJudged::of(image.film, pairs, &own_error);
+    if own_errors.iter().any(|error| *error > 0.0) {
+        [out.own_error] = quantiles(&own_errors, [50]).map(Some);
+    }
     out.intervals = meeting.and_then(Meeting::intervals);
     Ok(out)
 }
@@ -325,6 +340,7 @@ impl Comparison {
             claims: None,
             picture: None,
             intervals: None,
+            own_error: None,
             errors: Vec::with_capacity(window.area() as usize),
         }
     }

@@ -44,7 +44,8 @@
 //! # Held to this by
 //! The tests below, on films whose intervals are known, and on normal errors.
 
-use super::claims::{Claims, rounding, same_truth};
+use super::claims::{Claims, rounding};
+use super::truths::Truths;
 use crate::film::{Film, RenderFilm};
 use crate::stats::{Interval, clopper_pearson};
 
@@ -86,7 +87,7 @@ impl<'f> Meeting<'f> {
         let [a, b] = &films;
         let can_meet = a.has_half_widths()
             && b.has_half_widths()
-            && same_truth(image, reference)
+            && Truths::of(image, reference) == Truths::Same
             && a.controlled() == b.controlled();
         can_meet.then_some(Self { films, claimed_in_both: 0, disjoint: 0 })
     }

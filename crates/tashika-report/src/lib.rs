@@ -13,13 +13,15 @@ mod error_image;
 mod intervals;
 mod judged;
 mod measures;
+mod own_error;
 mod page;
 mod pairs;
 mod picks;
 mod picture;
 mod summary;
+mod truths;
 
-pub use claims::Claims;
+pub use claims::{Claims, Verdict};
 pub use compare::{Comparison, Named, Tolerance, ToleranceFrom, compare};
 pub use error_budget::{ErrorBudget, error_budget};
 pub use error_image::{error_image, half_width_image};
@@ -35,7 +37,9 @@ pub use picture::Picture;
 pub use summary::summary;
 pub use tashika_film::film::{
     about_light_not_found, about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance,
+    truth_in_short,
 };
+pub use truths::Truths;
 
 #[cfg(test)]
 mod tests;

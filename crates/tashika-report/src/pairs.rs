@@ -13,7 +13,7 @@ pub(super) enum Pixel {
     /// The reference is not finite, so that there is nothing to compare with.
     NoTruth,
     /// The image is not finite, the reference is.
-    Failed { color: Rgb, truth: Rgb },
+    Failed { truth: Rgb },
     /// Both are finite.
     Finite { color: Rgb, truth: Rgb },
 }
@@ -56,7 +56,7 @@ impl<'f> Pairs<'f> {
             } else if !truth.is_finite() {
                 Pixel::NoTruth
             } else if !color.is_finite() {
-                Pixel::Failed { color, truth }
+                Pixel::Failed { truth }
             } else {
                 Pixel::Finite { color, truth }
             }

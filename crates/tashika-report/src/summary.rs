@@ -1,10 +1,12 @@
 //! A comparison in words.
 
-use super::claims::Claims;
+use super::claims::{Claims, Verdict};
 use super::compare::Comparison;
 use super::intervals::Intervals;
 use super::measures::Measures;
-use crate::film::{count, percent_of_error, percent_of_share, percent_of_tolerance};
+use super::own_error::OwnError;
+use super::truths::Truths;
+use crate::film::{count, percent_of_error, percent_of_share, percent_of_tolerance, truth_in_short};
 
 /// Labels and what is to say under each; an empty label continues the row above.
 pub fn summary(c: &Comparison) -> Vec<(&'static str, String)> {
@@ -31,19 +33,31 @@ pub fn summary(c: &Comparison) -> Vec<(&'static str, String)> {
         ));
     }
     rows.push(("bias", percent_of_error(c.bias)));
+    if let Some(own) = c.own_error {
+        let confidence = percent_of_tolerance(OwnError::CONFIDENCE);
+        rows.push((
+            "reference",
+            format!("may itself be {} off, the median pixel at {confidence}", percent_of_error(own)),
+        ));
+    }
     if let Some(measures) = &c.measures {
         rows.push(("measures", measured(measures)));
         rows.push(("", displayed(measures)));
     }
     if let Some(claims) = &c.claims {
         rows.push(("claims", told(claims)));
-        if claims.of > 0 && !claims.same_truth {
-            let why = "by a reference of other VPLs or gather points: what these differ by is judged too";
-            rows.push(("", why.to_owned()));
+        if claims.of > 0
+            && let Some(truths) = other(&claims.truths)
+        {
+            rows.push(("", format!("{truths}: what these differ by is judged too")));
         }
     }
     if let Some(picture) = &c.picture {
-        let verdict = if picture.held() { "held" } else { "NOT held" };
+        let verdict = match picture.verdict() {
+            Some(true) => "held",
+            Some(false) => "NOT held",
+            None => "open, the reference is too noisy to tell",
+        };
         let [share, claimed] = [picture.share(), picture.claim.lower_within()].map(percent_of_share);
         let error = percent_of_tolerance(picture.claim.error);
         let pixels = pixels(picture.of);
@@ -112,7 +126,46 @@ fn told(claims: &Claims) -> String {
     let Some(share) = claims.share() else { return "none".to_owned() };
     let [low, high] = [claims.interval.low, claims.interval.high].map(percent_of_share);
     let confidence = percent_of_tolerance(Claims::CONFIDENCE);
-    format!("kept {} of {} ({low} to {high} at {confidence})", percent_of_share(share), count(claims.of))
+    let kept = percent_of_share(share);
+    let kept = match claims.undecidable() {
+        0 => kept,
+        undecidable => {
+            let share = |n: u64| percent_of_share(n as f64 / claims.of as f64);
+            format!("{kept}, broken {}, undecidable {}", share(claims.broken), share(undecidable))
+        }
+    };
+    let verdict = claims.promised.zip(claims.verdict()).map_or_else(String::new, |(promised, verdict)| {
+        let share = |n: u64| percent_of_share(n as f64 / claims.of as f64);
+        let why = match verdict {
+            Verdict::TooNoisy => {
+                format!(" ({} are consistent if all errors are normal)", share(claims.consistent))
+            }
+            Verdict::Kept if claims.inside > claims.kept => {
+                format!(
+                    ", as {} hold the reference itself, whose noise only takes away",
+                    share(claims.inside)
+                )
+            }
+            Verdict::Kept | Verdict::NotKept | Verdict::TooFew => String::new(),
+        };
+        format!("; {} claimed: {}{why}", percent_of_share(promised), verdict.words())
+    });
+    format!("kept {kept} of {} ({low} to {high} at {confidence}){verdict}", count(claims.of))
+}
+
+/// What the reference is about, if that is not what the image is about.
+fn other(truths: &Truths) -> Option<String> {
+    Some(match truths {
+        Truths::Same => return None,
+        Truths::Unsaid => "by a reference that does not say of what truth it is".to_owned(),
+        Truths::Quantities([image, reference]) => format!(
+            "these are about {}, the reference is of {}",
+            truth_in_short(image),
+            truth_in_short(reference)
+        ),
+        Truths::Sums => "by a reference of other VPLs or gather points".to_owned(),
+        Truths::Views(name) => format!("by a reference of another view (its {name} differs)"),
+    })
 }
 
 /// Disjoint intervals are to be rare: small shares are told to three digits, as errors are.

@@ -259,14 +259,17 @@ fn claims_are_kept_up_to_their_half_widths() {
         "a film without half-widths claims nothing"
     );
 
-    assert!(claims.same_truth, "neither film says of what");
+    assert!(claims.same_truth(), "neither film says of what");
     let mut other = reference.clone();
     other.metadata_mut().set("gather.points", 16_u32);
     image.metadata_mut().set("gather.points", 16_u32);
     image.metadata_mut().set("method", "lightcuts");
-    assert!(compared(&image, &other, 0.02, 0.0).claims.unwrap().same_truth, "methods estimate the same sum");
+    assert!(
+        compared(&image, &other, 0.02, 0.0).claims.unwrap().same_truth(),
+        "methods estimate the same sum"
+    );
     other.metadata_mut().set("vpls.seed", 2_u32);
-    assert!(!compared(&image, &other, 0.02, 0.0).claims.unwrap().same_truth);
+    assert!(!compared(&image, &other, 0.02, 0.0).claims.unwrap().same_truth());
 
     let mut all = film_in_rows(1, &[1.1], &[COLOR, HALF_WIDTH]);
     all.plane_mut("half_width").unwrap().set_f32(CORNER[0], CORNER[1], &[0.2]);

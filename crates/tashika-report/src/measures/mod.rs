@@ -106,7 +106,7 @@ impl Pictures {
     /// Of two films, exposed as the reference asks; with the stops.
     fn of(window: Window, pairs: Pairs<'_>) -> (Self, f32) {
         let stops = automatic_stops(pairs.pixels().map(|pixel| match pixel {
-            Pixel::Failed { truth, .. } | Pixel::Finite { truth, .. } => truth.luminance(),
+            Pixel::Failed { truth } | Pixel::Finite { truth, .. } => truth.luminance(),
             Pixel::NotRendered | Pixel::NoTruth => 0.0,
         }));
         let scale = powf(2.0, stops);
@@ -116,7 +116,7 @@ impl Pictures {
         for pixel in pairs.pixels() {
             let (both, is_there) = match pixel {
                 Pixel::Finite { color, truth } => ([color, truth], true),
-                Pixel::Failed { truth, .. } => ([truth; 2], false),
+                Pixel::Failed { truth } => ([truth; 2], false),
                 Pixel::NotRendered | Pixel::NoTruth => ([Rgb::BLACK; 2], false),
             };
             for (colors, color) in pictures.colors.iter_mut().zip(both) {

@@ -23,6 +23,7 @@ use crate::film::{
     CRYPTOMATTE, Film, Plane, PlaneSpec, RenderFilm, SCHEMA, SampleKind, Samples, Tone, ToneMap, Value,
     planes, srgb_png,
 };
+use crate::own_error::OwnError;
 use crate::reconstruction::seen;
 use crate::{count, least_certain};
 
@@ -89,7 +90,13 @@ pub(super) fn embed(shown: &[Shown<'_>], tone: Tone) -> Embedded {
     });
     let images = shown.iter().enumerate().map(|(index, image)| {
         let film = image.film;
-        let asked_for = SCHEMA.iter().filter(|row| row.in_pages);
+        // Where there is no map, what is known of errors is the standard error.
+        let has_map = RenderFilm::of(film).has_map();
+        let asked_for = SCHEMA.iter().filter(|row| match row.spec.name {
+            name if name == planes::HALF_WIDTH.name => has_map,
+            name if name == planes::STANDARD_ERROR.name => !has_map && is_some(film, row.spec),
+            _ => row.in_pages,
+        });
         let mut texts: Vec<PlaneText> = asked_for
             .filter_map(|row| film.plane(row.spec))
             .map(|plane| text(plane, plane.name(), film, &picks))
@@ -103,6 +110,11 @@ pub(super) fn embed(shown: &[Shown<'_>], tone: Tone) -> Embedded {
                 None => text(plane, name, reference, &picks),
             };
             plane.doc = doc.to_owned();
+            let own_error = OwnError::of(reference);
+            if own_error.is_some() {
+                let plane = own_error.plane(reference.window());
+                texts.push(text(&plane, plane.name(), reference, &picks));
+            }
             texts.push(plane);
         }
         Image {
@@ -130,6 +142,11 @@ pub(super) fn embed(shown: &[Shown<'_>], tone: Tone) -> Embedded {
     });
     let across = [window.width, window.height].map(|side| side.div_ceil(factor));
     Embedded { images: images.collect(), note, still: still(first, &picks, across, tone) }
+}
+
+/// Returns true if some sample of a plane is above zero.
+fn is_some(film: &Film, spec: PlaneSpec) -> bool {
+    film.plane(spec).and_then(Plane::f32_samples).is_some_and(|samples| samples.iter().any(|v| *v > 0.0))
 }
 
 /// The picture that scripts begin with; errors are those of the estimate, else what is to be seen is

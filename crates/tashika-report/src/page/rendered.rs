@@ -6,6 +6,7 @@ use crate::film::{Claim, Film, PictureClaim, Plane, RenderFilm, Stop, Tally, Ton
 use crate::reconstruction::ABOUT;
 use crate::{
     about_light_not_found, about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance,
+    truth_in_short,
 };
 
 /// What the page of a render says beyond its film.
@@ -35,6 +36,10 @@ pub fn render_page(film: &Film, facts: &RenderFacts) -> String {
     page.html()
 }
 
+/// Said of an audited picture whose half-widths are not known.
+const NO_MAP: &str = "There is no map of half-widths: too few truths of the audited pixels are known. The view \
+                      “relative standard error” has what is foreseen, of which nothing is claimed.";
+
 /// What is claimed of how many pixels of a film, in a sentence.
 pub fn headline(film: &Film) -> String {
     Counts::of(film).headline(film)
@@ -46,6 +51,8 @@ struct Counts {
     /// Relative half-widths of the pixels that ran out of budget and claim an interval all the same,
     /// in order.
     wider: Vec<f64>,
+    /// Pixels with an interval of an audited map, whatever the audit reached.
+    audited: u64,
 }
 
 impl Counts {
@@ -55,7 +62,8 @@ impl Counts {
         let out = pixels.filter(|pixel| read.stop(*pixel) == Stop::Budget);
         let mut wider: Vec<f64> = out.filter_map(|pixel| read.relative_half_width(pixel)).collect();
         wider.sort_by(f64::total_cmp);
-        Self { tally: read.tally(), wider }
+        let audited = (0..read.pixels()).filter(|pixel| read.claim(*pixel) == Claim::Audited).count();
+        Self { tally: read.tally(), wider, audited: audited as u64 }
     }
 
     /// What is claimed of how many pixels. Nothing here has judged a claim, so none is called kept.
@@ -90,11 +98,14 @@ impl Counts {
                     Controlled::Luminance => "",
                     Controlled::Channels => " in each channel",
                 };
+                let truth = metadata
+                    .text(keys::TRUTH)
+                    .map_or_else(String::new, |truth| format!(" of {}", truth_in_short(truth)));
                 let others = self.wider.get(self.wider.len() / 2).map_or_else(String::new, |half_width| {
                     format!(", half of the others to be within {}", percent_of_error(*half_width))
                 });
                 format!(
-                    "{scene}: {who} {claim} to be within {}{dark}{channels} at {} confidence{others}",
+                    "{scene}: {who} {claim} to be within {}{truth}{dark}{channels} at {} confidence{others}",
                     percent_of_tolerance(error),
                     percent_of_tolerance(confidence)
                 )
@@ -119,14 +130,31 @@ impl Counts {
         if film.plane(planes::RECONSTRUCTION).is_some() {
             lines.push(format!("The picture is {ABOUT}; the view “image” has the estimates."));
         }
+        let is_audited = PictureClaim::of(metadata).is_some();
         for claim in Claim::ALL {
-            let n = if claim.is_some() { tally.of(claim) } else { tally.silent() };
+            let n = match claim {
+                // Of an audited picture they are the background, or a map that is not there.
+                Claim::Exact | Claim::None if is_audited => 0,
+                Claim::None => tally.silent(),
+                Claim::Audited => self.audited,
+                _ => tally.of(claim),
+            };
             if n > 0 && (claim.is_some() || tally.claiming() > 0) {
                 let [one, many] = claim.sentences();
                 lines.push(format!("{} {}", count(n), if n == 1 { one } else { many }));
             }
         }
-        if tally.out_of_budget > 0 {
+        if let Some(claim) = PictureClaim::of(metadata) {
+            if !claim.reached {
+                let share = percent_of_tolerance(claim.share);
+                lines.push(format!(
+                    "Asked for were {share} of the pixels: a longer time (--time) reaches more."
+                ));
+            }
+            if self.audited == 0 {
+                lines.push(NO_MAP.to_owned());
+            }
+        } else if tally.out_of_budget > 0 {
             let n = count(tally.out_of_budget);
             let wider = match tally.wider {
                 0 => String::new(),

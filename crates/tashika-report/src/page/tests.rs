@@ -10,7 +10,8 @@ use serde_json::Value as Json;
 use super::*;
 use crate::color::{Rgb, srgb_encode};
 use crate::film::{
-    Claim, PictureClaim, PlaneSpec, SCHEMA, SampleKind, Samples, Stop, Tone, Window, keys, planes,
+    Claim, PictureClaim, PixelRecord, PlaneSpec, SCHEMA, SampleKind, Samples, Stop, Tone, Window, keys,
+    planes,
 };
 use crate::{Named, Tolerance, ToleranceFrom, compare};
 
@@ -166,7 +167,7 @@ fn the_headline_and_the_lines_count_what_the_film_holds() {
     let mut film = film(5, 2);
     let page = rendered(&film);
     for words in [
-        "90.0 % of 10 pixels claim to be within 2 % at 95 % confidence",
+        "90.0 % of 10 pixels claim to be within 2 % of the sum over its VPLs at 95 % confidence",
         "1 claims nothing: do not rely on it.",
         "9 carry calibrated intervals",
         "1 ran out of budget",
@@ -179,7 +180,7 @@ fn the_headline_and_the_lines_count_what_the_film_holds() {
     film.plane_mut("claim").unwrap().set_u32(11, 4, &[3]);
     let page = rendered(&film);
     for words in [
-        "90.0 % of 10 pixels claim to be within 2 % at 95 % confidence, half of the others to be within 1.00 %",
+        "90.0 % of 10 pixels claim to be within 2 % of the sum over its VPLs at 95 % confidence, half of the others to be within 1.00 %",
         "9 carry calibrated intervals",
         "1 ran out of budget, 1 with a wider interval",
     ] {
@@ -260,11 +261,31 @@ fn audited_pictures_are_told_as_a_whole() {
         "{}",
         headline(&film)
     );
+    let page = rendered(&film);
+    assert!(page.contains("Asked for were 90 % of the pixels") && !page.contains("ran out of budget"));
+    assert!(page.contains("There is no map of half-widths") && !page.contains("do not rely on"));
     let plot = rendered::plots(&film).into_iter().find(|plot| plot.name == "audited").unwrap();
     // Of 0.1 and of 3 over 0.5.
     let ratios: Vec<f64> =
         plot.csv.lines().skip(1).map(|line| line.split(',').nth(1).unwrap().parse().unwrap()).collect();
     assert!((ratios[0] - 0.2).abs() < 1e-6 && (ratios[1] - 6.0).abs() < 1e-6, "{}", plot.csv);
+}
+
+/// Half-widths are in a page if there are any, and else what is known of errors.
+#[test]
+fn a_page_without_a_map_has_standard_errors() {
+    let size = [3, 1];
+    let mut film = Film::new(size, Window::full(size), PixelRecord::PLANES).unwrap();
+    let record = PixelRecord { standard_error: 0.1, stop: Stop::SampleCount, ..PixelRecord::default() };
+    film.window().pixels().for_each(|(x, y)| record.store(&mut film, x, y));
+    let names = |film: &Film| -> Vec<String> {
+        let planes = data(&rendered(film))["images"][0]["planes"].as_array().unwrap().clone();
+        planes.iter().map(|plane| plane["name"].as_str().unwrap().to_owned()).collect()
+    };
+    let has = |film: &Film, name: &str| names(film).iter().any(|known| known == name);
+    assert!(has(&film, "standard_error") && !has(&film, "half_width"));
+    PixelRecord { claim: Claim::Calibrated, half_width: 0.2, ..record }.store(&mut film, 1, 0);
+    assert!(!has(&film, "standard_error") && has(&film, "half_width"));
 }
 
 /// What scripts ask of the tables is in the tables, and they write no name of a plane themselves.

@@ -49,9 +49,9 @@
     );
     // Errors are those of the estimate.
     const isJudged = state.views.some(({ id }) => id === "0/error");
-    const { reconstruction, half_width: halfWidth, rays } = Record.plane;
+    const { reconstruction, half_width: halfWidth, standard_error: standardError, rays } = Record.plane;
     const wantedLeft = [isJudged ? "0/estimate" : `0/${reconstruction}`, "0/estimate"];
-    const wantedRight = ["0/error", `0/${halfWidth}`, "1/estimate", `0/${rays}`, "0/estimate"];
+    const wantedRight = ["0/error", `0/${halfWidth}`, `0/${standardError}`, "1/estimate", `0/${rays}`, "0/estimate"];
     for (const [side, wanted] of [["left", wantedLeft], ["right", wantedRight]]) {
       const select = controls[side];
       const before = select.value;

@@ -9,6 +9,7 @@ const Views = (() => {
     { id: 0, label: "kept: the reference is inside the interval", color: "#56b4e9" },
     { id: 1, label: "broken: the reference is outside", color: "#d55e00" },
     { id: 2, label: "nothing is claimed", color: "#969696" },
+    { id: 3, label: "undecidable: the reference is too noisy", color: "#f0e442" },
   ];
   /** What the code of a plane means. */
   const meaning = (plane, id) => ROWS.get(plane).shown.code.find((code) => code.id === id)?.label;
@@ -302,10 +303,15 @@ const Views = (() => {
       });
       if (single(PLANE.half_width)) {
         const claim = single(PLANE.claim) ? [PLANE.claim] : [];
-        coded("kept", "claims kept", KEPT, [PLANE.radiance, PLANE.reference, PLANE.half_width, ...claim], ([c, r, h, k], i) => {
+        // How far the reference may be off itself.
+        const own = single(PLANE.reference_half_width) ? [PLANE.reference_half_width] : [];
+        coded("kept", "claims kept", KEPT, [PLANE.radiance, PLANE.reference, PLANE.half_width, ...own, ...claim], ([c, r, h, ...more], i) => {
+          const q = own.length ? more[0][0][i] : 0;
+          const k = claim.length ? more[own.length] : null;
           if (k && k[0][i] === Record.claim.none) return 2;
           const off = distance(c, r, i);
-          return off <= h[0][i] + 2 ** -23 * (size(r, i) + off) ? 0 : 1;
+          const allowed = h[0][i] + 2 ** -23 * (size(r, i) + off);
+          return off + q <= allowed ? 0 : off - q <= allowed ? 3 : 1;
         });
       }
     }
