@@ -17,7 +17,7 @@ use super::occluders::Leaf;
 use super::segments::Glass;
 use super::single::{self, Place, Segment, Standing, Waiting};
 use super::trees::{Placed, Tree, Trees};
-use super::triangle::{Block, Lines, blocked};
+use super::triangle::{Block, Lines, Met, blocked};
 use crate::math::Real;
 use crate::math::simd::{F32x16, Vector, Vectors, WIDTH, each, for_bits};
 use crate::scene::Scene;
@@ -118,10 +118,10 @@ impl Packet {
         meet_child::<F>(&self.lines(), &r, limit, node, slot) & lanes
     }
 
-    /// Which lanes a triangle blocks.
+    /// Lanes that a triangle blocks.
     #[inline(always)]
-    fn blocked<F: F32x16, const BOUNDED: bool>(&self, block: &Block, slot: usize, lanes: u32) -> u32 {
-        blocked::<F, BOUNDED>(&block.corners_of(slot), &self.lines()) & lanes
+    fn blocked<F: F32x16, const BOUNDED: bool>(&self, block: &Block, slot: usize) -> Met {
+        blocked::<F, BOUNDED>(&block.corners_of(slot), &self.lines())
     }
 }
 
@@ -308,8 +308,12 @@ fn pass<V: Vectors, const BOUNDED: bool>(
                 continue;
             }
             for triangle in 0..node.count[slot] as usize {
-                for_bits!(packet.blocked::<V::Sixteen, BOUNDED>(block, triangle, lanes), below LANES, |lane| {
+                let met = packet.blocked::<V::Sixteen, BOUNDED>(block, triangle);
+                for_bits!(met.any() & lanes, below LANES, |lane| {
                     let s = &packet.segment(lane);
+                    if !met.is_at(lane, || block.triangle(triangle), s.origin, s.direction) {
+                        continue;
+                    }
                     visible[lane] *= 1.0 - place.stopped(block, triangle, s.origin, s.direction);
                     if visible[lane] <= 0.0 {
                         active &= !(1 << lane);

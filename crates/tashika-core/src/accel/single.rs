@@ -271,10 +271,14 @@ pub(super) fn pass_block<F: F32x8, const BOUNDED: bool>(
     mut visible: f32,
     place: &Place<'_>,
 ) -> f32 {
-    let mut hit = blocked::<F, BOUNDED>(&block.corners(), lines);
-    while hit != 0 && visible > 0.0 {
-        visible *= 1.0 - place.stopped(block, hit.trailing_zeros() as usize, s.origin, s.direction);
-        hit &= hit - 1;
+    let met = blocked::<F, BOUNDED>(&block.corners(), lines);
+    let mut left = met.any();
+    while left != 0 && visible > 0.0 {
+        let slot = left.trailing_zeros() as usize & (WIDTH - 1);
+        left &= left - 1;
+        if met.is_at(slot, || block.triangle(slot), s.origin, s.direction) {
+            visible *= 1.0 - place.stopped(block, slot, s.origin, s.direction);
+        }
     }
     visible
 }
@@ -430,15 +434,17 @@ impl Nearest<'_> {
             }
             let block = of.block::<F>(number ^ LEAF);
             let block: &Block = block.borrow();
-            let (mut met, parameters) = met::<F>(&block.corners(), &lines);
-            if met == 0 {
+            let (met, parameters) = met::<F>(&block.corners(), &lines);
+            let mut left = met.any();
+            if left == 0 {
                 continue;
             }
             let parameters = parameters.array();
-            while met != 0 {
-                let slot = met.trailing_zeros() as usize & (WIDTH - 1);
-                met &= met - 1;
-                if parameters[slot] < self.t_max {
+            while left != 0 {
+                let slot = left.trailing_zeros() as usize & (WIDTH - 1);
+                left &= left - 1;
+                let is_met = || met.is_at(slot, || block.triangle(slot), s.origin, s.direction);
+                if parameters[slot] < self.t_max && is_met() {
                     self.take(&block.triangle(slot), instance, s, parameters[slot]);
                 }
             }

@@ -13,9 +13,9 @@ use crate::math::motion::Track;
 use crate::rng::{Purpose, Stream};
 use crate::scene::{Alpha, AlphaMode, Material, MeshData, MeshShape, SceneBuilder, Surface, has_normal};
 
-type Corners = [Vec3; 3];
+pub(super) type Corners = [Vec3; 3];
 
-fn mesh(triangles: &[Corners]) -> MeshData {
+pub(super) fn mesh(triangles: &[Corners]) -> MeshData {
     MeshData {
         positions: triangles.iter().flatten().copied().collect(),
         triangles: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
@@ -24,7 +24,7 @@ fn mesh(triangles: &[Corners]) -> MeshData {
 }
 
 /// A scene of one mesh at each of `places`, of the given opacity.
-fn tracer(data: MeshData, places: &[Affine3A], opacity: f32) -> Tracer {
+pub(super) fn tracer(data: MeshData, places: &[Affine3A], opacity: f32) -> Tracer {
     tracer_of([(data, opacity)], places)
 }
 
@@ -55,11 +55,11 @@ fn soup(stream: &mut Stream, count: usize, size: f32) -> Vec<Corners> {
         .collect()
 }
 
-fn point(s: &mut Stream, size: f32) -> Vec3 {
+pub(super) fn point(s: &mut Stream, size: f32) -> Vec3 {
     (Vec3::from(s.uniform_3()) - 0.5) * (2.0 * size)
 }
 
-fn visible(t: &Tracer, apex: Apex, targets: &[Vec3]) -> Vec<f32> {
+pub(super) fn visible(t: &Tracer, apex: Apex, targets: &[Vec3]) -> Vec<f32> {
     let mut batch = SegmentBatch::default();
     batch.push_fan(apex, targets.iter().copied());
     let mut out = Vec::new();

@@ -3,6 +3,7 @@
 
 use glam::Vec3;
 
+use super::exact::line_meets;
 use crate::math::gamma;
 use crate::math::simd::{F32x8, Vector, WIDTH, each};
 
@@ -121,22 +122,54 @@ pub(super) struct Lines<F> {
 /// ```
 ///
 /// and for a point that is itself wrong by `e` in each component, `6 M e` more, as `‖n‖₁ ≤ 6 M`.
-/// The constants below are rounded up, which pays for the rounding of the bound itself.
+/// The constants below are rounded up, which pays for the rounding of the bound itself. Products
+/// below the range of normal numbers add up to [`UNDERFLOW`] to a component of `n` and to the sum.
+///
+/// # Error of the edge functions
+/// They are computed about the corner `v₀`. With `a = v₀ − o` and `q = a × d` they are
+///
+/// ```text
+/// V = e₂ · q      W = −e₁ · q      U = d · n − V − W
+/// ```
+///
+/// so that the distance from `o` enters the error only once: two corners that are close to each
+/// other are not subtracted after they have been multiplied. `V` is a sum of products of three
+/// factors `|eᵢ dⱼ aₖ|` with different `i, j, k`, which together are at most `‖e₂‖_∞ ‖d‖₁ ‖a‖₁`, and
+/// of seven roundings; so is `W`, and `U` has two more, and those of `d · n`. All errors are below
+///
+/// ```text
+/// 10 u ‖a‖₁ ‖d‖₁ (‖e₁‖_∞ + ‖e₂‖_∞) + 25 u ‖d‖₁ M
+/// ```
 #[derive(Clone, Copy)]
 struct Planes<F> {
+    /// Two edges from the first corner.
+    e: [Vectors3<F>; 2],
     n: Vectors3<F>,
+    /// `‖e₁‖_∞ + ‖e₂‖_∞`.
+    size: F,
     /// `M · 20 u`, to be multiplied by `‖v₀ − p‖₁`.
     per_length: F,
     /// `7 M`, to be multiplied by the error of the point.
     per_error: F,
 }
 
+/// Eight times half the smallest `f32` above zero: more than the error of a few sums of products
+/// below the range of normal numbers.
+const UNDERFLOW: f32 = f32::from_bits(4);
+
 impl<F: Vector> Planes<F> {
     #[inline(always)]
     fn new(v: &[Vectors3<F>; 3]) -> Self {
-        let (e1, e2) = (sub(v[1], v[0]), sub(v[2], v[0]));
-        let m = largest(e1) * largest(e2);
-        Self { n: cross(e1, e2), per_length: m * F::splat(gamma(20)), per_error: m * F::splat(7.0) }
+        let e = [sub(v[1], v[0]), sub(v[2], v[0])];
+        let [m1, m2] = [largest(e[0]), largest(e[1])];
+        let m = m1 * m2;
+        Self {
+            e,
+            n: cross(e[0], e[1]),
+            size: m1 + m2,
+            per_length: m * F::splat(gamma(20)) + F::splat(UNDERFLOW),
+            per_error: m * F::splat(7.0),
+        }
     }
 
     /// `(v₀ − p) · n` from `a = v₀ − p`.
@@ -149,15 +182,62 @@ impl<F: Vector> Planes<F> {
     /// (m).
     #[inline(always)]
     fn error(&self, a: Vectors3<F>, point_error: F) -> F {
-        (a[0].abs() + a[1].abs() + a[2].abs()) * self.per_length + self.per_error * point_error
+        sum_of_sizes(a) * self.per_length + self.per_error * point_error + F::splat(UNDERFLOW)
+    }
+
+    /// Places where the line from `v₀ − a` along `d` passes inside, and where that is in doubt;
+    /// `start` has the sign of the side on which it starts, and `slope` is `d · n`.
+    #[inline(always)]
+    fn inside(&self, a: Vectors3<F>, d: Vectors3<F>, start: F, slope: F, places: u32) -> Met {
+        let q = cross(a, d);
+        let second = dot(self.e[1], q);
+        let third = F::splat(0.0) - dot(self.e[0], q);
+        let first = slope - second - third;
+        // The last is not a number if any is not, and the least is not if the last is not.
+        let least = second.flipped_by(start).min(third.flipped_by(start)).min(first.flipped_by(start));
+        let lengths = sum_of_sizes(a) * sum_of_sizes(d) + F::splat(SMALLEST_LENGTHS);
+        let of_slope = self.error(d, F::splat(0.0)) * F::splat(1.25);
+        let error = lengths * self.size * F::splat(gamma(12)) + of_slope + F::splat(f32::MIN_POSITIVE);
+        let outside = F::bits((F::splat(0.0) - least).gt(error));
+        let certain = F::bits(least.gt(error)) & places;
+        Met { certain, doubtful: places & !outside & !certain }
+    }
+}
+
+/// Added to `‖a‖₁ ‖d‖₁`, which pays for components of `q` below the range of normal numbers.
+const SMALLEST_LENGTHS: f32 = f32::MIN_POSITIVE * 64.0;
+
+/// Places whose segment or ray meets a triangle.
+#[derive(Clone, Copy)]
+pub(super) struct Met {
+    /// Those that do.
+    pub certain: u32,
+    /// Those that do if the line meets the triangle ([`line_meets`](super::exact::line_meets)).
+    pub doubtful: u32,
+}
+
+impl Met {
+    const NOWHERE: Self = Self { certain: 0, doubtful: 0 };
+
+    /// Places where it does or may.
+    #[inline(always)]
+    pub fn any(self) -> u32 {
+        self.certain | self.doubtful
+    }
+
+    /// Returns true if the line from `o` along `d` meets the triangle of a place where it does or
+    /// may.
+    #[inline(always)]
+    pub fn is_at(self, place: usize, triangle: impl FnOnce() -> Triangle, o: Vec3, d: Vec3) -> bool {
+        self.doubtful >> place & 1 == 0 || line_meets(&triangle().v, o, d)
     }
 }
 
 /// Places whose segment is blocked, by the two rules of [`accel`](crate::accel).
 #[inline(always)]
-pub(super) fn blocked<F: Vector, const BOUNDED: bool>(v: &[Vectors3<F>; 3], s: &Lines<F>) -> u32 {
+pub(super) fn blocked<F: Vector, const BOUNDED: bool>(v: &[Vectors3<F>; 3], s: &Lines<F>) -> Met {
     let planes = Planes::new(v);
-    let (a, b, c) = (sub(v[0], s.origin), sub(v[1], s.origin), sub(v[2], s.origin));
+    let a = sub(v[0], s.origin);
     let start = planes.volume(a);
     // Turned so that the start is on the positive side.
     let (end, end_error) = if BOUNDED {
@@ -166,52 +246,50 @@ pub(super) fn blocked<F: Vector, const BOUNDED: bool>(v: &[Vectors3<F>; 3], s: &
     } else {
         (planes.volume(s.direction).flipped_by(start), planes.error(s.direction, F::splat(0.0)))
     };
-    let across = F::and(start.abs().gt(planes.error(a, s.point_error)), end.gt(end_error));
-    if F::bits(across) == 0 {
-        return 0;
+    let across = F::bits(F::and(start.abs().gt(planes.error(a, s.point_error)), end.gt(end_error)));
+    if across == 0 {
+        return Met::NOWHERE;
     }
-    F::bits(F::and(across, inside(edges(a, b, c, s.direction), start)))
+    planes.inside(a, s.direction, start, planes.volume(s.direction), across)
 }
 
 /// Places whose ray meets a triangle, and the parameters: the origin is certainly off the plane,
 /// the direction certainly towards it, and the line passes inside.
 #[inline(always)]
-pub(super) fn met<F: Vector>(v: &[Vectors3<F>; 3], s: &Lines<F>) -> (u32, F) {
+pub(super) fn met<F: Vector>(v: &[Vectors3<F>; 3], s: &Lines<F>) -> (Met, F) {
     let planes = Planes::new(v);
-    let (a, b, c) = (sub(v[0], s.origin), sub(v[1], s.origin), sub(v[2], s.origin));
+    let a = sub(v[0], s.origin);
     let start = planes.volume(a);
     let slope = planes.volume(s.direction);
     let off = start.abs().gt(planes.error(a, s.point_error));
     let towards = slope.flipped_by(start).gt(planes.error(s.direction, F::splat(0.0)));
-    let inside = inside(edges(a, b, c, s.direction), start);
-    (F::bits(F::and(F::and(off, towards), inside)), start / slope)
+    let across = F::bits(F::and(off, towards));
+    (planes.inside(a, s.direction, start, slope, across), start / slope)
 }
 
-/// Places where all three have the sign of `start`, or are zero.
-#[inline(always)]
-fn inside<F: Vector>(edges: [F; 3], start: F) -> F::Mask {
-    // NaN is outside, as it must be: the smallest of three that hold one could be another.
-    let [u, v, w] = each!(|edge| F::splat(0.0).le(edges[edge].flipped_by(start)));
-    F::and(F::and(u, v), w)
-}
-
-/// The edge functions `d·(b × c)`, `d·(c × a)`, `d·(a × b)`: barycentric weights of the three
-/// corners, up to a factor.
-#[inline(always)]
-fn edges<F: Vector>(a: Vectors3<F>, b: Vectors3<F>, c: Vectors3<F>, d: Vectors3<F>) -> [F; 3] {
-    [dot(cross(b, c), d), dot(cross(c, a), d), dot(cross(a, b), d)]
-}
-
-/// Barycentric weights of the point at which a line passes a triangle.
+/// Barycentric weights of the point at which a line meets a triangle, each in `[0, 1]`.
+///
+/// They are computed in double precision. The place for which they stand is off the line by some
+/// 10⁻¹⁵ times the distance from the origin, over the sine of the angle at the first corner and the
+/// cosine between the line and the normal, and by the rounding of the weights to single precision.
 pub(super) fn barycentric(origin: Vec3, direction: Vec3, t: &Triangle) -> [f32; 3] {
-    let [a, b, c] = t.v.map(|v| v - origin);
-    let edge = |p: Vec3, q: Vec3| {
-        let n = [p.y * q.z - p.z * q.y, p.z * q.x - p.x * q.z, p.x * q.y - p.y * q.x];
-        n[0] * direction.x + n[1] * direction.y + n[2] * direction.z
+    let [v0, v1, v2] = t.v.map(Vec3::as_dvec3);
+    let d = direction.as_dvec3();
+    let (e1, e2) = (v1 - v0, v2 - v0);
+    let q = (v0 - origin.as_dvec3()).cross(d);
+    let slope = d.dot(e1.cross(e2));
+    let (second, third) = (e2.dot(q) / slope, -e1.dot(q) / slope);
+    // No comparison holds of what is not a number.
+    let within = |weight: f64, most: f64| if weight > 0.0 { weight.min(most) } else { 0.0 };
+    // Each is as wrong as the other's edge is long; in a needle one of them may be noise.
+    let (second, third) = if e1.length_squared() < e2.length_squared() {
+        let third = within(third, 1.0);
+        (within(second, 1.0 - third), third)
+    } else {
+        let second = within(second, 1.0);
+        (second, within(third, 1.0 - second))
     };
-    let [u, v, w] = [edge(b, c), edge(c, a), edge(a, b)];
-    let sum = u + v + w;
-    if sum == 0.0 || !sum.is_finite() { [1.0 / 3.0; 3] } else { [u / sum, v / sum, w / sum] }
+    [(1.0 - second - third) as f32, second as f32, third as f32]
 }
 
 #[inline(always)]
@@ -219,7 +297,7 @@ fn largest<F: Vector>(v: Vectors3<F>) -> F {
     v[0].abs().max(v[1].abs()).max(v[2].abs())
 }
 
-/// `a × b`; swapping the arguments negates every bit of the result.
+/// `a × b`.
 #[inline(always)]
 fn cross<F: Vector>(a: Vectors3<F>, b: Vectors3<F>) -> Vectors3<F> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
@@ -228,6 +306,12 @@ fn cross<F: Vector>(a: Vectors3<F>, b: Vectors3<F>) -> Vectors3<F> {
 #[inline(always)]
 fn dot<F: Vector>(a: Vectors3<F>, b: Vectors3<F>) -> F {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Sum of the absolute values.
+#[inline(always)]
+fn sum_of_sizes<F: Vector>(v: Vectors3<F>) -> F {
+    v[0].abs() + v[1].abs() + v[2].abs()
 }
 
 #[inline(always)]

@@ -399,8 +399,11 @@ fn mean_area(scene: &Scene, instance: InstanceId, triangle: u32) -> Option<f32> 
     Some(sum / times.len() as f32)
 }
 
+/// Area of a triangle (m²). In double precision, as the fourth power of a length leaves the range of
+/// `f32`: the area would be zero below 10⁻¹² m and infinite above 10⁹ m.
 fn area(w: [Vec3; 3]) -> f32 {
-    0.5 * (w[1] - w[0]).cross(w[2] - w[0]).length()
+    let [e1, e2] = [w[1] - w[0], w[2] - w[0]].map(Vec3::as_dvec3);
+    (0.5 * e1.cross(e2).length()) as f32
 }
 
 /// Light of the environment from a unit direction, drawn with a density (sr⁻¹).
@@ -423,6 +426,20 @@ fn punctual(e: &Emitter) -> Vpl {
         }
         Emitter::Directional { direction, irradiance } => {
             Vpl { position: Vec3::ZERO, direction, intensity: irradiance, kind: VplKind::Directional }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triangles_of_all_sizes_have_an_area() {
+        for size in [1e-18_f32, 1e-12, 1.0, 1e12, 1e18] {
+            let found = area([Vec3::ZERO, Vec3::X * size, Vec3::Y * size]);
+            // Each number is rounded once.
+            assert!((found / (0.5 * size * size) - 1.0).abs() < 4.0 * f32::EPSILON, "{size:e}: {found:e}");
         }
     }
 }

@@ -60,6 +60,7 @@ mod stored_pixels;
 mod sums;
 mod textures;
 mod tidy;
+mod tiny_parts;
 mod transport_in_media;
 mod udim;
 mod usd;

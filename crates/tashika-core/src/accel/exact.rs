@@ -1,0 +1,176 @@
+//! Signs of edge functions and signed volumes without rounding errors.
+//!
+//! Vector code decides most questions about a triangle with a bound of its error
+//! ([`triangle`](super::triangle)). The rest is decided here, first in double precision with a
+//! bound, then exactly.
+//!
+//! # Exact signs
+//! A determinant of three vectors is a sum of six products `x y z` of single-precision numbers.
+//! `x y` has at most 48 bits and is exact in double precision. Split into its upper 26 bits and the
+//! rest of at most 22, each part times `z` has at most 50 bits and is exact again: the smallest
+//! and largest exponents, −447 and 384, are far from the limits of `f64`. The parts are summed as a
+//! nonoverlapping expansion (Shewchuk 1997, theorem 10), whose sign is that of its last component
+//! that is not zero. Held to this by `exact::tests`, against another implementation.
+
+use std::cmp::Ordering;
+
+use glam::{DVec3, Vec3};
+
+/// Most terms of a sum: four determinants of twelve parts.
+const TERMS: usize = 48;
+
+/// An exact sum of doubles: nonoverlapping components, by increasing magnitude.
+struct Expansion {
+    parts: [f64; TERMS],
+    count: usize,
+}
+
+impl Expansion {
+    const ZERO: Self = Self { parts: [0.0; TERMS], count: 0 };
+
+    /// Adds a number.
+    fn add(&mut self, number: f64) {
+        let mut carried = number;
+        for part in &mut self.parts[..self.count] {
+            // The sum and its rounding error (Knuth).
+            let sum = carried + *part;
+            let of_part = sum - carried;
+            *part = (carried - (sum - of_part)) + (*part - of_part);
+            carried = sum;
+        }
+        self.parts[self.count] = carried;
+        self.count += 1;
+    }
+
+    /// Adds the determinant `x · (y × z)`.
+    fn add_determinant(&mut self, x: Vec3, y: Vec3, z: Vec3) {
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            self.add_product(x[i], y[j], z[k]);
+            self.add_product(-x[i], y[k], z[j]);
+        }
+    }
+
+    /// Adds a product of three numbers.
+    fn add_product(&mut self, x: f32, y: f32, z: f32) {
+        const LOWER: u64 = (1 << 27) - 1;
+        let (product, z) = (f64::from(x) * f64::from(y), f64::from(z));
+        let upper = f64::from_bits(product.to_bits() & !LOWER);
+        self.add(upper * z);
+        self.add((product - upper) * z);
+    }
+
+    fn sign(&self) -> Ordering {
+        let last = self.parts[..self.count].iter().rev().find(|part| **part != 0.0);
+        last.map_or(Ordering::Equal, |part| part.total_cmp(&0.0))
+    }
+}
+
+/// `γ₁₀` in double precision.
+const GAMMA_10: f64 = 10.0 * (f64::EPSILON * 0.5) / (1.0 - 10.0 * (f64::EPSILON * 0.5));
+
+/// Sign of the edge function `d · ((p − o) × (q − o))`: the side on which a line from `o` along `d`
+/// passes the edge from `p` to `q`.
+///
+/// In double precision it is `(d × (p − o)) · (q − p)`, with an error of at most
+/// `γ₇ (|d| × |p − o|) · |q − p|`, where `×` has sums in place of differences. Nothing underflows:
+/// all factors are zero or at least 2⁻¹⁴⁹.
+fn edge(p: Vec3, q: Vec3, o: Vec3, d: Vec3) -> Ordering {
+    let [p64, q64, o64, d64] = [p, q, o, d].map(Vec3::as_dvec3);
+    let (a, e) = (p64 - o64, q64 - p64);
+    certain(d64.cross(a).dot(e), permanent(d64.abs(), a.abs()).dot(e.abs())).unwrap_or_else(|| {
+        let mut sum = Expansion::ZERO;
+        sum.add_determinant(d, p, q);
+        sum.add_determinant(d, q, o);
+        sum.add_determinant(d, o, p);
+        sum.sign()
+    })
+}
+
+/// The sign of a number that is wrong by at most `γ₁₀` times `size`, if that is certain.
+fn certain(number: f64, size: f64) -> Option<Ordering> {
+    (number.abs() > GAMMA_10 * size).then(|| number.total_cmp(&0.0))
+}
+
+/// The cross product with sums in place of differences.
+fn permanent(a: DVec3, b: DVec3) -> DVec3 {
+    DVec3::new(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x)
+}
+
+/// Returns true if the line from `o` along `d` meets the triangle, whose plane is not parallel to
+/// it; edges and corners belong to the triangle.
+#[cold]
+#[inline(never)]
+pub(super) fn line_meets(v: &[Vec3; 3], o: Vec3, d: Vec3) -> bool {
+    let first = edge(v[1], v[2], o, d);
+    let second = edge(v[2], v[0], o, d);
+    if opposite(first, second) {
+        return false;
+    }
+    let third = edge(v[0], v[1], o, d);
+    !opposite(first, third) && !opposite(second, third)
+}
+
+/// Returns true if one is above zero and the other below.
+fn opposite(a: Ordering, b: Ordering) -> bool {
+    a != Ordering::Equal && a == b.reverse()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accel::scales::{orientation, random_exponent};
+    use crate::rng::{Purpose, Stream};
+
+    /// Against `robust`, whose numbers are doubles and whose sums are others: of points anywhere, and of
+    /// points so close to a plane that most signs are rounding.
+    #[test]
+    fn signs_agree_with_another_exact_predicate() {
+        let mut s = Stream::new(1, Purpose::Test, 0);
+        let mut signs = [0; 3];
+        for round in 0..200_000 {
+            let mut point = |scale: f32| (Vec3::from(s.uniform_3()) - 0.5) * scale;
+            let (o, p, d) = (point(2.0), point(2.0), point(2.0));
+            let along = point(1.0);
+            let off = [0.0, 1e-9, 1e-6, 1.0][round % 4];
+            // Near the plane of the line and `p`, or in it.
+            let q = match round % 3 {
+                0 => o + (p - o) * along.x + d * along.y + point(off),
+                1 => Vec3::new(p.x, p.y, p.z + off),
+                _ => p + d * along.x,
+            };
+            let exact = orientation([o.as_dvec3() + d.as_dvec3(), p.as_dvec3(), q.as_dvec3()], o.as_dvec3());
+            // Sums of numbers that are far apart in size round in double precision.
+            if o.as_dvec3() + d.as_dvec3() - o.as_dvec3() != d.as_dvec3()
+                || o.as_dvec3() + d.as_dvec3() - d.as_dvec3() != o.as_dvec3()
+            {
+                continue;
+            }
+            assert_eq!(edge(p, q, o, d), exact, "round {round}: {o} {d} {p} {q}");
+            assert_eq!(edge(q, p, o, d), exact.reverse());
+            let mut sum = Expansion::ZERO;
+            sum.add_determinant(d, p, q);
+            sum.add_determinant(d, q, o);
+            sum.add_determinant(d, o, p);
+            assert_eq!(sum.sign(), exact, "without the bound");
+            signs[(exact as i8 + 1) as usize] += 1;
+        }
+        assert!(signs.iter().all(|count| *count > 5000), "{signs:?}");
+    }
+
+    /// A power of two for each number multiplies the sum by all of them and leaves its sign, down to the
+    /// smallest numbers and up to the largest.
+    #[test]
+    fn signs_do_not_depend_on_the_scale() {
+        let mut s = Stream::new(2, Purpose::Test, 0);
+        for _ in 0..20_000 {
+            let mut point = || (Vec3::from(s.uniform_3()) * 64.0).round() - 32.0;
+            let (o, p, q, d) = (point(), point(), point(), point());
+            let exact = edge(p, q, o, d);
+            let (of_points, of_line) =
+                (random_exponent(&mut s, -149, 120), random_exponent(&mut s, -149, 120));
+            let [o, p, q] = [o, p, q].map(|v| v * of_points);
+            assert_eq!(edge(p, q, o, d * of_line), exact, "{of_points:e} {of_line:e}");
+        }
+    }
+}

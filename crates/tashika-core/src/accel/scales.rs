@@ -1,0 +1,234 @@
+//! Triangles of all sizes, against exact arithmetic that is not the tracer's.
+
+use std::cmp::Ordering;
+
+use glam::{Affine3A, DVec3, Quat, Vec3};
+
+use super::tests::{Corners, mesh, point, tracer, visible};
+use super::{Apex, Hit, Tracer};
+use crate::math::Ray;
+use crate::math::elementary::powf;
+use crate::rng::{Purpose, Stream};
+use crate::scene::{MeshData, has_normal};
+
+/// Sign of `(a − o) · ((b − o) × (c − o))`.
+pub(super) fn orientation([a, b, c]: [DVec3; 3], o: DVec3) -> Ordering {
+    let [a, b, c, o] = [a, b, c, o].map(|v| robust::Coord3D { x: v.x, y: v.y, z: v.z });
+    robust::orient3d(a, b, c, o).total_cmp(&0.0)
+}
+
+/// A power of two.
+pub(super) fn random_exponent(s: &mut Stream, least: i32, most: i32) -> f32 {
+    2f64.powi(least + s.below((most - least) as u64) as i32) as f32
+}
+
+/// Returns true if the line meets the closed triangle, in exact geometry; nothing if `o + d` is not a
+/// double.
+fn line_meets(o: Vec3, d: Vec3, v: &Corners) -> Option<bool> {
+    let (o, d, v) = (o.as_dvec3(), d.as_dvec3(), v.map(Vec3::as_dvec3));
+    let second = o + d;
+    if second - o != d || second - d != o {
+        return None;
+    }
+    let sides = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| orientation([second, v[i], v[j]], o));
+    Some(!(sides.contains(&Ordering::Less) && sides.contains(&Ordering::Greater)))
+}
+
+/// Returns true if a segment crosses the plane of a triangle, or a ray if it has no end; nothing if an
+/// end is so close to it, or the line so nearly parallel, that single precision may not say.
+fn crosses_plane(o: Vec3, d: Vec3, end: Option<Vec3>, v: &Corners) -> Option<bool> {
+    let [v0, v1, v2] = v.map(Vec3::as_dvec3);
+    let (e1, e2) = (v1 - v0, v2 - v0);
+    let n = e1.cross(e2);
+    let size = e1.abs().max_element() * e2.abs().max_element();
+    let sign = |a: DVec3| {
+        let volume = a.dot(n);
+        // Ten times the bound that is proven.
+        let bound = 200.0 * 2f64.powi(-24) * size * (a.abs().element_sum()) + 1e-43;
+        (volume.abs() > bound).then_some(volume > 0.0)
+    };
+    let start = sign(v0 - o.as_dvec3());
+    let end = match end {
+        Some(x) => sign(v0 - x.as_dvec3()),
+        None => sign(-d.as_dvec3()),
+    };
+    start.zip(end).map(|(start, end)| start != end)
+}
+
+/// The answer for one segment in exact geometry, if there is one.
+fn is_blocked(o: Vec3, d: Vec3, end: Option<Vec3>, triangles: &[Corners]) -> Option<bool> {
+    let mut blocked = false;
+    for v in triangles {
+        blocked |= line_meets(o, d, v)? && crosses_plane(o, d, end, v)?;
+    }
+    Some(blocked)
+}
+
+/// Asks in every way for the segments from `o` through `aims` and as far beyond, and holds the answers
+/// to those of exact geometry; how many were free and how many blocked.
+fn hold_to_exact(t: &Tracer, triangles: &[Corners], o: Vec3, aims: &[Vec3], counts: &mut [usize; 2]) {
+    let targets: Vec<Vec3> = aims.iter().map(|aim| o + (*aim - o) * 2.0).collect();
+    let together = visible(t, Apex::Point(o), &targets);
+    assert_eq!(together, visible(&t.plain(), Apex::Point(o), &targets), "same bits");
+    for (&x, &v) in targets.iter().zip(&together) {
+        assert_eq!(visible(t, Apex::Point(o), &[x]), [v], "same bits alone");
+        let d = x - o;
+        if let Some(blocked) = is_blocked(o, d, Some(x), triangles) {
+            assert_eq!(v == 0.0, blocked, "from {o} to {x}, {triangles:?}");
+            counts[usize::from(blocked)] += 1;
+        }
+        let to_infinity = visible(t, Apex::Direction(d), &[o; 5]);
+        let alone = visible(t, Apex::Direction(d), &[o]);
+        let hit = t.closest_hit(&Ray::new(o, d), 0);
+        assert_eq!(hit, t.plain().closest_hit(&Ray::new(o, d), 0), "same bits of rays");
+        assert_eq!(to_infinity, [alone[0]; 5]);
+        if let Some(blocked) = is_blocked(o, d, None, triangles) {
+            assert_eq!((alone[0] == 0.0, hit.is_some()), (blocked, blocked), "{o} along {d}, {triangles:?}");
+        }
+        if let Some(hit) = hit {
+            hold_to_line(o, d, &hit, &triangles[hit.triangle as usize]);
+        }
+    }
+}
+
+/// The weights of a hit are in range, and stand for a place on the line: they are rounded to single
+/// precision, and computed in double precision from where the ray starts.
+fn hold_to_line(o: Vec3, d: Vec3, hit: &Hit, v: &Corners) {
+    assert!(hit.barycentric.iter().all(|b| (0.0..=1.0).contains(b)), "{hit:?}");
+    let place: DVec3 = v.iter().zip(hit.barycentric).map(|(v, b)| v.as_dvec3() * f64::from(b)).sum();
+    let (o, d) = (o.as_dvec3(), d.as_dvec3().normalize());
+    let [e1, e2] = [v[1], v[2]].map(|corner| corner.as_dvec3() - v[0].as_dvec3());
+    let n = e1.cross(e2);
+    let (sine, cosine) = (n.length() / (e1.length() * e2.length()), n.normalize().dot(d).abs());
+    let (size, distance) = (e1.length().max(e2.length()), (v[0].as_dvec3() - o).length());
+    // Weights need not sum to one in single precision.
+    let farthest = v.iter().map(|v| v.as_dvec3().length()).fold(0.0, f64::max);
+    let bound = (4.0 * 2f64.powi(-24)) * farthest.max(size) + 1e-14 * distance / (sine * cosine);
+    let off = (place - o).cross(d).length();
+    assert!(off <= bound, "{hit:?}: {off:e} off the line, expected at most {bound:e}");
+}
+
+/// Turns and shapes of a triangle of about some size.
+fn shape(s: &mut Stream, size: f32) -> Corners {
+    let turn = Quat::from_scaled_axis(point(s, 3.0));
+    let thin = if s.below(3) == 0 { powf(10.0, -4.0 * s.uniform()) } else { 1.0 };
+    [0; 3].map(|_| turn * (point(s, size) * Vec3::new(1.0, thin, 1.0)))
+}
+
+/// Places to aim at: on the triangle, its corners and edges, and around it by its own size, by what
+/// single precision leaves of the distance, and by far more.
+fn aims(s: &mut Stream, v: &Corners, distance: f32, size: f32) -> Vec<Vec3> {
+    let center = (v[0] + v[1] + v[2]) / 3.0;
+    let mut aims = v.to_vec();
+    for around in [0.5 * size, 3.0 * size, 1e-7 * distance, 1e-5 * distance, 0.1 * distance] {
+        aims.extend([0; 3].map(|_| center + point(s, around)));
+    }
+    aims.extend([0; 5].map(|_| v[0].lerp(v[1], s.uniform())));
+    aims
+}
+
+/// From the size of the distance down to 10⁻¹⁸ of it, at scales from 10⁻⁶ to 10⁶: no ray that passes a
+/// triangle meets it, and none that meets it passes. Another triangle shares its leaf, so that what comes
+/// to the leaf is much more than what comes to the triangle.
+#[test]
+fn triangles_of_all_sizes_are_met_where_they_are_and_nowhere_else() {
+    let mut s = Stream::new(3, Purpose::Test, 0);
+    let (mut counts, mut sizes) = ([0; 2], [0; 19]);
+    for round in 0..1500 {
+        let distance = random_exponent(&mut s, -20, 20);
+        let ratio = powf(10.0, -18.0 * s.uniform());
+        let size = distance * ratio;
+        // Around the origin, where coordinates have all their digits, or where they have few.
+        let place = if round % 2 == 0 { Vec3::ZERO } else { point(&mut s, distance) };
+        let v = shape(&mut s, size).map(|corner| place + corner);
+        if !has_normal(&v) {
+            continue;
+        }
+        let aside = point(&mut s, distance);
+        let other = shape(&mut s, distance).map(|corner| corner + aside);
+        let triangles = [v, other];
+        let t = tracer(mesh(&triangles), &[Affine3A::IDENTITY], 1.0);
+        if t.size().triangles != 2 {
+            continue;
+        }
+        let o = place + point(&mut s, 1.0).normalize() * distance;
+        let aims = aims(&mut s, &v, distance, size);
+        hold_to_exact(&t, &triangles, o, &aims, &mut counts);
+        sizes[(-ratio.log10()) as usize] += 1;
+    }
+    assert!(counts[0] > 10_000 && counts[1] > 2000, "both answers occur: {counts:?}");
+    assert!(sizes[..18].iter().all(|count| *count > 10), "at all sizes: {sizes:?}");
+}
+
+/// A body of revolution about the third axis, closed by fans: rings by radius and height.
+fn body(rings: &[(f64, f64)], sides: u32, turn: f64) -> (MeshData, Vec<Corners>) {
+    let mut positions: Vec<Vec3> = Vec::new();
+    for &(radius, height) in rings {
+        positions.extend((0..sides).map(|k| {
+            let angle = turn + std::f64::consts::TAU * f64::from(k) / f64::from(sides);
+            DVec3::new(radius * angle.cos(), radius * angle.sin(), height).as_vec3()
+        }));
+    }
+    let (bottom, top) = (positions.len() as u32, positions.len() as u32 + 1);
+    positions.push(DVec3::new(0.0, 0.0, rings[0].1).as_vec3());
+    positions.push(DVec3::new(0.0, 0.0, rings[rings.len() - 1].1).as_vec3());
+    let mut triangles = Vec::new();
+    for k in 0..sides {
+        let next = (k + 1) % sides;
+        triangles.push([bottom, next, k]);
+        for ring in 0..rings.len() as u32 - 1 {
+            let (a, b, c, d) =
+                (ring * sides + k, ring * sides + next, (ring + 1) * sides + k, (ring + 1) * sides + next);
+            triangles.extend([[a, b, d], [a, d, c]]);
+        }
+        let last = (rings.len() as u32 - 1) * sides;
+        triangles.push([top, last + k, last + next]);
+    }
+    let corners = triangles.iter().map(|t| t.map(|i| positions[i as usize])).collect();
+    (MeshData { positions, triangles, ..MeshData::default() }, corners)
+}
+
+/// Cones, double cones and spheres whose caps are as small as they get: nothing comes out along an edge,
+/// through a corner, or through the cap, and what passes outside passes.
+#[test]
+fn bodies_with_tiny_caps_are_closed() {
+    let mut s = Stream::new(4, Purpose::Test, 0);
+    let mut counts = [0; 2];
+    for round in 0..160 {
+        let cap = f64::from(powf(10.0, -1.0 - 16.0 * s.uniform()));
+        let next = (1e3 * cap).min(0.3);
+        let sides = 3 + s.below(14) as u32;
+        let turn = f64::from(s.uniform());
+        let rings: &[(f64, f64)] = match round % 3 {
+            0 => &[(cap, 0.0), (1.0, 1.0)],
+            1 => &[(cap, 0.0), (1.0, 1.0), (0.5, 2.0)],
+            _ => &[(cap, 0.0), (next, next * next), (0.6, 0.36), (1.0, 1.0), (0.6, 1.8)],
+        };
+        let (data, corners) = body(rings, sides, turn);
+        let count = corners.iter().filter(|v| has_normal(v)).count();
+        let t = tracer(data, &[Affine3A::IDENTITY], 1.0);
+        assert_eq!(t.size().triangles as usize, count);
+        // What is left out must have no extent: two of its corners are one.
+        let is_closed = corners.iter().all(|v| has_normal(v) || v[0] == v[1] || v[1] == v[2] || v[2] == v[0]);
+        let kept: Vec<Corners> = corners.into_iter().filter(has_normal).collect();
+        for _ in 0..12 {
+            let inside = Vec3::new(0.0, 0.0, 0.9) + point(&mut s, 0.05);
+            let v = kept[s.below(count as u64) as usize];
+            let size = (v[1] - v[0]).length().min((v[2] - v[0]).length());
+            let aims = aims(&mut s, &v, 1.0, size);
+            if is_closed {
+                for &aim in &aims {
+                    let (d, far) = (aim - inside, inside + (aim - inside).normalize() * 4.0);
+                    assert_eq!(visible(&t, Apex::Point(inside), &[far; 6]), [0.0; 6], "round {round}");
+                    assert_eq!(visible(&t, Apex::Point(far), &[inside]), [0.0], "round {round}");
+                    assert_eq!(visible(&t, Apex::Direction(d), &[inside; 2])[0], 0.0, "round {round}");
+                    let hit = t.closest_hit(&Ray::new(inside, d), 0).expect("it is closed");
+                    assert!(hit.barycentric.iter().all(|b| (0.0..=1.0).contains(b)), "{hit:?}");
+                }
+            }
+            let outside = Vec3::new(0.0, 0.0, 0.5) + crate::warp::sphere(s.uniform_2()) * 3.0;
+            hold_to_exact(&t, &kept, outside, &aims, &mut counts);
+        }
+    }
+    assert!(counts.iter().all(|count| *count > 2000), "both answers occur: {counts:?}");
+}
