@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
+use tashika::color::Rgb;
 use tashika::io::read_exr;
 use tempfile::TempDir;
 
@@ -176,4 +177,37 @@ fn info_says_when_a_scene_moves() {
         "{told}"
     );
     assert!(!succeeds(folder, "info builtin:tiny --at 3").contains("moves"));
+}
+
+/// A square that is hidden from frame 12 to frame 20, under a sky.
+const HIDDEN: &str = r#"#usda 1.0
+( timeCodesPerSecond = 24
+ metersPerUnit = 1 )
+def Camera "cam" { double3 xformOp:translate = (0, 0, 8)
+ uniform token[] xformOpOrder = ["xformOp:translate"] }
+def Mesh "q" {
+ point3f[] points = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
+ int[] faceVertexCounts = [4]
+ int[] faceVertexIndices = [0, 1, 2, 3]
+ token visibility.timeSamples = { 0: "inherited", 12: "invisible", 20: "inherited" } }
+def DomeLight "d" { }
+"#;
+
+#[test]
+fn frames_without_anything_visible_show_the_background() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("h.usda"), HIDDEN).unwrap();
+    // By every way to render.
+    for way in ["--method path --paths 1", "--method exact --vpls 10", "--quality draft"] {
+        succeeds(folder, &format!("render h.usda {way} --size 4x4 --frames 11..20 --fps 24 -o w.exr"));
+        for number in [12, 19] {
+            let film = read_exr(&folder.join(format!("w-{number:04}.exr"))).unwrap();
+            assert!(film.colors().unwrap().all(|color| color == Rgb::WHITE), "{way}: {number}");
+        }
+        let film = read_exr(&folder.join("w-0011.exr")).unwrap();
+        assert!(film.colors().unwrap().any(|color| color.r < 0.9), "{way}");
+    }
+    let (code, text) = run(folder, "render h.usda --method path --paths 1 --size 4x4 --at 0.6 -o a.exr");
+    assert_eq!(code, Some(0), "{text}");
 }

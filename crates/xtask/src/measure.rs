@@ -25,6 +25,8 @@ pub enum Measure {
     Formulas,
     /// Writes the metals that Mitsuba knows by name
     Metals,
+    /// Writes the properties of USD's schemas, by Pixar's own library
+    Schemas,
     /// Writes the table of light through rough boundaries
     Boundary,
     /// Writes the table of light that fibres return
@@ -47,6 +49,7 @@ impl Measure {
                 ("material_formulas.py", Some("crates/tashika/tests/suite/formula_materials.txt"))
             }
             Self::Metals => ("mitsuba_metals.py", Some("crates/tashika-formats/src/io/mitsuba/metals.rs")),
+            Self::Schemas => ("usd_schemas.py", Some("crates/tashika-formats/src/io/usd/schemas.txt")),
             Self::Sheen => ("sheen_albedo.py", Some("crates/tashika-scene/src/bsdf/sheen/table.rs")),
             Self::Boundary => ("rough_boundary.py", Some("crates/tashika-scene/src/bsdf/boundary/table.rs")),
         }

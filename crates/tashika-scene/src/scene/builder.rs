@@ -63,6 +63,7 @@ impl SceneBuilder {
             digest: None,
             changes: Vec::new(),
             has_default_light: false,
+            is_dark_now: false,
             turned_away: TurnedAway::default(),
             animated: None,
             time: None,
@@ -95,6 +96,12 @@ impl SceneBuilder {
     pub fn add_animated_seconds(&mut self, [from, to]: [f64; 2]) {
         let [first, last] = self.scene.animated.unwrap_or([from, to]);
         self.scene.animated = Some([first.min(from), last.max(to)]);
+    }
+
+    /// Says that the file has lights, which may be off at the time of the scene: if anything in it moves,
+    /// [`Scene::with_default_light`] adds none.
+    pub fn set_dark_now(&mut self) {
+        self.scene.is_dark_now = true;
     }
 
     /// Takes over notes made elsewhere.

@@ -164,6 +164,8 @@ pub struct Scene {
     /// What its user asked for in place of what the file says.
     changes: Vec<String>,
     has_default_light: bool,
+    /// True if the file has lights, which may be off at this time.
+    is_dark_now: bool,
     turned_away: TurnedAway,
     /// When the first and the last thing of the file moves (s).
     animated: Option<[f64; 2]>,

@@ -99,12 +99,13 @@ impl Scene {
             || self.area_emitters().any(|(_, e)| !e.radiance.factor.is_black())
     }
 
-    /// The same scene, if it has light or its user asked for any; else under a white sky and a sun,
-    /// of which a note tells, with `at` for its place. Who shows files to people calls it: a black
-    /// image tells them nothing.
+    /// The same scene, if it has light, lights that are off at its time, or its user asked for any;
+    /// else under a white sky and a sun, with a note at `at`. Programs that show files to people call
+    /// it: a black image is of no use to them.
     #[must_use]
     pub fn with_default_light(mut self, at: Location) -> Self {
-        if self.has_light() || !self.changes.is_empty() {
+        let is_off = self.is_dark_now && self.animated.is_some();
+        if self.has_light() || is_off || !self.changes.is_empty() {
             return self;
         }
         let [radiance, irradiance] = DEFAULT_LIGHT;

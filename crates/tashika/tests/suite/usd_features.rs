@@ -76,6 +76,8 @@ fn example(kind: &str, name: &str) -> String {
         ("stage", "upAxis") => head("upAxis = \"Z\""),
         ("stage", _) => head("timeCodesPerSecond = 30\n framesPerSecond = 12"),
         ("composition", "subLayers") => head("subLayers = [@other.usda@]"),
+        ("composition", "relocates") => head("relocates = { </A>: </B> }"),
+        ("composition", "clips") => plain + "def Xform \"X\" ( clips = { dictionary default = { string primPath = \"/X\" } } ) { }",
         ("composition", "layer offset") => head("subLayers = [@other.usda@ (offset = 1)]"),
         ("composition", "references") => "def \"W\" ( references = @other.usda@ ) { }".to_owned(),
         ("composition", "payload") => "def \"W\" ( payload = @other.usda@</Other> ) { }".to_owned(),
@@ -103,6 +105,14 @@ fn example(kind: &str, name: &str) -> String {
             "double3 xformOp:translate = (1, 0, 0)",
             "uniform token[] xformOpOrder = [\"!resetXformStack!\", \"!invert!xformOp:translate\"]",
         ),
+        ("attribute", "xformOpOrder without Xform") => {
+            moved("double3 xformOp:translate = (1, 0, 0)", "").replace("def Xform", "def Scope")
+        }
+        ("attribute", "renderVisibility") => quad("W", "token renderVisibility = \"visible\""),
+        ("attribute", "model:drawMode") => quad("W", "uniform token model:drawMode = \"cards\""),
+        ("attribute", "colorSpace:name") => quad("W", "uniform token colorSpace:name = \"lin_ap1_scene\""),
+        ("attribute", "lod:heuristics") => quad("W", "uniform int lod:default:index = 1"),
+        ("attribute", "of other renderers") => quad("W", "int primvars:arnold:subdiv_iterations = 2"),
         ("attribute", "default") => moved("double3 xformOp:translate = (1, 0, 0)", ""),
         ("attribute", "visibility") => quad("V", "token visibility = \"invisible\"") + &plain,
         ("attribute", "purpose") => quad("V", "uniform token purpose = \"proxy\"") + &plain,
@@ -110,6 +120,11 @@ fn example(kind: &str, name: &str) -> String {
         ("prim", "GeomSubset") => {
             let subset = "def GeomSubset \"P\" { int[] indices = [0]\n rel material:binding = </M> }";
             surface("", "").replacen("rel material", &format!("{subset}\n rel material"), 1)
+        }
+        ("prim", "GeomSubset of other elements" | "GeomSubset of another family") => {
+            let field = if name.ends_with("family") { "familyName = \"odd\"" } else { "elementType = \"point\"" };
+            let subset = format!("def GeomSubset \"P\" {{ uniform token {field}\n rel material:binding = </M> }}");
+            surface("", "").replacen("rel material:binding = </M>", &subset, 1)
         }
         ("prim", "PointInstancer" | "PointInstancer in a PointInstancer") => {
             let points = |name: &str, prototype: &str, more: &str| {
@@ -123,9 +138,16 @@ fn example(kind: &str, name: &str) -> String {
         ("prim", _) => format!("{plain}def {name} \"P\" {{ }}"),
         ("mesh", "subdivisionScheme") => quad("W", "uniform token subdivisionScheme = \"catmullClark\""),
         ("mesh", "orientation") => quad("W", "uniform token orientation = \"leftHanded\""),
+        ("mesh", "holeIndices") => {
+            "def Mesh \"W\" { uniform token subdivisionScheme = \"none\"\n int[] faceVertexCounts = [3, 3]\n int[] faceVertexIndices = [0, 1, 2, 0, 2, 3]\n point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]\n int[] holeIndices = [1] }".to_owned()
+        }
+        ("mesh", "orientation of a shape") => "def Cube \"W\" { uniform token orientation = \"leftHanded\" }".to_owned(),
         ("mesh", "doubleSided") => quad("W", "uniform bool doubleSided = true"),
         ("primvar", "normals") => quad("W", "normal3f[] primvars:normals = [(0, 0, 1)] ( interpolation = \"uniform\" )"),
         ("primvar", "st") => textured("", ""),
+        ("primvar", "displayOpacity") => {
+            quad("W", "float[] primvars:displayOpacity = [0.25, 1, 1, 1] ( interpolation = \"vertex\" )")
+        }
         ("primvar", "displayColor") => {
             quad("W", "color3f[] primvars:displayColor = [(1, 0, 0), (0, 1, 0)] ( interpolation = \"uniform\" )")
         }
@@ -237,6 +259,10 @@ fn example(kind: &str, name: &str) -> String {
         ("UsdUVTexture", "one channel as a colour") => {
             surface("color3f inputs:diffuseColor.connect = </M/T.outputs:r>", &texture("T", ""))
         }
+        ("camera", "clippingPlanes") => plain + "def Camera \"C\" { float4[] clippingPlanes = [(0, 0, 1, 1)] }",
+        ("camera", "exposure") => plain + "def Camera \"C\" { float exposure = 2 }",
+        ("camera", "shutter:open") => plain + "def Camera \"C\" { double shutter:open = -0.25 }",
+        ("camera", "backPlate") => plain + "def Camera \"C\" { asset backPlate:x:image = @t.pfm@ }",
         ("camera", _) => plain + "def Camera \"C\" { float fStop = 4\n float focusDistance = 5 }",
         ("light", "DistantLight") => light("DistantLight", "float inputs:angle = 0"),
         ("light", "inputs:angle") => light("DistantLight", ""),
@@ -254,6 +280,10 @@ fn example(kind: &str, name: &str) -> String {
         }
         ("light", "inputs:shaping:cone:angle") => light("SphereLight", "float inputs:shaping:cone:angle = 30"),
         ("light", "shaping of other lights") => light("RectLight", "float inputs:shaping:cone:angle = 30"),
+        ("light", "inputs:shaping:ies:angleScale") => light("SphereLight", "float inputs:shaping:ies:angleScale = 1"),
+        ("light", "inputs:shaping:ies:normalize") => light("SphereLight", "bool inputs:shaping:ies:normalize = true"),
+        ("light", "inputs:shadow") => light("RectLight", "bool inputs:shadow:enable = false"),
+        ("light", "treatAsLine") => light("CylinderLight", "bool treatAsLine = true"),
         ("light", "inputs:shaping:focus") => light("SphereLight", "float inputs:shaping:focus = 2"),
         ("light", "inputs:shaping:ies:file") => light("SphereLight", "asset inputs:shaping:ies:file = @lamp.ies@"),
         ("light", "inputs:diffuse" | "inputs:specular") => light("RectLight", &format!("float {name} = 0")),
@@ -265,6 +295,12 @@ fn example(kind: &str, name: &str) -> String {
     def Xform \"X\" { QUAD def DistantLight \"L\" { float inputs:angle = 0 } } }".replace("QUAD", &plain)
         }
         ("light", kind) => light(kind, ""),
+        ("no effect", "extent") => quad("W", "float3[] extent = [(0, 0, 0), (1, 1, 0)]"),
+        ("no effect", "clippingRange") => plain + "def Camera \"C\" { float2 clippingRange = (0.1, 5) }",
+        ("no effect", "velocities") => quad("W", "vector3f[] velocities = [(0, 0, 0)]"),
+        ("no effect", "portals") => light("DomeLight", "rel portals = </W>"),
+        ("no effect", "physics") => quad("W", "bool physics:collisionEnabled = true"),
+        ("no effect", _) => plain,
         _ => panic!("no example of {kind} {name}"),
     }
 }

@@ -182,6 +182,31 @@ fn normal_maps_are_numbers_and_those_without_an_image_fall_back() {
 }
 
 #[test]
+fn missing_files_are_named_where_they_are_named() {
+    let surface = "color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>
+color3f inputs:emissiveColor.connect = </M/U.outputs:rgb>";
+    let shaders =
+        "def Shader \"T\" { uniform token info:id = \"UsdUVTexture\"\n asset inputs:file = @own.png@ }
+def Shader \"U\" { uniform token info:id = \"UsdUVTexture\"\n asset inputs:file.connect = </M.inputs:map> }";
+    let text = text(surface, shaders).replacen(
+        "def Material \"M\" {",
+        "def Material \"M\" {\nasset inputs:map = @map.png@",
+        1,
+    )
+        + "def DomeLight \"D\" {\n float inputs:intensity = 1\n asset inputs:texture:file = @sky.hdr@\n}
+def RectLight \"R\" {\n float inputs:intensity = 1\n asset inputs:texture:file = @rect.png@\n}
+def SphereLight \"I\" {\n float inputs:intensity = 1\n asset inputs:shaping:ies:file = @lamp.ies@\n}\n";
+    let text = super::usd::whole(&text);
+    let error = load(&text).unwrap_err().to_string();
+    for file in ["own.png", "map.png", "sky.hdr", "rect.png", "lamp.ies"] {
+        let line = 1 + text.lines().position(|line| line.contains(file)).unwrap();
+        let place = format!("s.usda:{line}: ");
+        let said = error.lines().find(|line| line.contains(file)).unwrap_or_else(|| panic!("{error}"));
+        assert!(said.contains(&place), "{file} is at {line}: {said}");
+    }
+}
+
+#[test]
 fn prims_without_a_material_show_their_colour() {
     let color = |text: &str| {
         let scene = load(text).unwrap();

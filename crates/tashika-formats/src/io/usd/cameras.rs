@@ -16,11 +16,15 @@ use glam::Vec2;
 use super::Stage;
 use super::prim::Prim;
 use super::walk::State;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::io::cameras::{rigid, unique};
 use crate::io::notes::shown;
 use crate::math::elementary::atan2_f64;
-use crate::scene::{Camera, Lens, Projection};
+use crate::scene::{Camera, Lens, NoteKind, Projection};
+
+/// Note on cameras without a picture.
+const UNUSABLE: &str =
+    "cameras whose focal length or aperture is not above 0, or whose transform loses directions: left out";
 
 impl Stage<'_> {
     /// Adds a camera; those of prototypes are none of the scene.
@@ -28,16 +32,15 @@ impl Stage<'_> {
         if state.is_prototype {
             return Ok(());
         }
-        let number = |stage: &mut Self, name: &str, fallback: f64| -> Result<f64> {
-            let number = stage.number_or(prim, name, fallback)?;
-            if number > 0.0 {
-                return Ok(number);
-            }
-            Err(Error::invalid(stage.at_property(prim, name), format!("{number}"), "a number above 0"))
+        let focal = self.number_or(prim, "focalLength", 50.0)?;
+        let width = self.number_or(prim, "horizontalAperture", 20.955)?;
+        let height = self.number_or(prim, "verticalAperture", 15.2908)?;
+        let to_world = rigid(&state.to_world);
+        let (Some(to_world), true) = (to_world, [focal, width, height].iter().all(|n| *n > 0.0)) else {
+            let at = self.at(prim);
+            self.builder.note(NoteKind::Repaired, UNUSABLE, at);
+            return Ok(());
         };
-        let focal = number(self, "focalLength", 50.0)?;
-        let width = number(self, "horizontalAperture", 20.955)?;
-        let height = number(self, "verticalAperture", 15.2908)?;
         let is_flat = self.word(prim, "projection")?.is_some_and(|word| &*word == "orthographic");
         // In metres.
         let tenth = 0.1 * self.meters_per_unit;
@@ -46,16 +49,7 @@ impl Stage<'_> {
         } else {
             Projection::Perspective { vertical_fov: (2.0 * atan2_f64(0.5 * height, focal)) as f32 }
         };
-        let to_world = rigid(&state.to_world).ok_or_else(|| {
-            Error::invalid(
-                self.at(prim),
-                "a camera with a transform of rank below 2",
-                "one that keeps directions",
-            )
-        })?;
-        // As the program's users know it: its own name, unless another camera has it.
-        let name = unique(shown(prim.name()), &mut self.camera_names);
-        let mut camera = Camera::new(name, to_world.as_affine3a(), projection);
+        let mut camera = Camera::new(String::new(), to_world.as_affine3a(), projection);
         let offsets = [
             self.number_or(prim, "horizontalApertureOffset", 0.0)? / width,
             self.number_or(prim, "verticalApertureOffset", 0.0)? / height,
@@ -67,6 +61,12 @@ impl Stage<'_> {
             let radius = 0.5 * focal * tenth / stop;
             camera.lens = Lens::round(radius as f32, (focus * self.meters_per_unit) as f32);
         }
-        self.builder.add_camera_at(camera, to_world)
+        // As the program's users know it: its own name, unless another camera has it.
+        camera.name = unique(shown(prim.name()), &mut self.camera_names);
+        if self.builder.add_camera_at(camera, to_world).is_err() {
+            let at = self.at(prim);
+            self.builder.note(NoteKind::Repaired, UNUSABLE, at);
+        }
+        Ok(())
     }
 }

@@ -7,8 +7,8 @@
 //! layers in theirs, are what a [`Prim`] is.
 //!
 //! # Guarantee
-//! A prim that is made of itself is refused. There are at most [`MAX_SITES`] sites in all, and
-//! prims lie at most [`MAX_DEPTH`] deep in each other.
+//! A prim that is made of itself is refused. The number of sites in all is bounded by the bytes of the
+//! layers ([`work`](super::work)), and prims lie at most [`MAX_DEPTH`] deep in each other.
 //!
 //! # Differences from USD
 //! Classes that a referenced file inherits are those of that file alone; specialised classes are
@@ -17,7 +17,7 @@
 //!
 //! Held to this by `usd` of the suite, which compares with Pixar's own library.
 
-use std::cell::Cell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use super::features::met;
@@ -26,12 +26,10 @@ use super::layers::{LayerId, Layers, StackId};
 use super::prim::Prim;
 use super::sites::{Arc, Mapping, Node, has_specs, identity};
 use super::value::{ListOp, Reference, Text};
+use super::work::Steps;
 use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
 use crate::scene::{NoteKind, SceneBuilder};
-
-/// Most sites of a scene, counting each prim that has them.
-const MAX_SITES: u64 = 1 << 23;
 
 /// Deepest prim.
 pub(super) const MAX_DEPTH: usize = 200;
@@ -45,12 +43,12 @@ const MAX_VARIANTS: usize = 1000;
 /// Puts prims together.
 pub(super) struct Composer<'f> {
     pub layers: Layers<'f>,
-    sites: Cell<u64>,
+    pub steps: Steps,
 }
 
 impl<'f> Composer<'f> {
     pub fn new(layers: Layers<'f>) -> Self {
-        Self { layers, sites: Cell::new(0) }
+        Self { layers, steps: Steps::default() }
     }
 
     /// What is above all prims.
@@ -60,7 +58,16 @@ impl<'f> Composer<'f> {
 
     fn top(&self, stack: StackId, arc: Arc, mapping: Rc<Mapping>) -> Node {
         let specs = self.layers.stack(stack).iter().map(|&layer| (layer, 0)).collect();
-        Node { arc, stack, path: "/".into(), specs, mapping, below: Vec::new(), depth: 0, chosen: Vec::new() }
+        Node {
+            arc,
+            stack,
+            path: "/".into(),
+            specs,
+            mapping,
+            below: Vec::new(),
+            depth: 0,
+            chosen: BTreeSet::new(),
+        }
     }
 
     /// The prim of a path of the scene, if there is one.
@@ -95,7 +102,7 @@ impl<'f> Composer<'f> {
     /// Names of the prims below a prim.
     pub fn children(&self, prim: &Prim) -> Vec<Text> {
         let mut names = Vec::new();
-        let mut seen = std::collections::BTreeSet::new();
+        let mut seen = BTreeSet::new();
         // Weaker layers are older: what is added to them comes later.
         for (layer, spec, _) in prim.opinions().iter().rev() {
             for (name, _) in &self.layers.spec((*layer, *spec)).children {
@@ -109,7 +116,8 @@ impl<'f> Composer<'f> {
 
     /// The prim of that name below another, with all that it is made of.
     pub fn child(&mut self, parent: &Node, name: &str, builder: &mut SceneBuilder) -> Result<Option<Node>> {
-        let mut node = self.step(parent, name)?;
+        self.steps.check(&self.layers, || self.at(parent))?;
+        let mut node = self.step(parent, name, 0)?;
         if !has_specs(&node) {
             return Ok(None);
         }
@@ -119,8 +127,9 @@ impl<'f> Composer<'f> {
         Ok(Some(node))
     }
 
-    /// The same sites one name further, without what they name themselves.
-    fn step(&self, parent: &Node, name: &str) -> Result<Node> {
+    /// The same sites, which are named through `nested` others, one name further, without what they name
+    /// themselves.
+    fn step(&self, parent: &Node, name: &str, nested: usize) -> Result<Node> {
         let path: Text = if &*parent.path == "/" {
             format!("/{name}").into()
         } else {
@@ -131,20 +140,15 @@ impl<'f> Composer<'f> {
             Some((layer, prim))
         });
         let specs: Vec<_> = specs.collect();
-        let at = || match specs.first() {
-            Some(&site) => self.layers.at(site, &path),
-            None => Location::default().item(&*path),
-        };
-        self.count(&at)?;
+        // Long paths are copied with each step.
+        self.steps.add(1 + path.len() as u64 / 64, nested);
         let depth = parent.depth;
-        if path.bytes().filter(|b| *b == b'/').count() > MAX_DEPTH {
-            return Err(Error::invalid(
-                at(),
-                "a prim too deep in others",
-                format!("at most {MAX_DEPTH} names"),
-            ));
+        if parent.names() > MAX_DEPTH {
+            let expected = format!("at most {MAX_DEPTH} names");
+            return Err(Error::invalid(self.at(parent), "a prim too deep in others", expected));
         }
-        let below = parent.below.iter().map(|node| self.step(node, name)).collect::<Result<Vec<_>>>()?;
+        let below =
+            parent.below.iter().map(|node| self.step(node, name, nested + 1)).collect::<Result<Vec<_>>>()?;
         // Sites that say nothing of it and will say nothing of prims below it.
         let below = below.into_iter().filter(has_specs).collect();
         Ok(Node {
@@ -155,17 +159,21 @@ impl<'f> Composer<'f> {
             mapping: Rc::clone(&parent.mapping),
             below,
             depth,
-            chosen: Vec::new(),
+            chosen: BTreeSet::new(),
         })
     }
 
-    fn count(&self, at: &dyn Fn() -> Location) -> Result<()> {
-        self.sites.set(self.sites.get() + 1);
-        if self.sites.get() <= MAX_SITES {
-            return Ok(());
+    /// Refuses a prim that asks for too much with all before it.
+    pub fn check(&self, node: &Node) -> Result<()> {
+        self.steps.check(&self.layers, || self.at(node))
+    }
+
+    /// Location of the prim that a node is.
+    fn at(&self, node: &Node) -> Location {
+        match node.first_spec() {
+            Some(site) => self.layers.at(site, &node.path),
+            None => Location::default().item(&*node.path),
         }
-        let found = format!("prims made of more than {MAX_SITES} others");
-        Err(Error::unsupported(at(), found, "are there references in references without end?"))
     }
 
     /// Adds what the sites of a tree name themselves, but for variants.
@@ -194,7 +202,7 @@ impl<'f> Composer<'f> {
         builder: &mut SceneBuilder,
     ) -> Result<()> {
         let specs = node.specs.clone();
-        let depth = node.path.bytes().filter(|b| *b == b'/').count();
+        let depth = node.names();
         for (arc, select) in [
             (Arc::Inherit, (|p| &p.inherits) as fn(&PrimSpec) -> &ListOp<Text>),
             (Arc::Specialize, |p| &p.specializes),
@@ -217,23 +225,21 @@ impl<'f> Composer<'f> {
     }
 
     /// A list that the layers of a site edit, and of each item where it stands.
-    fn listed<T: Clone + PartialEq>(
+    fn listed<T: Clone + Ord>(
         &self,
         specs: &[(LayerId, u32)],
         select: fn(&PrimSpec) -> &ListOp<T>,
     ) -> Vec<(T, (LayerId, u32))> {
         let mut list = Vec::new();
-        let mut sites: Vec<(T, (LayerId, u32))> = Vec::new();
+        let mut sites: BTreeMap<T, (LayerId, u32)> = BTreeMap::new();
         for &site in specs.iter().rev() {
             let op = select(self.layers.spec(site));
             op.apply(&mut list);
+            self.steps.add(list.len() as u64, 0);
             let named = op.explicit.iter().flatten().chain(&op.prepended).chain(&op.appended);
-            for item in named {
-                sites.retain(|(known, _)| known != item);
-                sites.push((item.clone(), site));
-            }
+            sites.extend(named.map(|item| (item.clone(), site)));
         }
-        let site_of = |item: &T| sites.iter().find(|(known, _)| known == item).map(|(_, site)| *site);
+        let site_of = |item: &T| sites.get(item).copied();
         list.into_iter().filter_map(|item| site_of(&item).map(|site| (item, site))).collect()
     }
 
@@ -246,6 +252,9 @@ impl<'f> Composer<'f> {
         builder: &mut SceneBuilder,
     ) -> Result<()> {
         let at = self.layers.at(site, &node.path);
+        self.steps.follow(site);
+        self.steps.add(1, chain.len());
+        self.steps.check(&self.layers, || at.clone())?;
         if reference.has_offset {
             met("composition", "layer offset", at.clone(), builder)?;
         }
@@ -290,7 +299,7 @@ impl<'f> Composer<'f> {
         let mut found = self.top(stack, arc, mapping);
         let mut names = target.split('/').filter(|name| !name.is_empty()).peekable();
         while let Some(name) = names.next() {
-            found = self.step(&found, name)?;
+            found = self.step(&found, name, chain.len())?;
             self.name_arcs(&mut found, chain, builder)?;
             // Variants of the prim itself are chosen by all that is said of it.
             if names.peek().is_some() {
@@ -312,24 +321,26 @@ impl<'f> Composer<'f> {
     /// Chooses variants until there is no set left to choose from.
     fn choose_variants(&mut self, root: &mut Node, builder: &mut SceneBuilder) -> Result<()> {
         for _ in 0..MAX_VARIANTS {
-            let mut selections: Vec<(Text, Text)> = Vec::new();
+            let mut selections = BTreeMap::new();
             self.selections(root, &mut selections);
+            self.steps.check(&self.layers, || self.at(root))?;
             let mut chain = Vec::new();
             if !self.choose_one(root, &selections, &mut chain, builder)? {
                 return Ok(());
             }
         }
         let found = format!("more than {MAX_VARIANTS} variant sets of {}", shown(&root.path));
-        Err(Error::unsupported(Location::default().item(&*root.path), found, "use fewer"))
+        Err(Error::unsupported(self.at(root), found, "use fewer"))
     }
 
     /// What is chosen, by the strongest.
-    fn selections(&self, node: &Node, all: &mut Vec<(Text, Text)>) {
+    fn selections(&self, node: &Node, all: &mut BTreeMap<Text, Text>) {
+        self.steps.add(1, 0);
         for &site in &node.specs {
-            for (set, choice) in &self.layers.spec(site).selections {
-                if !all.iter().any(|(known, _)| known == set) {
-                    all.push((set.clone(), choice.clone()));
-                }
+            let chosen = &self.layers.spec(site).selections;
+            self.steps.add(chosen.len() as u64 / 8, 0);
+            for (set, choice) in chosen {
+                all.entry(set.clone()).or_insert_with(|| choice.clone());
             }
         }
         node.below.iter().for_each(|below| self.selections(below, all));
@@ -339,15 +350,15 @@ impl<'f> Composer<'f> {
     fn choose_one(
         &mut self,
         node: &mut Node,
-        selections: &[(Text, Text)],
+        selections: &BTreeMap<Text, Text>,
         chain: &mut Vec<(StackId, Text)>,
         builder: &mut SceneBuilder,
     ) -> Result<bool> {
         let sets = node.specs.iter().flat_map(|&site| self.layers.spec(site).variants.keys());
-        let set = sets.filter(|set| !node.chosen.contains(set)).min().cloned();
+        let set = sets.filter(|set| !node.chosen.contains(*set)).min().cloned();
         if let Some(set) = set {
-            node.chosen.push(set.clone());
-            let choice = selections.iter().find(|(known, _)| *known == set).map(|(_, choice)| choice);
+            node.chosen.insert(set.clone());
+            let choice = selections.get(&set);
             let specs: Vec<(LayerId, u32)> = choice
                 .into_iter()
                 .flat_map(|choice| {
@@ -359,7 +370,7 @@ impl<'f> Composer<'f> {
                 })
                 .collect();
             if !specs.is_empty() {
-                let depth = node.path.bytes().filter(|b| *b == b'/').count();
+                let depth = node.names();
                 let mut variant = Node {
                     arc: Arc::Variant,
                     stack: node.stack,
@@ -368,7 +379,7 @@ impl<'f> Composer<'f> {
                     mapping: Rc::clone(&node.mapping),
                     below: Vec::new(),
                     depth,
-                    chosen: Vec::new(),
+                    chosen: BTreeSet::new(),
                 };
                 self.name_arcs(&mut variant, chain, builder)?;
                 node.below.push(variant);
@@ -376,6 +387,7 @@ impl<'f> Composer<'f> {
             }
             return Ok(true);
         }
+        self.steps.add(1, chain.len());
         chain.push((node.stack, node.path.clone()));
         let mut result = Ok(false);
         for below in &mut node.below {
@@ -404,7 +416,7 @@ impl<'f> Composer<'f> {
 
     /// What is said of the prims below an instance: only what is said where it comes from.
     pub fn shared(&self, node: &Node) -> Node {
-        let is_own = |n: &Node| n.depth == node.path.bytes().filter(|b| *b == b'/').count();
+        let is_own = |n: &Node| n.depth == node.names();
         if !node.below.iter().any(|n| is_own(n) && n.arc != Arc::Variant) {
             return node.clone();
         }

@@ -31,25 +31,57 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "over", Full, "opinions about a prim that something else defines";
         "instanceable", Full, "meshes are shared between all prims that the same is said of";
         "layer offset", Ignored, "times of sublayers and references are not shifted or scaled";
+        "relocates", Ignored, "prims keep their paths";
+        "clips", Ignored, "values of the layers themselves are used";
     }
     "attribute" => {
         "default", Full, "what counts where no time is asked for";
         "timeSamples", Approximated, "the first one, where there is no default; `--at` chooses a time";
         "spline", Ignored, "the default is used";
         "xformOpOrder", Full, "all operations, `!invert!` and `!resetXformStack!`";
+        "xformOpOrder without Xform", Ignored, "prims without a type and a `Scope` are not moved, as the format has it";
         "visibility", Full, "`invisible` hides a prim and those below it";
-        "purpose", Full, "`default` and `render` are drawn, `proxy` and `guide` are not";
+        "purpose", Full, "`default` and `render` are drawn, `proxy` and `guide` are not; as the prim or the nearest above it says, of prototypes too";
+        "model:drawMode", Ignored, "the prims themselves are drawn";
+        "colorSpace:name", Ignored, "colours are linear Rec. 709";
+        "lod:heuristics", Ignored, "all levels of detail are drawn";
+        "of other renderers", Ignored, "`arnold:`, `karma:`, `ri:` and the like have no effect here";
+        "renderVisibility", Full, "of `VisibilityAPI`: prims of purpose `render`";
     }
     "prim" => {
         "Xform", Full, "a transform";
         "Scope", Full, "a group";
         "Mesh", Full, "a mesh a material";
         "GeomSubset", Full, "faces with a material of their own";
+        "GeomSubset of other elements", Ignored, "materials of points, edges and tetrahedra: the mesh's is used";
+        "GeomSubset of another family", Ignored, "its material is not used, as the format has it: the family `materialBind` is for them";
         "Cube", Full, "a mesh";
         "Sphere", Full, "a mesh of the same area";
         "Cylinder", Full, "a mesh of the same area, with its ends";
         "Cone", Full, "a mesh of nearly the same area, with its base";
         "Plane", Full, "a mesh";
+        "ParticleField", Ignored, "left out";
+        "ParticleField3DGaussianSplat", Ignored, "left out";
+        "GenerativeProcedural", Ignored, "left out";
+        "Field3DAsset", Ignored, "left out with its volume";
+        "OpenVDBAsset", Ignored, "left out with its volume";
+        "LightFilter", Ignored, "the light itself is used";
+        "PluginLightFilter", Ignored, "the light itself is used";
+        "LODDistanceHeuristic", Ignored, "all levels of detail are drawn";
+        "LODScreenSizeHeuristic", Ignored, "all levels of detail are drawn";
+        "RenderPass", Ignored, "size and quality are options";
+        "BlendShape", Full, "no effect: meshes are as they are at rest, which their `SkelRoot` is noted for";
+        "SkelAnimation", Full, "no effect: meshes are as they are at rest, which their `SkelRoot` is noted for";
+        "SpatialAudio", Full, "no effect on pictures";
+        "Backdrop", Full, "no effect on pictures";
+        "PhysicsScene", Full, "no effect: nothing is simulated";
+        "PhysicsCollisionGroup", Full, "no effect: nothing is simulated";
+        "PhysicsJoint", Full, "no effect: nothing is simulated";
+        "PhysicsDistanceJoint", Full, "no effect: nothing is simulated";
+        "PhysicsFixedJoint", Full, "no effect: nothing is simulated";
+        "PhysicsPrismaticJoint", Full, "no effect: nothing is simulated";
+        "PhysicsRevoluteJoint", Full, "no effect: nothing is simulated";
+        "PhysicsSphericalJoint", Full, "no effect: nothing is simulated";
         "Capsule", Ignored, "left out";
         "Capsule_1", Ignored, "left out";
         "Cylinder_1", Ignored, "left out";
@@ -62,7 +94,7 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "Volume", Ignored, "left out";
         "SkelRoot", Approximated, "meshes are as they are at rest";
         "Skeleton", Approximated, "meshes are as they are at rest";
-        "PointInstancer", Full, "instances of its prototypes";
+        "PointInstancer", Full, "instances of its prototypes, without `inactiveIds` and `invisibleIds`";
         "PointInstancer in a PointInstancer", Ignored, "left out";
         "GeometryLight", Ignored, "left out";
         "PortalLight", Ignored, "left out: lights find their way without";
@@ -74,15 +106,18 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
     "mesh" => {
         "subdivisionScheme", Approximated, "a subdivision surface is its cage; `none` is a mesh of polygons, but `catmullClark` where it is not said";
         "orientation", Full, "faces of `leftHanded` meshes run the other way round";
+        "holeIndices", Full, "these faces are not there";
+        "orientation of a shape", Ignored, "its outside is its front";
         "doubleSided", Full, "of meshes whose material shines: both sides do; all others are seen from both sides anyhow";
     }
     "primvar" => {
         "normals", Full, "shading normals: `constant`, `uniform`, `vertex`, `varying` or `faceVarying`, with indices";
         "st", Full, "texture coordinates, by the name that the material asks for";
-        "displayColor", Approximated, "of prims without a material, one colour: the mean where it varies";
+        "displayColor", Approximated, "of prims without a material, one colour: the mean where it varies; of prims above where it is constant";
+        "displayOpacity", Approximated, "as the colour: the share that is there; the mean where it varies";
     }
     "material" => {
-        "material:binding", Full, "also of prims above, with `bindMaterialAs`; `material:binding:full` before others";
+        "material:binding", Full, "also of prims above, of prototypes in their own place, with `bindMaterialAs`; `material:binding:full` before others";
         "material:binding:collection", Ignored, "what is bound without collections is used";
         "UsdPreviewSurface", Full, "metallic-roughness, under a clear coat";
         "another surface of MaterialX", Ignored, "the `UsdPreviewSurface` of the same material is used, or else the prim's `displayColor`, or grey";
@@ -142,6 +177,10 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
     }
     "camera" => {
         "Camera", Full, "perspective or orthographic; the vertical aperture counts, and a lens where there are `fStop` and `focusDistance`";
+        "clippingPlanes", Ignored, "nothing is clipped";
+        "exposure", Ignored, "also `exposure:iso` and others: films hold radiance, and `--exposure` makes pictures of them";
+        "shutter:open", Ignored, "nothing is blurred";
+        "backPlate", Ignored, "there is no picture behind the scene";
     }
     "light" => {
         "DistantLight", Full, "parallel light";
@@ -157,6 +196,10 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "shaping of other lights", Ignored, "they shine in all directions";
         "inputs:shaping:focus", Ignored, "light is as strong in all directions";
         "inputs:shaping:ies:file", Approximated, "of spheres: a point that shines by the profile";
+        "inputs:shaping:ies:angleScale", Ignored, "the profile is used as it is";
+        "inputs:shaping:ies:normalize", Ignored, "the profile is used as it is";
+        "inputs:shadow", Ignored, "shadows are where no light comes";
+        "treatAsLine", Ignored, "the cylinder shines";
         "inputs:texture:format", Ignored, "but for `latlong`: the light's colour without its texture";
         "second DomeLight texture", Ignored, "the first is used, and no dome without a texture beside it";
         "inputs:diffuse", Ignored, "light is reflected as surfaces do it";
@@ -165,6 +208,31 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "collection:lightLink", Ignored, "lights shine on everything";
         "MeshLightAPI", Ignored, "the mesh with its material; `emissiveColor` shines";
         "light of a prototype", Ignored, "left out";
+    }
+    "no effect" => {
+        "extent", Full, "bounds are computed";
+        "proxyPrim", Full, "proxies are not drawn";
+        "guideVisibility", Full, "also `proxyVisibility`: guides and proxies are not drawn";
+        "material:binding:preview", Full, "pictures are final renders";
+        "velocities", Full, "also accelerations: where things are between two samples is blended";
+        "motion:blurScale", Full, "nothing is blurred";
+        "model:applyDrawMode", Full, "also cards: see `model:drawMode`";
+        "colorSpaceDefinition", Full, "see `colorSpace:name`";
+        "skel:skeleton", Full, "meshes are as they are at rest, which their `SkelRoot` is noted for";
+        "creaseIndices", Full, "also corners and boundaries: a subdivision surface is its cage";
+        "clippingRange", Full, "surfaces before and beyond it are seen as well";
+        "stereoRole", Full, "each camera is one of its own";
+        "collection", Full, "collections matter by what uses them";
+        "coordSys", Full, "no shader that is read uses them";
+        "lightList", Full, "lights are found where they are";
+        "light:shaderId", Full, "also `light:materialSyncMode`: lights are what their type says";
+        "portals", Full, "lights find their way without";
+        "guideRadius", Full, "of what viewers draw for a dome";
+        "shaping:focusTint", Full, "see `inputs:shaping:focus`";
+        "shadow:falloffGamma", Full, "see `inputs:shadow`";
+        "hydra", Full, "of viewers";
+        "physics", Full, "nothing is simulated";
+        "accessibility", Full, "also authorship, labels and places in windows: words for people";
     }
 };
 

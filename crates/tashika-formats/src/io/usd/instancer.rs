@@ -1,17 +1,21 @@
 //! Point instancers: many placements of a few prims.
 //!
 //! Point `i` shows prototype `protoIndices[i]` at `M T_i R_i S_i`, with `M` of the instancer, and
-//! the prototype's own transform after that.
+//! the prototype's own transform after that. Materials, display colours and purposes of a prototype
+//! are those of its own place in the scene; that it is hidden there does not count.
 //!
 //! Held to this by `usd_meshes::points_place_their_prototypes`.
+
+use std::rc::Rc;
 
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::Stage;
 use super::features::met;
 use super::prim::Prim;
+use super::value::Text;
 use super::walk::{Placed, State};
-use crate::error::{Error, Result};
+use crate::error::{Error, Location, Result};
 use crate::scene::{Instance, NoteKind};
 
 impl Stage<'_> {
@@ -23,7 +27,7 @@ impl Stage<'_> {
         }
         let mut prototypes = Vec::new();
         for path in self.targets(prim, "prototypes") {
-            prototypes.push(self.prototype(&path, state)?);
+            prototypes.push(self.prototype(&path, &at)?);
         }
         let which = self.value(prim, "protoIndices")?;
         let which = which.as_ref().and_then(|value| value.numbers()).unwrap_or_default();
@@ -48,6 +52,7 @@ impl Stage<'_> {
         let ids = ids.as_ref().and_then(|value| value.numbers()).unwrap_or_default();
         let hidden = self.value(prim, "invisibleIds")?;
         let mut hidden = hidden.as_ref().and_then(|value| value.numbers()).unwrap_or_default().to_vec();
+        hidden.extend(self.inactive_ids(prim).iter().map(|&id| id as f64));
         hidden.sort_by(f64::total_cmp);
         for (i, &prototype) in which.iter().enumerate() {
             let id = ids.get(i).copied().unwrap_or(i as f64);
@@ -65,7 +70,11 @@ impl Stage<'_> {
                 self.builder.note(NoteKind::Repaired, message, at.clone());
                 continue;
             };
-            self.geometry_budget.take((meshes.len() * size_of::<Instance>()) as u64, &at)?;
+            self.geometry_budget.take(
+                (meshes.len() * size_of::<Instance>()) as u64,
+                &self.composer.layers,
+                &at,
+            )?;
             let to_world = state.to_world * place;
             placed.extend(meshes.iter().map(|placed| Placed {
                 object: prim.path.clone(),
@@ -76,12 +85,37 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// The meshes of a prototype, as it stands by itself.
-    fn prototype(&mut self, path: &str, state: &State) -> Result<Vec<Placed>> {
-        let mut placed = Vec::new();
-        let Some((node, _)) = self.composer.node(path, &mut self.builder)? else { return Ok(placed) };
-        let state = state.of_prototype();
-        self.visit(&node, &state, &mut placed)?;
+    /// The meshes of a prototype, as it stands by itself; a note at `at` if it is not there. It is read
+    /// once for all instancers.
+    fn prototype(&mut self, path: &Text, at: &Location) -> Result<Rc<Vec<Placed>>> {
+        if let Some(known) = self.prototypes.get(path) {
+            return Ok(Rc::clone(known));
+        }
+        let placed = Rc::new(self.read_prototype(path, at)?);
+        self.prototypes.insert(path.clone(), Rc::clone(&placed));
+        Ok(placed)
+    }
+
+    fn read_prototype(&mut self, path: &str, at: &Location) -> Result<Vec<Placed>> {
+        let (mut placed, mut node) = (Vec::new(), self.composer.root());
+        let mut state = State::new(DAffine3::IDENTITY);
+        let mut names = path.split('/').filter(|name| !name.is_empty()).peekable();
+        while let Some(name) = names.next() {
+            let Some(child) = self.composer.child(&node, name, &mut self.builder)? else {
+                let message = "prototypes that are not there: left out";
+                self.builder.note(NoteKind::Repaired, message, at.clone());
+                break;
+            };
+            if names.peek().is_none() {
+                self.visit(&child, &state.of_prototype(), &mut placed)?;
+                break;
+            }
+            let prim = self.composer.flat(&child);
+            let type_name = self.type_name(&prim);
+            self.note_unread(&prim, &type_name)?;
+            state = self.state(&prim, &type_name, &state)?;
+            node = if self.is_instance(&prim) { self.composer.shared(&child) } else { child };
+        }
         Ok(placed)
     }
 }

@@ -9,6 +9,10 @@ use std::path::PathBuf;
 use super::binary::{Binary, Rep};
 use super::value::{ListOp, Reference, Text, Value};
 use crate::error::{Error, Location, Result};
+use crate::io::notes::excerpt;
+
+/// Most characters of a path in messages; chosen.
+const LONGEST_PATH: usize = 500;
 
 /// A file.
 #[derive(Debug)]
@@ -29,6 +33,8 @@ pub(super) struct Metadata {
     pub sublayers: Vec<Text>,
     /// Whether a sublayer's time is shifted or scaled.
     pub has_offsets: bool,
+    /// True if prims of other layers are given other names.
+    pub has_relocates: bool,
     pub meters_per_unit: Option<f64>,
     pub up_axis: Option<Text>,
     pub time_codes_per_second: Option<f64>,
@@ -59,6 +65,10 @@ pub(super) struct PrimSpec {
     pub inherits: ListOp<Text>,
     pub specializes: ListOp<Text>,
     pub selections: Vec<(Text, Text)>,
+    /// Instances of a point instancer that are not there.
+    pub inactive_ids: ListOp<i64>,
+    /// True if values come from a series of other files.
+    pub has_clips: bool,
     pub properties: BTreeMap<Text, Property>,
     /// Indices of the prims below it, in order.
     pub children: Vec<(Text, u32)>,
@@ -76,6 +86,10 @@ pub(super) struct Property {
     /// By time code, which rises.
     pub samples: Vec<(f64, Stored)>,
     pub has_spline: bool,
+    /// True if the file calls it `custom`: no schema has it.
+    pub is_custom: bool,
+    /// True if a value holds until the next sample: of whole numbers and truth values.
+    pub is_held: bool,
     /// What a relationship names.
     pub targets: ListOp<Text>,
     /// What an attribute takes its value from.
@@ -115,13 +129,40 @@ impl Layer {
         self.prims.len() as u32 - 1
     }
 
+    /// Path of a prim, without names of variants; found by a search.
+    pub fn path(&self, index: u32) -> String {
+        let mut above: BTreeMap<u32, (u32, Option<&Text>)> = BTreeMap::new();
+        for (owner, prim) in self.prims.iter().enumerate() {
+            let children = prim.children.iter().map(|(name, child)| (*child, Some(name)));
+            let variants = prim.variants.values().flat_map(BTreeMap::values).map(|child| (*child, None));
+            above.extend(children.chain(variants).map(|(child, name)| (child, (owner as u32, name))));
+        }
+        let (mut names, mut index) = (Vec::new(), index);
+        while let Some(&(owner, name)) = above.get(&index).filter(|_| names.len() < self.prims.len()) {
+            names.extend(name.map(|name| &**name));
+            index = owner;
+        }
+        names.reverse();
+        format!("/{}", names.join("/"))
+    }
+
     /// A place in it.
     pub fn at(&self, line: Option<u32>, item: &str) -> Location {
-        Location { line, ..Location::file(&self.name) }.item(item)
+        // A path may be as long as the file.
+        Location { line, ..Location::file(&self.name) }.item(excerpt(item, LONGEST_PATH))
     }
 }
 
 impl PrimSpec {
+    /// The first prim that it names to be made of.
+    pub fn named(&self) -> Option<&Text> {
+        let paths = [&self.inherits, &self.specializes].map(ListOp::first);
+        let references = [&self.references, &self.payloads].map(ListOp::first);
+        let references =
+            references.map(|found| found.map(|r| if r.prim.is_empty() { &r.asset } else { &r.prim }));
+        paths.into_iter().chain(references).flatten().next()
+    }
+
     /// Puts a prim below it; the first of a name counts.
     pub fn add_child(&mut self, name: &Text, index: u32) {
         if !self.by_name.contains_key(name) {
@@ -159,6 +200,8 @@ impl PrimSpec {
             ("payload", Value::References(op)) => self.payloads = op.clone(),
             ("inherits" | "inheritPaths", Value::Paths(op)) => self.inherits = op.clone(),
             ("specializes", Value::Paths(op)) => self.specializes = op.clone(),
+            ("inactiveIds", Value::Ids(op)) => self.inactive_ids = op.clone(),
+            ("clips" | "clipSets", _) => self.has_clips = true,
             ("typeName", value) => {
                 self.type_name = value.text().filter(|t| !t.is_empty() && &***t != "__AnyType__").cloned();
             }

@@ -51,6 +51,7 @@ pub(super) struct Place {
 pub(super) struct Layers<'f> {
     pub files: &'f SceneFiles,
     layers: Vec<(Layer, Place)>,
+    bytes: u64,
     packages: Vec<Package>,
     /// What was opened, or could not be; by canonical path, or by name in an archive.
     opened: BTreeMap<(Option<usize>, PathBuf), Opened>,
@@ -71,6 +72,7 @@ impl<'f> Layers<'f> {
         let mut layers = Self {
             files,
             layers: Vec::new(),
+            bytes: 0,
             packages: Vec::new(),
             opened: BTreeMap::new(),
             stacks: Vec::new(),
@@ -96,6 +98,16 @@ impl<'f> Layers<'f> {
 
     pub fn spec(&self, (layer, prim): (LayerId, u32)) -> &PrimSpec {
         &self.layers[layer].0.prims[prim as usize]
+    }
+
+    /// Length of all files that were read as layers (bytes).
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Path of a prim in its layer.
+    pub fn path(&self, (layer, prim): (LayerId, u32)) -> String {
+        self.layers[layer].0.path(prim)
     }
 
     /// Where a prim stands.
@@ -260,6 +272,7 @@ impl<'f> Layers<'f> {
             let found = format!("more than {MAX_LAYERS} layers");
             return Err(Error::invalid(Location::file(name), found, "fewer"));
         }
+        self.bytes += bytes.get().len() as u64;
         let layer = if bytes.get().starts_with(binary::MAGIC) {
             binary::parse(bytes, name, self.files.options().max_file_bytes)?
         } else if xml::is_document(bytes.get()) {
@@ -303,6 +316,9 @@ impl<'f> Layers<'f> {
         let sublayers: Vec<Text> = metadata.sublayers.clone();
         if metadata.has_offsets {
             met("composition", "layer offset", at.clone(), builder)?;
+        }
+        if metadata.has_relocates {
+            met("composition", "relocates", at.clone(), builder)?;
         }
         for sublayer in sublayers {
             if let Some(below) = self.layer_at(&sublayer, id, &at, builder)? {

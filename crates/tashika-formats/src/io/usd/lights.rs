@@ -32,7 +32,7 @@ use super::shapes::{unit_cylinder, unit_disk, unit_sphere};
 use super::walk::{Placed, State};
 use crate::color::Rgb;
 use crate::color::spectrum::blackbody_rgb;
-use crate::error::{Error, Result};
+use crate::error::{Location, Result};
 use crate::io::assets::reason;
 use crate::io::images::Encoding;
 use crate::io::lights::{NOT_FINITE, add_image_light};
@@ -44,6 +44,9 @@ use crate::scene::{
 
 /// Least difference of the cosines between which a spot fades.
 const MIN_FADING: f32 = 1e-4;
+
+/// Note on lights that look nowhere.
+const NO_DIRECTION: &str = "lights whose transform loses their direction: left out";
 
 /// What lights have in common.
 struct Shine {
@@ -78,11 +81,20 @@ impl Stage<'_> {
                 met("light", row, self.at_property(prim, name), &mut self.builder)?;
             }
         }
-        let shine = self.shine(prim)?;
-        if !shine.radiance.is_valid() {
-            let found = format!("a light of radiance {:?}", shine.radiance.to_array());
-            return Err(Error::invalid(at, found, "finite numbers of at least 0"));
+        for link in ["collection:lightLink", "collection:shadowLink"] {
+            let (root, expression) = (format!("{link}:includeRoot"), format!("{link}:membershipExpression"));
+            let is_linked = self.number_or(prim, &root, 1.0)? == 0.0
+                || self.word(prim, &expression)?.is_some_and(|words| !words.is_empty());
+            if is_linked {
+                met("light", "collection:lightLink", self.at_property(prim, &root), &mut self.builder)?;
+            }
         }
+        if self.tuple::<3>(prim, "inputs:shadow:color")?.is_some_and(|color| color != [0.0; 3]) {
+            met("light", "inputs:shadow", self.at_property(prim, "inputs:shadow:color"), &mut self.builder)?;
+        }
+        let shine = self.shine(prim)?;
+        let Some(radiance) = self.valid(shine.radiance, &at) else { return Ok(()) };
+        let shine = Shine { radiance, ..shine };
         match kind {
             "DistantLight" => self.distant(prim, &shine, state),
             "DomeLight" | "DomeLight_1" => self.dome(prim, kind, &shine, state),
@@ -94,6 +106,23 @@ impl Stage<'_> {
                 self.area(prim, kind, &shine, state, placed)
             }
         }
+    }
+
+    /// A radiance without what is below 0; nothing of one that is not finite, or nowhere above 0 and
+    /// somewhere below it. Either gives a note.
+    fn valid(&mut self, radiance: Rgb, at: &Location) -> Option<Rgb> {
+        if radiance.is_valid() {
+            return Some(radiance);
+        }
+        let positive = radiance.map(|v| v.max(0.0));
+        let is_any = radiance.to_array().iter().all(|v| v.is_finite()) && !positive.is_black();
+        let message = if is_any {
+            "lights whose colour is partly below 0: 0 is used"
+        } else {
+            "lights of negative or infinite radiance: left out"
+        };
+        self.builder.note(NoteKind::Repaired, message, at.clone());
+        is_any.then_some(positive)
     }
 
     /// An input of a light, as it is called now or was before.
@@ -133,21 +162,19 @@ impl Stage<'_> {
         }
         let irradiance =
             if shine.is_normalized || angle == 0.0 { shine.radiance } else { shine.radiance * size };
-        let direction = self.axis(prim, state)?;
+        let Some(direction) = self.axis(prim, state) else { return Ok(()) };
         self.builder.begin_light(&*prim.path);
         self.builder.add_emitter(Emitter::Directional { direction, irradiance })
     }
 
-    /// Where a light looks.
-    fn axis(&self, prim: &Prim, state: &State) -> Result<Vec3> {
+    /// Direction of a light; none, with a note, if its transform loses it.
+    fn axis(&mut self, prim: &Prim, state: &State) -> Option<Vec3> {
         let axis = state.to_world.transform_vector3(DVec3::NEG_Z).try_normalize();
-        axis.map(|axis| axis.as_vec3().normalize()).ok_or_else(|| {
-            Error::invalid(
-                self.at(prim),
-                "a light with a transform that loses its direction",
-                "one that keeps it",
-            )
-        })
+        if axis.is_none() {
+            let at = self.at(prim);
+            self.builder.note(NoteKind::Repaired, NO_DIRECTION, at);
+        }
+        axis.map(|axis| axis.as_vec3().normalize())
     }
 
     fn dome(&mut self, prim: &Prim, kind: &str, shine: &Shine, state: &State) -> Result<()> {
@@ -172,7 +199,8 @@ impl Stage<'_> {
         if self.surroundings.map.is_some() {
             return met("light", "second DomeLight texture", at, &mut self.builder);
         }
-        let Some(image) = self.picture_itself(&file, layer, &at)? else { return Ok(()) };
+        let place = self.at_property(prim, "inputs:texture:file");
+        let Some(image) = self.picture_itself(&file, layer, &place)? else { return Ok(()) };
         // The pole is the light's y, or what `poleAxis` says; the middle of the map is at z, or at −y.
         let pole = self.word(prim, "poleAxis")?;
         let is_z_up = match pole.as_deref() {
@@ -185,9 +213,10 @@ impl Stage<'_> {
         } else {
             Mat3::IDENTITY
         };
-        let turn = rotation(&state.to_world).ok_or_else(|| {
-            Error::invalid(at, "a light with a transform that flattens space", "one that can be inverted")
-        })?;
+        let Some(turn) = rotation(&state.to_world) else {
+            self.builder.note(NoteKind::Repaired, NO_DIRECTION, at);
+            return Ok(());
+        };
         let half_turn = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, -1.0));
         self.surroundings.map = Some(Environment::lat_long(image, shine.radiance, turn * frame * half_turn));
         Ok(())
@@ -231,6 +260,7 @@ impl Stage<'_> {
         }
         self.builder.begin_light(&*prim.path);
         if let Some((file, layer)) = profile {
+            let at = self.at_property(prim, "inputs:shaping:ies:file");
             let place = self.composer.layers.place(&file, layer);
             let map =
                 self.composer.layers.read(&place, &at).and_then(|bytes| ies::decode(bytes.get(), &file, &at));
@@ -251,7 +281,7 @@ impl Stage<'_> {
         }
         match cone {
             Some(falloff) => {
-                let axis = self.axis(prim, state)?;
+                let Some(axis) = self.axis(prim, state) else { return Ok(()) };
                 self.builder.add_emitter_at(Emitter::Spot { position, axis, intensity, falloff }, centre)
             }
             None => self.builder.add_emitter_at(Emitter::Point { position, intensity }, centre),
@@ -263,7 +293,9 @@ impl Stage<'_> {
         if self.light_number(prim, "shaping:focus", 0.0)? != 0.0 {
             met("light", "inputs:shaping:focus", self.at(prim), &mut self.builder)?;
         }
-        let angle = self.light_number(prim, "shaping:cone:angle", 180.0)?;
+        // The schema's own angle, where it is applied.
+        let usual = if self.has_schema(prim, "ShapingAPI") { 90.0 } else { 180.0 };
+        let angle = self.light_number(prim, "shaping:cone:angle", usual)?;
         if angle >= 180.0 {
             return Ok(None);
         }
@@ -284,36 +316,26 @@ impl Stage<'_> {
         placed: &mut Vec<Placed>,
     ) -> Result<()> {
         let at = self.at(prim);
-        let size = |stage: &mut Self, name: &str, fallback: f64| -> Result<f64> {
-            let size = stage.light_number(prim, name, fallback)?;
-            if size > 0.0 {
-                return Ok(size);
-            }
-            let found = format!("{name} {size}");
-            Err(Error::invalid(stage.at_property(prim, &format!("inputs:{name}")), found, "a number above 0"))
+        let names: [(&str, f64); 2] = match kind {
+            "RectLight" => [("width", 1.0), ("height", 1.0)],
+            "CylinderLight" => [("radius", 0.5), ("length", 1.0)],
+            _ => [("radius", 0.5); 2],
         };
+        let Some([first, second]) = self.sizes(prim, "inputs:", names)? else { return Ok(()) };
         // Half a turn about y: what faces up shines along −z.
         let down = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));
         let (data, to_light) = match kind {
             "RectLight" => {
-                let sides = [size(self, "width", 1.0)?, size(self, "height", 1.0)?].map(|side| 0.5 * side);
                 let mut data = shapes::rectangle();
                 data.flip_v();
-                (data, down * DMat3::from_diagonal(DVec3::new(sides[0], sides[1], 1.0)))
+                (data, down * DMat3::from_diagonal(DVec3::new(0.5 * first, 0.5 * second, 1.0)))
             }
-            "DiskLight" => {
-                let radius = size(self, "radius", 0.5)?;
-                (unit_disk(&at)?, down * DMat3::from_diagonal(DVec3::new(radius, radius, 1.0)))
-            }
+            "DiskLight" => (unit_disk(&at)?, down * DMat3::from_diagonal(DVec3::new(first, first, 1.0))),
             "CylinderLight" => {
-                let (radius, length) = (size(self, "radius", 0.5)?, size(self, "length", 1.0)?);
                 let along_x = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);
-                (
-                    unit_cylinder(&at)?,
-                    along_x * DMat3::from_diagonal(DVec3::new(radius, radius, 0.5 * length)),
-                )
+                (unit_cylinder(&at)?, along_x * DMat3::from_diagonal(DVec3::new(first, first, 0.5 * second)))
             }
-            _ => (unit_sphere(&at)?, DMat3::from_diagonal(DVec3::splat(size(self, "radius", 0.5)?))),
+            _ => (unit_sphere(&at)?, DMat3::from_diagonal(DVec3::splat(first))),
         };
         let to_world = state.to_world * DAffine3::from_mat3(to_light);
         let mut factor = shine.radiance;
@@ -327,7 +349,8 @@ impl Stage<'_> {
         }
         let texture = match self.asset(prim, "inputs:texture:file")? {
             Some((file, layer)) if kind == "RectLight" => {
-                self.whole_texture(&file, layer, Encoding::Srgb, &at)?
+                let place = self.at_property(prim, "inputs:texture:file");
+                self.whole_texture(&file, layer, Encoding::Srgb, &place)?
             }
             _ => None,
         };

@@ -28,6 +28,7 @@ use super::layers::LayerId;
 use super::models::Model;
 use super::network::Source;
 use super::prim::Prim;
+use super::primvars::Shown;
 use super::sites::Node;
 use super::value::Text;
 use crate::bsdf::CoatModel;
@@ -43,7 +44,7 @@ use crate::scene::{Alpha, AlphaMode, Emission, FloatInput, Material, MaterialId,
 pub(super) struct Look {
     pub is_double_sided: bool,
     /// Shown where there is no material.
-    pub color: Option<Rgb>,
+    pub shown: Shown,
 }
 
 /// A material in use.
@@ -60,7 +61,9 @@ pub(super) struct Materials {
     /// By path; what is said of it, or nothing if it has no surface that is read.
     by_path: BTreeMap<Text, Option<(Prim, Identity)>>,
     read: BTreeMap<(Identity, bool), UsedMaterial>,
-    colors: BTreeMap<[u32; 3], UsedMaterial>,
+    shown: BTreeMap<[u32; 4], UsedMaterial>,
+    /// True for the paths of materials, as far as they were looked up.
+    pub known: BTreeMap<Text, bool>,
 }
 
 /// What is said of a prim and of those below it.
@@ -68,12 +71,12 @@ type Identity = Vec<(LayerId, u32)>;
 
 impl Stage<'_> {
     /// The material of that path, or what is there without one.
-    pub fn material(&mut self, path: Option<Text>, look: Look) -> Result<UsedMaterial> {
+    pub fn material(&mut self, path: Option<&Text>, look: Look) -> Result<UsedMaterial> {
         let Some(path) = path else { return self.colored(look) };
-        let found = match self.materials.by_path.get(&path) {
+        let found = match self.materials.by_path.get(path) {
             Some(known) => known.clone(),
             None => {
-                let found = self.surface_of(&path)?;
+                let found = self.surface_of(path)?;
                 self.materials.by_path.insert(path.clone(), found.clone());
                 found
             }
@@ -95,14 +98,18 @@ impl Stage<'_> {
     }
 
     fn colored(&mut self, look: Look) -> Result<UsedMaterial> {
-        let color = look.color.unwrap_or(Rgb::gray(mixes::GREY));
-        let key = color.to_array().map(f32::to_bits);
-        if let Some(known) = self.materials.colors.get(&key) {
+        let color = look.shown.color.unwrap_or(Rgb::gray(mixes::GREY));
+        let opacity = look.shown.opacity.unwrap_or(1.0);
+        let [r, g, b] = color.to_array();
+        let key = [r, g, b, opacity].map(f32::to_bits);
+        if let Some(known) = self.materials.shown.get(&key) {
             return Ok(known.clone());
         }
         let material = Material::new("displayColor", Surface::Lambert { reflectance: color.into() });
+        let alpha = (opacity < 1.0).then(|| Alpha { value: opacity.into(), mode: AlphaMode::Blend });
+        let material = Material { alpha, ..material };
         let used = UsedMaterial { id: self.builder.add_material(material)?, uv: None };
-        self.materials.colors.insert(key, used.clone());
+        self.materials.shown.insert(key, used.clone());
         Ok(used)
     }
 

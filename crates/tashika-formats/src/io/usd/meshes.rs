@@ -39,14 +39,14 @@ struct Faces {
 
 /// Some faces of a mesh, and their material.
 struct Part {
-    faces: Option<Vec<usize>>,
+    subset: Option<Prim>,
     material: UsedMaterial,
 }
 
 impl Stage<'_> {
     /// The meshes that a mesh is, one a material.
     pub fn meshes_of(&mut self, node: &Node, prim: &Prim, state: &State) -> Result<Vec<MeshId>> {
-        let look = Look { is_double_sided: self.is_true(prim, "doubleSided")?, color: state.display_color };
+        let look = Look { is_double_sided: self.is_true(prim, "doubleSided")?, shown: state.shown };
         let mut identity = prim.identity();
         let mut parts = Vec::new();
         for name in self.composer.children(prim) {
@@ -55,16 +55,17 @@ impl Stage<'_> {
             if &*self.type_name(&subset) != "GeomSubset" {
                 continue;
             }
-            let Some(path) = self.targets(&subset, "material:binding").into_iter().next() else { continue };
-            let faces = self.value(&subset, "indices")?;
-            let faces = faces.as_ref().and_then(|faces| faces.numbers()).unwrap_or_default();
-            let faces =
-                faces.iter().map(|&face| if face >= 0.0 { face as usize } else { usize::MAX }).collect();
+            self.note_unread(&subset, "GeomSubset")?;
+            let Some(path) = self.own_material(&subset, &state.bindings)? else { continue };
+            if !self.is_of_faces(&subset)? {
+                continue;
+            }
             identity.extend(subset.identity());
-            parts.push(Part { faces: Some(faces), material: self.material(Some(path), look)? });
+            let material = self.material(Some(&path), look)?;
+            parts.push(Part { subset: Some(subset), material });
         }
-        let material = self.material(state.material(), look)?;
-        parts.push(Part { faces: None, material });
+        let material = self.material(state.bindings.material(), look)?;
+        parts.push(Part { subset: None, material });
         let key = (identity, parts.iter().map(|part| part.material.id).collect());
         if let Some(known) = self.meshes.get(&key) {
             return Ok(known.clone());
@@ -74,7 +75,33 @@ impl Stage<'_> {
         Ok(meshes)
     }
 
-    fn read_mesh(&mut self, prim: &Prim, mut parts: Vec<Part>) -> Result<Vec<MeshId>> {
+    /// Returns true if a subset is of faces, and for materials; else there is a note.
+    fn is_of_faces(&mut self, subset: &Prim) -> Result<bool> {
+        let row = if self.word(subset, "elementType")?.is_some_and(|word| &*word != "face") {
+            "GeomSubset of other elements"
+        } else if self.word(subset, "familyName")?.is_some_and(|w| !matches!(&*w, "" | "materialBind")) {
+            "GeomSubset of another family"
+        } else {
+            return Ok(true);
+        };
+        met("prim", row, self.at(subset), &mut self.builder)?;
+        Ok(false)
+    }
+
+    /// The faces that an attribute names, of those that there are; a note if it names others.
+    fn listed_faces(&mut self, prim: &Prim, name: &str, count: usize) -> Result<Vec<usize>> {
+        let faces = self.value(prim, name)?;
+        let faces = faces.as_ref().and_then(|faces| faces.numbers()).unwrap_or_default();
+        let is_there = |face: &f64| (0.0..count as f64).contains(face);
+        if !faces.iter().all(is_there) {
+            let message = "faces of subsets or holes that their mesh does not have: left out";
+            let at = self.at_property(prim, name);
+            self.builder.note(NoteKind::Repaired, message, at);
+        }
+        Ok(faces.iter().filter(|face| is_there(face)).map(|&face| face as usize).collect())
+    }
+
+    fn read_mesh(&mut self, prim: &Prim, parts: Vec<Part>) -> Result<Vec<MeshId>> {
         let at = self.at(prim);
         let Some(faces) = self.faces(prim, &at)? else {
             self.builder.note(NoteKind::Repaired, "meshes without points or faces: left out", at);
@@ -97,15 +124,14 @@ impl Stage<'_> {
         // Each face is of the first part that has it.
         let mut part_of: Vec<Option<usize>> = vec![None; faces.counts.len()];
         let last = parts.len() - 1;
-        for (i, part) in parts.iter_mut().enumerate().take(last) {
-            for face in part.faces.take().unwrap_or_default() {
-                match part_of.get_mut(face) {
-                    Some(part) => *part = Some(part.unwrap_or(i)),
-                    None => {
-                        let message = "faces of subsets that their mesh does not have: left out";
-                        self.builder.note(NoteKind::Repaired, message, at.clone());
-                    }
-                }
+        // A hole is of none.
+        for face in self.listed_faces(prim, "holeIndices", counts.faces)? {
+            part_of[face] = Some(parts.len());
+        }
+        for (i, part) in parts.iter().enumerate() {
+            let Some(subset) = &part.subset else { continue };
+            for face in self.listed_faces(subset, "indices", counts.faces)? {
+                part_of[face].get_or_insert(i);
             }
         }
         let mut meshes = Vec::new();
@@ -126,7 +152,7 @@ impl Stage<'_> {
                 None => None,
             };
             let name = if parts.len() == 1 { prim.path.to_string() } else { format!("{}[{i}]", prim.path) };
-            self.geometry_budget.take(44 * counts.corners as u64, &at)?;
+            self.geometry_budget.take(44 * counts.corners as u64, &self.composer.layers, &at)?;
             let (mut data, is_crossing) = built(&faces, is_of, normals.as_ref(), uvs.as_ref());
             if is_crossing {
                 let message = "faces that cross themselves: parts may be missing";

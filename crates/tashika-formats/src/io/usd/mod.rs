@@ -7,11 +7,12 @@
 //! | [`text`], [`binary`], [`package`] | bytes into layers |
 //! | [`value`], [`layer`] | what a layer says |
 //! | [`layers`], [`sites`], [`compose`], [`prim`] | layers into prims, and their values |
-//! | [`walk`], [`xform`] | what is drawn, and where |
+//! | [`work`] | how much of both a scene may ask for |
+//! | [`walk`], [`xform`], [`bindings`] | what is drawn, where, and of which material |
 //! | [`meshes`], [`primvars`], [`shapes`], [`instancer`] | geometry |
 //! | [`materials`], [`network`], [`textures`] | materials |
 //! | [`cameras`], [`lights`] | cameras and lights |
-//! | [`features`] | the table |
+//! | [`features`], [`properties`], [`unread`] | the table, and what is noted by it |
 //!
 //! # Guarantee
 //! No file makes the loader panic. What it allocates is bounded by the bytes that are there and by
@@ -26,6 +27,7 @@
 //! [^usd2016]: Pixar Animation Studios. "Universal Scene Description." 2016: documentation of its schemas.
 
 mod binary;
+mod bindings;
 mod cameras;
 mod compose;
 mod coordinates;
@@ -44,25 +46,32 @@ mod nodes;
 mod package;
 mod prim;
 mod primvars;
+mod properties;
 mod shapes;
 mod sites;
 mod text;
 mod textures;
+mod unread;
 mod value;
 mod walk;
+mod work;
 mod xform;
 mod xml;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use self::compose::Composer;
-use self::layers::Layers;
+use self::layers::{LayerId, Layers};
 use self::materials::Materials;
 use self::meshes::MeshKey;
+use self::primvars::MeansOf;
 use self::textures::Packed;
-use self::walk::State;
+use self::value::Text;
+use self::walk::{Placed, State};
+use self::work::Allowance;
 use super::SceneFiles;
 use super::assets::ImageCache;
 use super::lights::Surroundings;
@@ -96,11 +105,16 @@ struct Stage<'f> {
     materials: Materials,
     meshes: BTreeMap<MeshKey, Vec<MeshId>>,
     shapes: BTreeMap<(String, MaterialId), MeshId>,
+    /// Prototypes of point instancers, by path.
+    prototypes: BTreeMap<Text, Rc<Vec<Placed>>>,
+    shown: MeansOf,
     surroundings: Surroundings,
     camera_names: BTreeSet<String>,
     named: Named,
-    value_budget: Budget,
-    geometry_budget: Budget,
+    /// Prims of layers whose properties were looked at.
+    looked_at: BTreeSet<(LayerId, u32)>,
+    value_budget: Allowance,
+    geometry_budget: Allowance,
     image_budget: Budget,
 }
 
@@ -131,11 +145,14 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         materials: Materials::default(),
         meshes: BTreeMap::new(),
         shapes: BTreeMap::new(),
+        prototypes: BTreeMap::new(),
+        shown: MeansOf::new(),
         surroundings: Surroundings::default(),
         camera_names: BTreeSet::new(),
         named: Named::new(features::MAX_UNKNOWN),
-        value_budget: Budget::new(limit, "values"),
-        geometry_budget: Budget::new(limit, "geometry"),
+        looked_at: BTreeSet::new(),
+        value_budget: Allowance::of_values(limit),
+        geometry_budget: Allowance::of_geometry(limit),
         image_budget: Budget::new(limit, "images"),
     };
     let root = stage.composer.root();

@@ -15,13 +15,35 @@ pub(super) enum Source {
     Output(Prim, Text),
 }
 
+/// The last of connections from one to the next: what has the value, or a shader and its output.
+enum End {
+    Value(Prim, Text),
+    Output(Prim, Text),
+}
+
 impl Stage<'_> {
     /// What a property of a material or a shader has, through node graphs and their inputs.
     pub fn source(&mut self, prim: &Prim, name: &str) -> Result<Option<Source>> {
+        Ok(match self.end(prim, name)? {
+            None => None,
+            Some(End::Value(prim, name)) => self.value(&prim, &name)?.map(Source::Value),
+            Some(End::Output(prim, output)) => Some(Source::Output(prim, output)),
+        })
+    }
+
+    /// The prim and the property that an input has its value from: itself, or an input of the material.
+    pub fn owner(&mut self, prim: &Prim, name: &str) -> Result<(Prim, Text)> {
+        Ok(match self.end(prim, name)? {
+            Some(End::Value(prim, name)) => (prim, name),
+            _ => (prim.clone(), name.into()),
+        })
+    }
+
+    fn end(&mut self, prim: &Prim, name: &str) -> Result<Option<End>> {
         let (mut prim, mut name) = (prim.clone(), Text::from(name));
         for _ in 0..MAX_STEPS {
             let Some(path) = self.connections(&prim, &name).into_iter().next() else {
-                return Ok(self.value(&prim, &name)?.map(Source::Value));
+                return Ok(Some(End::Value(prim, name)));
             };
             let next = match path.rsplit_once('.') {
                 Some((owner, property)) => {
@@ -30,12 +52,10 @@ impl Stage<'_> {
                 }
                 None => None,
             };
-            let Some((owner, property)) = next else {
-                return Ok(self.value(&prim, &name)?.map(Source::Value));
-            };
+            let Some((owner, property)) = next else { return Ok(Some(End::Value(prim, name))) };
             if &*self.type_name(&owner) == "Shader" && property.starts_with("outputs:") {
                 let output = property.strip_prefix("outputs:").unwrap_or_default().into();
-                return Ok(Some(Source::Output(owner, output)));
+                return Ok(Some(End::Output(owner, output)));
             }
             (prim, name) = (owner, property);
         }

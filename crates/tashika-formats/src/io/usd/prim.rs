@@ -2,7 +2,7 @@
 //!
 //! Of a value the strongest opinion counts. Without a time it is the default, or where nobody gives
 //! one the first of what changes with time; at a time `t` it is what changes, between two times
-//! linearly where numbers are alike, else as before it.
+//! linearly where numbers are alike, else as before it, as are whole numbers and truth values.
 //!
 //! Held to this by `usd` of the suite.
 
@@ -76,6 +76,20 @@ impl Stage<'_> {
         all.iter().any(|schema| &**schema == name)
     }
 
+    /// Returns true if values of it come from a series of other files.
+    pub fn has_clips(&self, prim: &Prim) -> bool {
+        prim.opinions.iter().any(|&(layer, spec, _)| self.composer.layers.spec((layer, spec)).has_clips)
+    }
+
+    /// Instances of a point instancer that are not there.
+    pub fn inactive_ids(&self, prim: &Prim) -> Vec<i64> {
+        let mut all = Vec::new();
+        for &(layer, spec, _) in prim.opinions.iter().rev() {
+            self.composer.layers.spec((layer, spec)).inactive_ids.apply(&mut all);
+        }
+        all
+    }
+
     /// Where a prim stands.
     pub fn at(&self, prim: &Prim) -> Location {
         match prim.opinions.first() {
@@ -92,6 +106,12 @@ impl Stage<'_> {
             Some(layers.layer(l).at(line, &format!("{}.{name}", prim.path)))
         });
         found.unwrap_or_else(|| self.at(prim))
+    }
+
+    /// The strongest layer and prim that have a property.
+    pub fn speaker(&self, prim: &Prim, name: &str) -> Option<(LayerId, u32)> {
+        let layers = &self.composer.layers;
+        self.strongest(prim, |l, s| layers.spec((l, s)).properties.contains_key(name).then_some((l, s)))
     }
 
     /// What the strongest that says it says of a property.
@@ -140,10 +160,11 @@ impl Stage<'_> {
             met("attribute", "timeSamples", self.at_property(prim, name), &mut self.builder)?;
         }
         let time = self.time.unwrap_or(f64::NEG_INFINITY);
-        let samples = &self.composer.layers.spec((layer, spec)).properties[name].samples;
+        let property = &self.composer.layers.spec((layer, spec)).properties[name];
+        let samples = &property.samples;
         let after = samples.partition_point(|(t, _)| *t <= time);
         let before = samples[after.saturating_sub(1)].clone();
-        let next = samples.get(after).filter(|_| after > 0).cloned();
+        let next = samples.get(after).filter(|_| after > 0 && !property.is_held).cloned();
         let value = self.stored(layer, &before.1, prim, name)?;
         if let Some((code, next)) = next {
             let other = self.stored(layer, &next, prim, name)?;
@@ -157,7 +178,7 @@ impl Stage<'_> {
     fn stored(&mut self, layer: LayerId, stored: &Stored, prim: &Prim, name: &str) -> Result<Value> {
         let at = self.at_property(prim, name);
         let value = self.composer.layers.layer(layer).value(stored, &at)?;
-        self.value_budget.take(value.bytes(), &at)?;
+        self.value_budget.take(value.bytes(), &self.composer.layers, &at)?;
         Ok(value)
     }
 
@@ -217,6 +238,8 @@ impl Stage<'_> {
                 list.iter().filter_map(|path| mapping.scene_path(path)).collect()
             };
             let op = of(property);
+            let items = op.explicit.iter().flatten().count() + op.prepended.len();
+            self.composer.steps.add(items as u64, 0);
             let op = ListOp {
                 explicit: op.explicit.as_ref().map(mapped),
                 prepended: mapped(&op.prepended),

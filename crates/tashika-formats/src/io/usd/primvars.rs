@@ -5,12 +5,28 @@
 //!
 //! Held to this by `usd_meshes` of the suite.
 
+use std::collections::BTreeMap;
+
 use super::Stage;
 use super::features::met;
+use super::layers::LayerId;
 use super::prim::Prim;
+use super::value::Value;
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::scene::NoteKind;
+
+/// Colour and opacity of prims without a material.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Shown {
+    pub color: Option<Rgb>,
+    pub opacity: Option<f32>,
+}
+
+/// Means of primvars that were read: by the layer and the prim that give the values and their indices,
+/// and whether they are constant.
+pub(super) type MeansOf =
+    BTreeMap<((LayerId, u32), Option<(LayerId, u32)>, &'static str), Option<(Vec<f32>, bool)>>;
 
 /// What a value belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,22 +119,71 @@ impl Stage<'_> {
         }
     }
 
-    /// The colour that a prim shows where no material is bound; the mean, with a note, if it varies.
-    pub fn inherited_color(&mut self, prim: &Prim) -> Result<Option<Rgb>> {
-        let name = "primvars:displayColor";
-        let Some(value) = self.value(prim, name)? else { return Ok(None) };
-        let Some(all) = value.array::<3>().filter(|all| !all.is_empty()) else { return Ok(None) };
-        let mut sum = [0.0; 3];
-        for color in all {
-            for (sum, channel) in sum.iter_mut().zip(color) {
-                *sum += channel;
+    /// Takes over the display colour and opacity of a prim; prims below it have them as well if they
+    /// are the same all over it, and else none.
+    pub fn show(&mut self, prim: &Prim, [own, below]: [&mut Shown; 2]) -> Result<()> {
+        *own = *below;
+        if let Some(([r, g, b], is_inherited)) = self.mean::<3>(prim, "displayColor")? {
+            let color = Rgb::new(r, g, b).map(|v| v.clamp(0.0, 1.0));
+            own.color = color.is_valid().then_some(color).or(own.color);
+            below.color = own.color.filter(|_| is_inherited);
+        }
+        if let Some(([opacity], is_inherited)) = self.mean::<1>(prim, "displayOpacity")? {
+            own.opacity = Some(opacity.clamp(0.0, 1.0)).filter(|o| !o.is_nan()).or(own.opacity);
+            below.opacity = own.opacity.filter(|_| is_inherited);
+        }
+        Ok(())
+    }
+
+    /// The mean of a primvar over a prim, with a note if it varies, and whether it is constant.
+    fn mean<const N: usize>(&mut self, prim: &Prim, name: &'static str) -> Result<Option<([f32; N], bool)>> {
+        let attribute = format!("primvars:{name}");
+        let indexed = format!("{attribute}:indices");
+        let opinion = |name: &str| self.speaker(prim, name);
+        let Some(first) = opinion(&attribute) else { return Ok(None) };
+        let key = (first, opinion(&indexed), name);
+        let mean = match self.shown.get(&key) {
+            Some(known) => known.clone(),
+            None => {
+                let mean = self.read_mean::<N>(prim, [&attribute, &indexed], name)?;
+                let mean = mean.map(|(mean, is_constant)| (mean.to_vec(), is_constant));
+                self.shown.insert(key, mean.clone());
+                mean
+            }
+        };
+        Ok(mean.and_then(|(mean, is_constant)| Some((mean.try_into().ok()?, is_constant))))
+    }
+
+    fn read_mean<const N: usize>(
+        &mut self,
+        prim: &Prim,
+        [attribute, indexed]: [&str; 2],
+        name: &str,
+    ) -> Result<Option<([f32; N], bool)>> {
+        let Some(value) = self.value(prim, attribute)? else { return Ok(None) };
+        // One value may stand without its brackets.
+        let value = match value {
+            Value::Tuple(numbers) => Value::Array { width: numbers.len().max(1), numbers },
+            Value::Number(number) => Value::Array { width: 1, numbers: vec![number] },
+            value => value,
+        };
+        let Some(values) = value.array::<N>().filter(|all| !all.is_empty()) else { return Ok(None) };
+        let indices = self.value(prim, indexed)?;
+        let indices = indices.as_ref().and_then(|indices| indices.numbers()).unwrap_or_default();
+        let indexed: Vec<[f64; N]> =
+            indices.iter().filter_map(|&i| values.get(i as usize).copied()).collect();
+        let all = if indexed.is_empty() { values } else { &indexed };
+        let mut sum = [0.0; N];
+        for value in all {
+            for (sum, number) in sum.iter_mut().zip(value) {
+                *sum += number;
             }
         }
-        let mean = sum.map(|sum| (sum / all.len() as f64) as f32);
-        if all.iter().any(|color| *color != all[0]) {
-            met("primvar", "displayColor", self.at_property(prim, name), &mut self.builder)?;
+        if all.iter().any(|value| *value != all[0]) {
+            met("primvar", name, self.at_property(prim, attribute), &mut self.builder)?;
         }
-        let color = Rgb::from(mean).map(|v| v.clamp(0.0, 1.0));
-        Ok(color.is_valid().then_some(color))
+        let interpolation = self.field(prim, attribute, |property| property.interpolation.clone());
+        let is_constant = interpolation.is_none_or(|interpolation| &*interpolation == "constant");
+        Ok(Some((sum.map(|sum| (sum / all.len() as f64) as f32), is_constant)))
     }
 }

@@ -12,9 +12,9 @@ use super::features::met;
 use super::materials::Look;
 use super::prim::Prim;
 use super::walk::State;
-use crate::error::{Error, Location, Result};
+use crate::error::{Location, Result};
 use crate::io::shapes;
-use crate::scene::{MeshData, MeshId};
+use crate::scene::{MeshData, MeshId, NoteKind};
 
 impl Stage<'_> {
     /// The mesh of a shape, and where it is in its prim; nothing, with a note, of those that are
@@ -25,24 +25,20 @@ impl Stage<'_> {
             met("prim", "Capsule", at, &mut self.builder)?;
             return Ok(None);
         }
-        let size = |stage: &mut Self, name: &str, fallback: f64| -> Result<f64> {
-            let size = stage.number_or(prim, name, fallback)?;
-            if size > 0.0 {
-                return Ok(size);
-            }
-            Err(Error::invalid(stage.at_property(prim, name), format!("{name} {size}"), "a number above 0"))
+        let names: [(&str, f64); 2] = match kind {
+            "Cube" => [("size", 2.0); 2],
+            "Plane" => [("width", 2.0), ("length", 2.0)],
+            "Sphere" => [("radius", 1.0); 2],
+            _ => [("radius", 1.0), ("height", 2.0)],
         };
+        let Some([first, second]) = self.sizes(prim, "", names)? else { return Ok(None) };
         let (data, scale) = match kind {
-            "Cube" => (shapes::cube(), DVec3::splat(0.5 * size(self, "size", 2.0)?)),
-            "Plane" => {
-                let sides = [size(self, "width", 2.0)?, size(self, "length", 2.0)?];
-                (shapes::rectangle(), DVec3::new(0.5 * sides[0], 0.5 * sides[1], 1.0))
-            }
-            "Sphere" => (unit_sphere(&at)?, DVec3::splat(size(self, "radius", 1.0)?)),
+            "Cube" => (shapes::cube(), DVec3::splat(0.5 * first)),
+            "Plane" => (shapes::rectangle(), DVec3::new(0.5 * first, 0.5 * second, 1.0)),
+            "Sphere" => (unit_sphere(&at)?, DVec3::splat(first)),
             kind => {
-                let (radius, height) = (size(self, "radius", 1.0)?, size(self, "height", 2.0)?);
                 let data = if kind == "Cone" { closed_cone(&at)? } else { closed_cylinder(&at)? };
-                (data, DVec3::new(radius, radius, 0.5 * height))
+                (data, DVec3::new(first, first, 0.5 * second))
             }
         };
         let axis = self.word(prim, "axis")?;
@@ -55,8 +51,8 @@ impl Stage<'_> {
             (_, Some("Y")) => DMat3::from_cols(DVec3::Z, DVec3::X, DVec3::Y),
             _ => DMat3::IDENTITY,
         };
-        let look = Look { is_double_sided: self.is_true(prim, "doubleSided")?, color: state.display_color };
-        let material = self.material(state.material(), look)?;
+        let look = Look { is_double_sided: self.is_true(prim, "doubleSided")?, shown: state.shown };
+        let material = self.material(state.bindings.material(), look)?;
         let key = (kind.to_owned(), material.id);
         let mesh = match self.shapes.get(&key) {
             Some(mesh) => *mesh,
@@ -66,6 +62,34 @@ impl Stage<'_> {
             }
         };
         Ok(Some((mesh, DAffine3::from_mat3(turn) * DAffine3::from_scale(scale))))
+    }
+}
+
+impl Stage<'_> {
+    /// Sizes of a shape or a light, by their names after `prefix`, with what they are where nothing
+    /// is said; nothing, with a note, if one of them is not above 0.
+    pub fn sizes<const N: usize>(
+        &mut self,
+        prim: &Prim,
+        prefix: &str,
+        names: [(&str, f64); N],
+    ) -> Result<Option<[f64; N]>> {
+        let mut sizes = [0.0; N];
+        for (size, (name, fallback)) in sizes.iter_mut().zip(names) {
+            let full = format!("{prefix}{name}");
+            *size = match self.number(prim, &full)? {
+                Some(number) => number,
+                // As lights had it before.
+                None => self.number_or(prim, name, fallback)?,
+            };
+            if *size <= 0.0 {
+                let message = "shapes and lights whose size is not above 0: left out";
+                let at = self.at_property(prim, &full);
+                self.builder.note(NoteKind::Repaired, message, at);
+                return Ok(None);
+            }
+        }
+        Ok(Some(sizes))
     }
 }
 

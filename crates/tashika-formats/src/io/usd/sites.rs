@@ -1,5 +1,6 @@
 //! Sites: a path in a stack of layers, with those that it is made of.
 
+use std::collections::BTreeSet;
 use std::rc::Rc;
 
 use super::layers::{LayerId, StackId};
@@ -59,7 +60,19 @@ pub(super) struct Node {
     /// Names in the path of the prim that named this; more are stronger.
     pub depth: usize,
     /// Variant sets that have been chosen from.
-    pub chosen: Vec<Text>,
+    pub chosen: BTreeSet<Text>,
+}
+
+impl Node {
+    /// The strongest layer and prim that say anything.
+    pub fn first_spec(&self) -> Option<(LayerId, u32)> {
+        self.specs.first().copied().or_else(|| self.below.iter().find_map(Self::first_spec))
+    }
+
+    /// Number of names of its path.
+    pub fn names(&self) -> usize {
+        self.path.bytes().filter(|b| *b == b'/').count()
+    }
 }
 
 /// Whether anything is said.

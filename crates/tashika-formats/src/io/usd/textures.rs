@@ -190,12 +190,13 @@ impl Stage<'_> {
 
     /// The picture of a texture shader; nothing, with a note, if there is none that can be read.
     fn picture_of(&mut self, shader: &Prim, content: Content) -> Result<Option<Picture>> {
-        let at = self.at_property(shader, "inputs:file");
+        let (owner, name) = self.owner(shader, "inputs:file")?;
+        let at = self.at_property(&owner, &name);
         let file = match self.source(shader, "inputs:file")? {
             Some(Source::Value(value)) => value.text().cloned().filter(|file| !file.is_empty()),
             _ => None,
         };
-        let layer = self.asset(shader, "inputs:file")?.map(|(_, layer)| layer);
+        let layer = self.asset(&owner, &name)?.map(|(_, layer)| layer);
         let layer = layer.or_else(|| shader.opinions().first().map(|opinion| opinion.0));
         let (Some(file), Some(layer)) = (file, layer) else {
             self.builder.note(NoteKind::Repaired, "textures without a file: their fallback is used", at);
@@ -224,13 +225,15 @@ impl Stage<'_> {
     /// How a file's numbers are meant: the texture's word, or the file's own.
     fn color_space(&mut self, shader: &Prim) -> Result<Option<Text>> {
         let said = self.input_word(shader, "inputs:sourceColorSpace")?.filter(|word| &**word != "auto");
-        Ok(said.or_else(|| {
-            let of_file = self.field(shader, "inputs:file", |property| property.color_space.clone());
-            of_file.map(|space| {
-                let is_raw = matches!(&*space, "raw" | "Raw" | "data" | "identity" | "none")
-                    || space.starts_with("lin");
-                if is_raw { Text::from("raw") } else { Text::from("sRGB") }
-            })
+        if said.is_some() {
+            return Ok(said);
+        }
+        let (owner, name) = self.owner(shader, "inputs:file")?;
+        let of_file = self.field(&owner, &name, |property| property.color_space.clone());
+        Ok(of_file.map(|space| {
+            let is_raw =
+                matches!(&*space, "raw" | "Raw" | "data" | "identity" | "none") || space.starts_with("lin");
+            if is_raw { Text::from("raw") } else { Text::from("sRGB") }
         }))
     }
 

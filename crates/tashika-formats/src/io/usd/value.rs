@@ -2,6 +2,7 @@
 //!
 //! A quaternion is `(w, x, y, z)`, a matrix its rows one after the other.
 
+use std::collections::BTreeSet;
 use std::rc::Rc;
 
 /// A name, a path or a text of a file.
@@ -31,6 +32,8 @@ pub(super) enum Value {
     Paths(ListOp<Text>),
     /// References or payloads.
     References(ListOp<Reference>),
+    /// Whole numbers, as of instances.
+    Ids(ListOp<i64>),
     /// Chosen variants: set and choice.
     Selections(Vec<(Text, Text)>),
     /// What nothing here asks for.
@@ -38,7 +41,7 @@ pub(super) enum Value {
 }
 
 /// Another prim that a prim is made of.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Reference {
     /// The file; empty for the same layers.
     pub asset: Text,
@@ -74,7 +77,7 @@ pub(super) enum Edit {
     Reorder,
 }
 
-impl<T: Clone + PartialEq> ListOp<T> {
+impl<T: Clone + Ord> ListOp<T> {
     /// Says more.
     pub fn edit(&mut self, edit: Edit, items: Vec<T>) {
         match edit {
@@ -86,15 +89,19 @@ impl<T: Clone + PartialEq> ListOp<T> {
         }
     }
 
+    /// The first item that is added.
+    pub fn first(&self) -> Option<&T> {
+        self.explicit.iter().flatten().chain(&self.prepended).chain(&self.appended).next()
+    }
+
     /// Applies the edits of a stronger layer to the list that weaker ones made.
     pub fn apply(&self, list: &mut Vec<T>) {
         if let Some(explicit) = &self.explicit {
             list.clone_from(explicit);
             return;
         }
-        list.retain(|item| {
-            !self.deleted.contains(item) && !self.prepended.contains(item) && !self.appended.contains(item)
-        });
+        let moved: BTreeSet<&T> = self.deleted.iter().chain(&self.prepended).chain(&self.appended).collect();
+        list.retain(|item| !moved.contains(item));
         list.splice(0..0, self.prepended.iter().cloned());
         list.extend(self.appended.iter().cloned());
     }

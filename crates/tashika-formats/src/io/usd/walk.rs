@@ -1,39 +1,42 @@
 //! The way through the scene: which prims are drawn, where, and of what.
 //!
-//! Drawn is what is defined, active, not invisible, and of the purpose `default` or `render`.
-//! What is bound to a prim holds for those below it, until they are bound themselves; a binding
-//! `strongerThanDescendants` is not replaced.
+//! Drawn is what is defined, active, not invisible, and of the purpose `default` or `render`. A prim
+//! without a type has neither a transform nor a visibility or a purpose, a `Scope` no transform.
+//!
+//! Held to this by `usd` and `usd_scope` of the suite.
 
 use glam::DAffine3;
 
 use super::Stage;
+use super::bindings::Bindings;
 use super::compose::MAX_DEPTH;
 use super::features::{is_known, met, unknown};
 use super::prim::Prim;
+use super::primvars::Shown;
 use super::sites::Node;
 use super::value::Text;
-use crate::color::Rgb;
 use crate::error::{Error, Result};
 use crate::scene::{Instance, MeshId};
+
+/// Steps of putting prims together that a visit of one counts as.
+const STEPS: u64 = 2;
 
 /// What a prim has from those above it.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     pub to_world: DAffine3,
     pub is_visible: bool,
+    /// True if prims of the purpose `render` are visible.
+    shows_render: bool,
     purpose: Text,
-    /// Bound for final renders, and for all purposes.
-    bindings: [Option<Binding>; 2],
-    pub display_color: Option<Rgb>,
+    pub bindings: Bindings,
+    /// Shown where no material is bound.
+    pub shown: Shown,
+    /// Shown by the prims below it, unless they have their own.
+    shown_below: Shown,
     /// Whether this is below what a point instancer repeats.
     pub is_prototype: bool,
     depth: usize,
-}
-
-#[derive(Clone, Debug)]
-struct Binding {
-    material: Text,
-    is_strong: bool,
 }
 
 /// A mesh in its place.
@@ -49,26 +52,28 @@ impl State {
         Self {
             to_world,
             is_visible: true,
+            shows_render: true,
             purpose: "default".into(),
-            bindings: [None, None],
-            display_color: None,
+            bindings: Bindings::default(),
+            shown: Shown::default(),
+            shown_below: Shown::default(),
             is_prototype: false,
             depth: 0,
         }
     }
 
-    /// The material that is bound.
-    pub fn material(&self) -> Option<Text> {
-        self.bindings.iter().flatten().map(|b| b.material.clone()).next()
-    }
-
-    /// The same for what is repeated: as it stands by itself.
+    /// State of a prototype: it stands by itself, and is seen although prims above it are hidden.
     pub fn of_prototype(&self) -> Self {
-        Self { to_world: DAffine3::IDENTITY, is_prototype: true, ..self.clone() }
+        Self { to_world: DAffine3::IDENTITY, is_prototype: true, is_visible: true, ..self.clone() }
     }
 
     fn is_drawn(&self) -> bool {
-        self.is_visible && matches!(&*self.purpose, "default" | "render")
+        let is_shown = match &*self.purpose {
+            "default" => true,
+            "render" => self.shows_render,
+            _ => false,
+        };
+        self.is_visible && is_shown
     }
 }
 
@@ -93,6 +98,8 @@ impl Stage<'_> {
         if !self.composer.is_defined(&prim) || !self.is_active(&prim) {
             return Ok(());
         }
+        self.composer.steps.add(STEPS, 0);
+        self.composer.check(node)?;
         if above.depth > MAX_DEPTH {
             let expected = format!("at most {MAX_DEPTH} prims in each other");
             return Err(Error::invalid(self.at(&prim), "a prim too deep in others", expected));
@@ -101,9 +108,18 @@ impl Stage<'_> {
         if matches!(&*type_name, "Material" | "Shader" | "NodeGraph" | "GeomSubset") {
             return Ok(());
         }
-        let state = self.state(&prim, above)?;
+        if self.has_clips(&prim) {
+            met("composition", "clips", self.at(&prim), &mut self.builder)?;
+        }
+        let state = self.state(&prim, &type_name, above)?;
         let below = if self.is_instance(&prim) { self.composer.shared(node) } else { node.clone() };
         let is_drawn = state.is_drawn();
+        if self.time.is_some() && (type_name.ends_with("Light") || &*type_name == "DomeLight_1") {
+            self.builder.set_dark_now();
+        }
+        if is_drawn || &*type_name == "Camera" {
+            self.note_unread(&prim, &type_name)?;
+        }
         match &*type_name {
             "" | "Xform" | "Scope" => {}
             "Camera" => self.add_camera(&prim, &state)?,
@@ -156,7 +172,7 @@ impl Stage<'_> {
             if last.as_ref() != Some(&object) {
                 self.builder.begin_object(&*object);
             }
-            self.geometry_budget.take(size_of::<Instance>() as u64, &self.origin)?;
+            self.geometry_budget.take(size_of::<Instance>() as u64, &self.composer.layers, &self.origin)?;
             self.builder.add_instance(mesh, to_world)?;
             last = Some(object);
         }
@@ -170,41 +186,41 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// What a prim and those below it have.
-    fn state(&mut self, prim: &Prim, above: &State) -> Result<State> {
+    /// State of a prim of that type.
+    pub fn state(&mut self, prim: &Prim, type_name: &str, above: &State) -> Result<State> {
         let mut state = above.clone();
         state.depth += 1;
-        let local = self.local(prim)?;
-        let parent = if local.resets && !above.is_prototype { self.to_world } else { above.to_world };
-        state.to_world = parent * local.to_parent;
+        if !matches!(type_name, "" | "Scope") {
+            let local = self.local(prim)?;
+            let parent = if local.resets && !above.is_prototype { self.to_world } else { above.to_world };
+            state.to_world = parent * local.to_parent;
+        } else if self.value(prim, "xformOpOrder")?.is_some() {
+            let at = self.at_property(prim, "xformOpOrder");
+            met("attribute", "xformOpOrder without Xform", at, &mut self.builder)?;
+        }
+        if !type_name.is_empty() {
+            self.see(prim, &mut state)?;
+        }
+        self.show(prim, [&mut state.shown, &mut state.shown_below])?;
+        self.bind(prim, &mut state.bindings)?;
+        Ok(state)
+    }
+
+    /// Takes over visibility and purpose of a prim.
+    fn see(&mut self, prim: &Prim, state: &mut State) -> Result<()> {
         if self.word(prim, "visibility")?.is_some_and(|word| &*word == "invisible") {
             state.is_visible = false;
+        }
+        if self.has_schema(prim, "VisibilityAPI") {
+            match self.word(prim, "renderVisibility")?.as_deref() {
+                Some("invisible") => state.shows_render = false,
+                Some("visible") => state.shows_render = true,
+                _ => {}
+            }
         }
         if let Some(purpose) = self.word(prim, "purpose")? {
             state.purpose = purpose;
         }
-        if let Some(color) = self.inherited_color(prim)? {
-            state.display_color = Some(color);
-        }
-        for (i, name) in ["material:binding:full", "material:binding"].into_iter().enumerate() {
-            let Some(material) = self.targets(prim, name).into_iter().next() else { continue };
-            if state.bindings[i].as_ref().is_some_and(|binding| binding.is_strong) {
-                continue;
-            }
-            let strength = self.field(prim, name, |property| property.strength.clone());
-            let is_strong = strength.is_some_and(|s| &*s == "strongerThanDescendants");
-            state.bindings[i] = Some(Binding { material, is_strong });
-        }
-        for name in self.properties(prim) {
-            if name.starts_with("material:binding:collection") {
-                met(
-                    "material",
-                    "material:binding:collection",
-                    self.at_property(prim, &name),
-                    &mut self.builder,
-                )?;
-            }
-        }
-        Ok(state)
+        Ok(())
     }
 }

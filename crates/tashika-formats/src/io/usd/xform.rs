@@ -63,7 +63,10 @@ impl Stage<'_> {
             }
             if is_inverse && op.matrix3.determinant() == 0.0 {
                 let at = self.at_property(prim, attribute);
-                return Err(Error::invalid(at, "the inverse of a matrix that has none", "one that has"));
+                let message = "inverses of transforms that have none: what they move is left out";
+                self.builder.note(NoteKind::Repaired, message, at);
+                local.to_parent *= DAffine3::from_scale(DVec3::ZERO);
+                continue;
             }
             local.to_parent *= if is_inverse { op.inverse() } else { op };
         }

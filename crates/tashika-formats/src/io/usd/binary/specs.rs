@@ -82,6 +82,7 @@ impl Building<'_> {
                     let pairs = offsets.array::<2>().unwrap_or_default();
                     layer.metadata.has_offsets = pairs.iter().any(|pair| *pair != [0.0, 1.0]);
                 }
+                "layerRelocates" => layer.metadata.has_relocates = true,
                 "defaultPrim" | "metersPerUnit" | "upAxis" | "timeCodesPerSecond" | "framesPerSecond"
                 | "subLayers" => layer.metadata.set(&name, &self.binary.value(rep)?),
                 _ => {}
@@ -111,7 +112,8 @@ impl Building<'_> {
                     };
                 }
                 "typeName" | "active" | "instanceable" | "apiSchemas" | "references" | "payload"
-                | "inheritPaths" | "specializes" | "variantSelection" => {
+                | "inheritPaths" | "specializes" | "variantSelection" | "inactiveIds" | "clips"
+                | "clipSets" => {
                     prim.set(&name, &self.binary.value(rep)?);
                 }
                 _ => {}
@@ -160,9 +162,11 @@ impl Building<'_> {
                 "default" => property.value = Some(Stored::In(rep)),
                 "timeSamples" if kind == TIME_SAMPLES => {
                     let samples = values::samples(self.binary, rep)?;
+                    property.is_held = samples.iter().any(|(_, rep)| values::is_whole(*rep));
                     property.samples =
                         samples.into_iter().map(|(time, rep)| (time, Stored::In(rep))).collect();
                 }
+                "custom" => property.is_custom = self.binary.value(rep)?.number() == Some(1.0),
                 "spline" => property.has_spline = kind == SPLINE,
                 "targetPaths" | "connectionPaths" => {
                     if let Value::Paths(paths) = self.binary.value(rep)? {

@@ -99,6 +99,11 @@ fn shape(kind: u8) -> Option<(Stored, usize)> {
     })
 }
 
+/// Returns true if a rep stands for whole numbers or truth values.
+pub(super) fn is_whole(rep: Rep) -> bool {
+    matches!(rep.0 >> 48 & 0xff, 1..=6 | 22 | 26 | 30)
+}
+
 const IS_ARRAY: u64 = 1 << 63;
 const IS_INLINED: u64 = 1 << 62;
 const IS_COMPRESSED: u64 = 1 << 61;
@@ -140,6 +145,7 @@ pub(super) fn value(binary: &Binary, rep: Rep, depth: usize) -> Read<Value> {
             };
             Value::Paths(list_op(&mut there()?, 4, |c| names(binary, c))?)
         }
+        37 => Value::Ids(list_op(&mut there()?, 8, |c| c.i64())?),
         35 => Value::References(list_op(&mut there()?, 32, |c| reference(binary, c, true, depth))?),
         55 => {
             let (offset, size) = has_payload_offset(binary);

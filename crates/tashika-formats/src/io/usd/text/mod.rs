@@ -132,11 +132,12 @@ impl Parser<'_, '_> {
 
     /// A property that begins with this word.
     fn property(&mut self, owner: u32, path: &str, word: &str, line: u32) -> Result<()> {
-        let mut edit = Edit::Explicit;
+        let (mut edit, mut is_custom) = (Edit::Explicit, false);
         let mut word = word.to_owned();
         loop {
             match word.as_str() {
-                "custom" | "uniform" | "varying" | "config" => {}
+                "custom" => is_custom = true,
+                "uniform" | "varying" | "config" => {}
                 word => match edit_of(word) {
                     Some(found) => edit = found,
                     None => break,
@@ -150,6 +151,7 @@ impl Parser<'_, '_> {
             }
         }
         let is_relationship = word == "rel";
+        let is_held = is_whole(&word);
         if self.cursor.eat(b'[') {
             self.cursor.expect(b']')?;
         }
@@ -158,6 +160,8 @@ impl Parser<'_, '_> {
         let part = part.to_owned();
         let mut property = self.layer.prims[owner as usize].properties.remove(&name).unwrap_or_default();
         property.line.get_or_insert(line);
+        property.is_held |= is_held;
+        property.is_custom |= is_custom;
         if self.cursor.eat(b'=') {
             match part.as_str() {
                 "connect" => property.connections.edit(edit, self.paths(path)?),
@@ -211,6 +215,13 @@ impl Parser<'_, '_> {
     }
 }
 
+/// Returns true if values of that type are whole numbers or truth values.
+fn is_whole(type_name: &str) -> bool {
+    let rest =
+        ["int64", "uint64", "uint", "int", "bool", "uchar"].iter().find_map(|t| type_name.strip_prefix(t));
+    rest.is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
+}
+
 /// How a word edits a list.
 fn edit_of(word: &str) -> Option<Edit> {
     Some(match word {
@@ -236,6 +247,11 @@ impl Parser<'_, '_> {
                     let value = parser.value(0)?;
                     prim.schemas.edit(edit, value.texts().map(<[Text]>::to_vec).unwrap_or_default());
                 }
+                "inactiveIds" => {
+                    let ids = parser.value(0)?;
+                    let ids = ids.numbers().unwrap_or_default().iter().map(|&id| id as i64).collect();
+                    prim.inactive_ids.edit(edit, ids);
+                }
                 "variants" => prim.selections = parser.selections()?,
                 key => prim.set(key, &parser.value(0)?),
             }
@@ -259,6 +275,9 @@ impl Parser<'_, '_> {
                 let metadata = &mut parser.layer.metadata;
                 metadata.has_offsets |= sublayers.iter().any(|layer| layer.has_offset);
                 metadata.sublayers = sublayers.into_iter().map(|layer| layer.asset).collect();
+            } else if key == "relocates" {
+                parser.cursor.skip_block()?;
+                parser.layer.metadata.has_relocates = true;
             } else {
                 let value = parser.value(0)?;
                 parser.layer.metadata.set(key, &value);

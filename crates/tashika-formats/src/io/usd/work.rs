@@ -1,0 +1,129 @@
+//! The work and the memory that a scene may ask for, by the bytes of its layers.
+//!
+//! References that name prims with two references each double what a prim is made of, level by
+//! level: a file of 3 kB asks for as much as one of a gigabyte. With `n` bytes of layers a scene
+//! may have
+//!
+//! ```text
+//! limit = first + each · n
+//! ```
+//!
+//! of a thing. The numbers are chosen: a layout of a few lines may have an asset a thousand times, and
+//! what doubles ends after about a second, and two more for each megabyte.
+//!
+//! Held to this by `damaged_usd` of the suite.
+
+use std::cell::Cell;
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+
+use super::layers::{LayerId, Layers};
+use crate::error::{Error, Location, Result};
+use crate::io::notes::shown;
+
+/// An amount that is used up.
+#[derive(Debug)]
+pub(super) struct Allowance {
+    used: Cell<u64>,
+    first: u64,
+    each: u64,
+    most: u64,
+    purpose: &'static str,
+}
+
+impl Allowance {
+    /// Bytes of values: copies of arrays, each as often as it is asked for.
+    pub fn of_values(most: u64) -> Self {
+        Self::new([1 << 30, 1 << 9], most, "values")
+    }
+
+    /// Bytes of meshes and instances.
+    pub fn of_geometry(most: u64) -> Self {
+        Self::new([1 << 28, 1 << 8], most, "geometry")
+    }
+
+    fn new([first, each]: [u64; 2], most: u64, purpose: &'static str) -> Self {
+        Self { used: Cell::new(0), first, each, most, purpose }
+    }
+
+    /// Takes an amount for what stands at `at`.
+    ///
+    /// # Errors
+    /// If there is not as much left.
+    pub fn take(&self, amount: u64, layers: &Layers<'_>, at: &Location) -> Result<()> {
+        let used = self.used.get().saturating_add(amount);
+        let limit = self.first.saturating_add(self.each.saturating_mul(layers.bytes())).min(self.most);
+        if used > limit {
+            let found = format!("{amount} more bytes of {}", self.purpose);
+            let expected = format!("at most {limit} bytes of a scene whose layers have {}", layers.bytes());
+            return Err(Error::invalid(at.clone(), found, expected));
+        }
+        self.used.set(used);
+        Ok(())
+    }
+}
+
+/// Steps of putting prims together: sites, and items of lists.
+#[derive(Debug, Default)]
+pub(super) struct Steps {
+    used: Cell<u64>,
+    /// Those of sites that are named through more than [`NESTED`] others.
+    nested: Cell<u64>,
+    /// Number of times that each prim's references were followed.
+    followed: BTreeMap<(LayerId, u32), u64>,
+}
+
+/// Steps of any scene; chosen: about a second.
+const FIRST: u64 = 1 << 20;
+
+/// Steps for each byte of its layers.
+const EACH: u64 = 2;
+
+/// Further steps for each byte, up to [`MOST_COPIES`], of sites that are not nested deeply: a layout of
+/// a few lines may have an asset a thousand times.
+const EACH_COPY: u64 = 62;
+
+/// Most further steps.
+const MOST_COPIES: u64 = 7 << 20;
+
+/// Sites from one to the next before they count as nested deeply: what doubles so often is 128-fold.
+const NESTED: usize = 7;
+
+impl Steps {
+    /// Counts steps of a site that is named through `nested` others.
+    pub fn add(&self, steps: u64, nested: usize) {
+        self.used.set(self.used.get().saturating_add(steps));
+        if nested > NESTED {
+            self.nested.set(self.nested.get().saturating_add(steps));
+        }
+    }
+
+    /// Counts that what a prim of a layer names is followed.
+    pub fn follow(&mut self, site: (LayerId, u32)) {
+        *self.followed.entry(site).or_insert(0) += 1;
+    }
+
+    /// # Errors
+    /// If there were too many steps. It names the prim whose references were followed most often,
+    /// or else `at`.
+    pub fn check(&self, layers: &Layers<'_>, at: impl FnOnce() -> Location) -> Result<()> {
+        let bytes = layers.bytes();
+        let nested = FIRST.saturating_add(EACH.saturating_mul(bytes));
+        let all = nested.saturating_add(EACH_COPY.saturating_mul(bytes).min(MOST_COPIES));
+        let is_nested = self.nested.get() > nested;
+        if !is_nested && self.used.get() <= all {
+            return Ok(());
+        }
+        let limit = if is_nested { nested } else { all };
+        let expected = format!("at most {limit} prims and items of lists from layers of {bytes} bytes");
+        // The first of those that were followed most often.
+        let most = self.followed.iter().max_by_key(|&(&site, &times)| (times, Reverse(site)));
+        let Some((&site, times)) = most.filter(|(_, times)| **times > 1) else {
+            return Err(Error::invalid(at(), "more prims, targets and items of lists than that", expected));
+        };
+        let named = layers.spec(site).named().map_or_else(|| "a prim".to_owned(), |name| shown(name));
+        let how = if is_nested { "references in references that double" } else { "references" };
+        let found = format!("{named} read {times} times, by {how}");
+        Err(Error::invalid(layers.at(site, &layers.path(site)), found, expected))
+    }
+}
