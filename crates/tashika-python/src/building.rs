@@ -175,7 +175,7 @@ impl Light {
 #[pyclass(frozen, module = "tashika")]
 pub struct Camera {
     camera: scene::Camera,
-    /// Where it stands (m).
+    /// Position (m).
     eye: DVec3,
     /// In which it stands.
     medium: Option<Py<Medium>>,

@@ -58,7 +58,7 @@ pub struct Provenance {
     /// Share of the flux reflected by surfaces that glossy lobes reflected: VPLs shine with cosine
     /// lobes only, so they carry this flux on to further surfaces, but not towards the eye's.
     pub glossy_share: f32,
-    /// What positions are relative to, in the coordinates of the scene's file (m): see
+    /// Origin of the positions, in the coordinates of the scene's file (m): see
     /// [`Scene::origin`].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub origin: [f64; 3],
@@ -127,12 +127,12 @@ impl VplSet {
         &self.provenance
     }
 
-    /// What positions are relative to, in the coordinates of the scene's file (m).
+    /// Origin of the positions, in the coordinates of the scene's file (m).
     pub fn origin(&self) -> DVec3 {
         self.provenance.origin.into()
     }
 
-    /// The same lights, told relative to another place of the file (m).
+    /// Returns the lights with positions relative to another place of the file (m).
     #[must_use]
     pub fn relative_to(mut self, origin: DVec3) -> Self {
         let way = self.origin() - origin;

@@ -13,12 +13,12 @@
 
 use glam::{DVec3, Vec3};
 
-/// Places are told about an origin of their own from this distance on, in half sizes of their box:
+/// Distance in half sizes of their box from which places have an origin of their own:
 /// about zero, rounding moves them by less than 10⁻⁴ of that. Chosen: things in ordinary rooms are
 /// nearer to zero, and keep their bits.
 const FAR: f64 = 1024.0;
 
-/// The same of places whose coordinates are [`LARGE`]: wide things may have small parts. Chosen.
+/// That distance for places whose coordinates are [`LARGE`]: wide things may have small parts. Chosen.
 const FAR_IF_LARGE: f64 = 8.0;
 
 /// Coordinates (m) beyond those of most scenes that are built about zero. Chosen.

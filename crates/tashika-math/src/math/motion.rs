@@ -95,7 +95,7 @@ fn arc_between(from: DQuat, to: DQuat) -> f64 {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     keys: Vec<Key>,
-    /// Where the zero of what is placed is, before the map.
+    /// Origin of the coordinates that are mapped.
     about: DVec3,
 }
 
@@ -146,7 +146,7 @@ impl Track {
         }
     }
 
-    /// The map of what is told about [`Self::about`].
+    /// Returns the map of coordinates relative to [`Self::about`].
     fn placed(&self, map: DAffine3) -> DAffine3 {
         // Zero as it is: a sum with it could lose the sign of another.
         if self.about == DVec3::ZERO {
@@ -162,14 +162,14 @@ impl Track {
         Self::new(self.keys.iter().map(|key| (key.seconds, self.placed(key.map) * first)))
     }
 
-    /// The same motion, of things whose coordinates are relative to `origin` (m, before the map).
+    /// Returns the motion of things whose coordinates are relative to `origin` (m, before the map).
     /// Unlike [`Self::after`] a translation, it turns about the same centres between keys.
     #[must_use]
     pub fn about(self, origin: DVec3) -> Self {
         Self { about: self.about + origin, ..self }
     }
 
-    /// The same motion, told in coordinates relative to `origin` (m, after the map).
+    /// Returns the motion in coordinates relative to `origin` (m, after the map).
     #[must_use]
     pub fn relative_to(mut self, origin: DVec3) -> Self {
         for key in &mut self.keys {

@@ -228,7 +228,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Takes over a mesh of a name and an origin, and says what was repaired.
+    /// Takes over a mesh of a name and an origin, and notes what was repaired.
     pub(super) fn push_mesh(
         &mut self,
         mesh: Mesh,
@@ -295,7 +295,7 @@ impl SceneBuilder {
         self.add_emitter_at(emitter, place)
     }
 
-    /// The same at a place in double precision (m), wherever the emitter says that it is.
+    /// Adds an emitter at a place in double precision (m), which replaces its own position.
     pub fn add_emitter_at(&mut self, mut emitter: Emitter, place: DVec3) -> Result<()> {
         emitter.move_to(place.as_vec3());
         let color = emitter.color();
@@ -378,8 +378,8 @@ impl SceneBuilder {
         self.add_camera_at(camera, to_world)
     }
 
-    /// The same with its place in double precision, wherever the camera says that it is; one that
-    /// moves is where its motion has it.
+    /// Adds a camera with its pose in double precision, which replaces its own; the pose of a camera
+    /// that moves is that of its motion.
     pub fn add_camera_at(&mut self, mut camera: Camera, to_world: impl Placement) -> Result<()> {
         let to_world = to_world.in_double();
         if camera.motion.is_none() {

@@ -133,7 +133,7 @@ pub enum Emitter {
 }
 
 impl Emitter {
-    /// Where it is (m); nowhere if it is infinitely far away.
+    /// Position (m); none of an emitter that is infinitely far away.
     pub fn position(&self) -> Option<Vec3> {
         match *self {
             Self::Point { position, .. } | Self::Spot { position, .. } | Self::Image { position, .. } => {

@@ -13,7 +13,7 @@ pub struct MeshData {
     pub name: String,
     /// Vertex positions (m, object space), relative to `origin`.
     pub positions: Vec<Vec3>,
-    /// Where the positions' zero is in object space (m): see [`MeshData::place`].
+    /// Origin of the positions in object space (m): see [`MeshData::place`].
     pub origin: DVec3,
     /// Vertex normals: none, or one a vertex. Need not be unit vectors; zero or non-finite ones are
     /// replaced by the normal of the face.

@@ -155,7 +155,7 @@ pub struct Scene {
     /// Whether any mesh that is placed has an interface.
     has_interfaces: bool,
     bounds: Aabb,
-    /// What all coordinates are relative to (m).
+    /// Origin of all coordinates in the file's (m).
     origin: DVec3,
     /// Left out of its meshes: they are in no picture.
     triangles_without_area: u64,

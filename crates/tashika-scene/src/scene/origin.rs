@@ -30,7 +30,7 @@ use super::motion::inverse;
 use super::{Instance, MeshData, MeshShape, NoteKind, Scene, SceneBuilder};
 use crate::math::{local_origin, origin_near, spacing_at};
 
-/// How much less an origin other than zero must lose; chosen: a closed room whose distance from zero
+/// Factor by which an origin other than zero must lose less; chosen: a closed room whose distance from zero
 /// is 30 times its size is 0.03 % too bright.
 const WORTH: f64 = 32.0;
 
@@ -41,7 +41,7 @@ const CAMERAS: usize = 8;
 /// are more than a thousandth of that apart. Chosen.
 const NOTED: f64 = 16384.0;
 
-/// Anything that says where an object is in the world: an affine map of either precision.
+/// Pose of an object in the world: an affine map of either precision.
 pub trait Placement {
     /// The map in double precision.
     fn in_double(&self) -> DAffine3;
@@ -61,14 +61,14 @@ impl Placement for Affine3A {
     }
 }
 
-/// Places of the parts of a scene as the file has them, beside those of single precision.
+/// Places of the parts of a scene as the file has them, in double precision.
 #[derive(Debug, Default)]
 pub(super) struct Places {
-    /// Where the zero of each mesh's positions is in object space (m).
+    /// Origin of each mesh's positions in object space (m).
     pub meshes: Vec<DVec3>,
     /// Object to world of each instance, without the mesh's own origin.
     pub instances: Vec<DAffine3>,
-    /// Of each emitter; without meaning of those that have none (m).
+    /// Position of each emitter (m); without meaning where it has none.
     pub emitters: Vec<DVec3>,
     /// To world of each camera that stands.
     pub cameras: Vec<DAffine3>,
@@ -159,7 +159,7 @@ impl SceneBuilder {
         };
         let at_zero = loss(DVec3::ZERO);
         // No loss is less than 1.
-        if !(at_zero > WORTH) {
+        if at_zero <= WORTH || at_zero.is_nan() {
             return DVec3::ZERO;
         }
         let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -183,7 +183,7 @@ impl SceneBuilder {
         best.1
     }
 
-    /// Tells of objects that no origin is near to.
+    /// Notes objects that are far from the origin.
     fn note_lost(&mut self, origin: DVec3) {
         let (mut count, mut furthest) = (0, 0.0_f64);
         for extent in self.extents().filter(|extent| extent.distance(origin) > NOTED) {
@@ -258,9 +258,9 @@ impl Scene {
 }
 
 impl SceneBuilder {
-    /// Tells the positions of a mesh, and those of another shape of it, about an origin of their own if
-    /// they are far from zero. They are of single precision: no more than the file has is kept, of
-    /// which a note tells where it is little.
+    /// Moves the positions of a mesh, and those of another shape of it, to an origin of their own if
+    /// they are far from zero. They are of single precision: a note gives the distance between
+    /// neighbouring numbers where that is large beside the mesh.
     pub(super) fn localize(&mut self, data: &mut MeshData, other: Option<&mut MeshShape>) {
         if data.origin != DVec3::ZERO {
             return;

@@ -38,7 +38,7 @@ use crate::io::notes::shown;
 pub(super) struct Parsed<'a> {
     /// Everything but animations.
     pub root: Root,
-    /// Where nodes are in double precision, by node; none if none is far from zero.
+    /// Places of nodes in double precision, by node; empty if no node is far from its parent.
     pub places: Vec<WidePlace>,
     /// The animations, not looked into.
     pub animations: Vec<serde_json::Value>,
@@ -95,13 +95,13 @@ struct SceneNodes {
     nodes: Vec<Index<json::Node>>,
 }
 
-/// Where nodes are, which the crate's types round to single precision.
+/// Places of nodes, which the crate's types round to single precision.
 #[derive(Deserialize)]
 struct WidePlaces {
     nodes: Vec<WidePlace>,
 }
 
-/// Where a node is in its parent (m), as far as the file says it.
+/// Place of a node in its parent (m), in double precision.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub(super) struct WidePlace {
     #[serde(default)]
@@ -114,7 +114,7 @@ pub(super) struct WidePlace {
 /// 8 mm apart there.
 const FAR: f32 = 65536.0;
 
-/// Whether a node is far from its parent.
+/// Returns true if a node is far from its parent.
 fn is_far(node: &json::Node) -> bool {
     let of_matrix = node.matrix.iter().flat_map(|matrix| &matrix[12..15]);
     node.translation.iter().flatten().chain(of_matrix).any(|x| x.abs() >= FAR)

@@ -73,11 +73,11 @@ pub(super) struct Reference {
 /// What an OBJ file holds.
 #[derive(Default)]
 pub(super) struct Geometry {
-    /// Of `v` (m), until all are read.
+    /// Points of `v` (m), until all are read.
     places: Vec<DVec3>,
-    /// Of `v` (m), about `origin`, once all are read.
+    /// Points of `v` (m), relative to `origin`, once all are read.
     pub(super) positions: Vec<Vec3>,
-    /// Where the positions' zero is (m).
+    /// Origin of the positions (m).
     pub(super) origin: DVec3,
     /// Of `vt`, with `v` up.
     pub(super) uvs: Vec<Vec2>,

@@ -174,7 +174,7 @@ pub(super) fn number(word: &[u8]) -> Option<f32> {
     value.is_finite().then_some(value)
 }
 
-/// The same in double precision; one that single precision does not reach is none.
+/// A finite number in double precision; numbers beyond the range of single precision are none.
 pub(super) fn wide_number(word: &[u8]) -> Option<f64> {
     number(word)?;
     std::str::from_utf8(word).ok()?.parse().ok()

@@ -87,9 +87,9 @@ impl Kind {
 /// The values of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Values {
-    /// Of all types of numbers but integers and places.
+    /// Numbers of all types but integers and places.
     Numbers(Vec<f32>),
-    /// Of `point3` and `vector3`.
+    /// Coordinates of `point3` and `vector3`.
     Places(Vec<f64>),
     /// Of `integer`.
     Integers(Vec<i32>),
