@@ -51,11 +51,17 @@ enum Paint {
 }
 
 impl Paint {
-    /// Of a colour; arrays of bytes are sRGB, others linear.
+    /// Of a colour; arrays of bytes are sRGB, others linear and nowhere below zero.
     fn color(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         match Color::of(value) {
             Some(color) => Ok(Self::Flat(color.into())),
-            None => Ok(Self::Image(Arc::new(image(name, value, Pixels::Srgb8)?))),
+            None => {
+                let image = image(name, value, Pixels::Srgb8)?;
+                if image.texels_below_zero() > 0 {
+                    return Err(option(name, "a colour below zero", "colours of at least 0"));
+                }
+                Ok(Self::Image(Arc::new(image)))
+            }
         }
     }
 

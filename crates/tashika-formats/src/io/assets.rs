@@ -14,7 +14,7 @@ use super::images::{self, Decoded, Encoding};
 use super::udim::{self, Picture};
 use super::{LoadOptions, SceneFiles};
 use crate::error::{Error, Location, Result};
-use crate::scene::{Image, NoteKind, SceneBuilder};
+use crate::scene::{Channel, Image, NoteKind, SceneBuilder, below_zero_message};
 
 /// The images of a scene so far.
 #[derive(Debug)]
@@ -26,11 +26,19 @@ pub(super) struct ImageCache<'f> {
     by_path: BTreeMap<(PathBuf, Encoding), Picture>,
     /// Those with texels that are not opaque.
     transparent: BTreeSet<Picture>,
+    /// Those with one channel only that is not grey.
+    lone: BTreeMap<Picture, Channel>,
 }
 
 impl<'f> ImageCache<'f> {
     pub(super) fn new(files: &'f SceneFiles) -> Self {
-        Self { files, by_reference: BTreeMap::new(), by_path: BTreeMap::new(), transparent: BTreeSet::new() }
+        Self {
+            files,
+            by_reference: BTreeMap::new(),
+            by_path: BTreeMap::new(),
+            transparent: BTreeSet::new(),
+            lone: BTreeMap::new(),
+        }
     }
 
     /// The image, or the tiles, that `reference`, found at `at`, stands for; nothing, with a note, if it cannot be
@@ -73,6 +81,7 @@ impl<'f> ImageCache<'f> {
             match read(self.files, reference, encoding, at, builder) {
                 Ok(decoded) => {
                     let image = Picture::Image(builder.add_image(decoded.image)?);
+                    self.lone.extend(decoded.lone.map(|channel| (image, channel)));
                     let path = self.files.resolve(reference, at);
                     self.by_path.extend(path.ok().map(|path| ((path, encoding), image)));
                     Ok((image, decoded.opaque))
@@ -101,8 +110,14 @@ impl<'f> ImageCache<'f> {
         self.transparent.contains(&image)
     }
 
-    /// The picture itself, for callers that keep it themselves, such as environments; nothing, with
-    /// a note, if it cannot be read. It is not kept here.
+    /// The channel that a number is found in, where none is chosen: the luminance, unless an image
+    /// that was loaded here has a single channel that is no grey.
+    pub(super) fn number_channel(&self, image: Picture) -> Channel {
+        self.lone.get(&image).copied().unwrap_or(Channel::Luminance)
+    }
+
+    /// The picture itself, for callers that keep it themselves and take it for colours, such as
+    /// environments; nothing, with a note, if it cannot be read. It is not kept here.
     ///
     /// # Errors
     /// None so far.
@@ -113,9 +128,12 @@ impl<'f> ImageCache<'f> {
         at: &Location,
         builder: &mut SceneBuilder,
     ) -> Result<Option<Image>> {
-        let decoded = read(self.files, reference, encoding, at, builder);
+        let bytes = self.files.read(reference, at);
+        let options = self.files.options();
+        let decoded =
+            bytes.and_then(|bytes| decode_colors(&bytes, reference, encoding, options, at, builder));
         let decoded = decoded.map_err(|error| (kind(&error), reason(&error)));
-        Ok(noted(decoded, reference, at, builder).map(|decoded| decoded.image))
+        Ok(noted(decoded, reference, at, builder))
     }
 }
 
@@ -139,10 +157,24 @@ pub(super) fn decode(
     builder: &mut SceneBuilder,
 ) -> Result<Decoded> {
     let decoded = images::decode(bytes, name, encoding, options, at)?;
-    if let Some(message) = decoded.repairs() {
-        builder.note(NoteKind::Repaired, message, at.clone());
-    }
+    decoded.note(builder.notes_mut(), at);
     Ok(decoded)
+}
+
+/// Decodes an image file that is nothing but colours, with notes of what was repaired and of what
+/// is below zero.
+pub(super) fn decode_colors(
+    bytes: &[u8],
+    name: &str,
+    encoding: Encoding,
+    options: &LoadOptions,
+    at: &Location,
+    builder: &mut SceneBuilder,
+) -> Result<Image> {
+    let image = decode(bytes, name, encoding, options, at, builder)?.image;
+    let count = image.texels_below_zero();
+    builder.notes_mut().push_many(NoteKind::Repaired, below_zero_message(name), at.clone(), count);
+    Ok(image)
 }
 
 /// Why something could not be read.
@@ -214,6 +246,7 @@ mod tests {
             ("a.pfm", pfm(1.0)),
             ("bad.pfm", b"PF 9 9".to_vec()),
             ("infinite.pfm", pfm(f32::INFINITY)),
+            ("below.pfm", pfm(-1.0)),
             ("glass.tga", glass),
         ] {
             fs::write(folder.path().join(name), bytes).unwrap();
@@ -262,11 +295,15 @@ mod tests {
         let image = cache.read("a.pfm", Encoding::Linear, &at, &mut builder).unwrap().unwrap();
         assert_eq!((image.width, image.height), (1, 1));
         assert!(cache.read("gone.png", Encoding::Linear, &at, &mut builder).unwrap().is_none());
+        // A colour by its use; of others the scene says what they are.
+        assert!(cache.read("below.pfm", Encoding::Linear, &at, &mut builder).unwrap().is_some());
+        assert!(cache.load("below.pfm", Encoding::Linear, &at, &mut builder).unwrap().is_some());
         let notes = notes(builder);
         let count = |part: &str| notes.iter().find(|(message, _)| message.contains(part)).map(|n| n.1);
         assert_eq!(count("\"gone.png\" could not be read (no such file)"), Some(3), "{notes:?}");
         assert_eq!(count("\"bad.pfm\" could not be read"), Some(1), "{notes:?}");
         assert_eq!(count("allow-outside"), Some(1), "{notes:?}");
         assert_eq!(count("\"infinite.pfm\" has texels that are not finite"), Some(1), "{notes:?}");
+        assert_eq!(count("\"below.pfm\" has texels below zero"), Some(1), "{notes:?}");
     }
 }

@@ -27,6 +27,11 @@ pub(super) enum Picture {
 }
 
 impl Picture {
+    /// Returns true for an image with texels below zero; of tiles none is looked at.
+    pub(super) fn has_values_below_zero(self, builder: &SceneBuilder) -> bool {
+        matches!(self, Self::Image(image) if builder.texels_below_zero(image) > 0)
+    }
+
     /// A lookup into it, as `how` says: tiles are not wrapped.
     pub(super) fn texture(self, how: impl FnOnce(ImageTexture) -> ImageTexture) -> Texture {
         match self {

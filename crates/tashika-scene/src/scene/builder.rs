@@ -25,6 +25,8 @@ use crate::math::elementary::powf;
 pub struct SceneBuilder {
     pub(super) scene: Scene,
     pub(super) origin: Location,
+    /// For each image, how many of its texels are below zero.
+    pub(super) below_zero: Vec<u64>,
     /// For each texture, how many nodes one lookup visits.
     texture_costs: Vec<u32>,
     /// For each material, how many materials it consists of.
@@ -73,8 +75,15 @@ impl SceneBuilder {
 
     /// A scene that is there, to which lights are to be added.
     pub(super) fn of(scene: Scene, origin: Location) -> Self {
-        let (numbered, places) = (Numbered::default(), Places::default());
-        Self { scene, origin, texture_costs: Vec::new(), material_costs: Vec::new(), numbered, places }
+        Self {
+            scene,
+            origin,
+            below_zero: Vec::new(),
+            texture_costs: Vec::new(),
+            material_costs: Vec::new(),
+            numbered: Numbered::default(),
+            places: Places::default(),
+        }
     }
 
     /// It, as it is.
@@ -111,10 +120,12 @@ impl SceneBuilder {
         }
     }
 
-    /// Adds an image; it must have `width · height > 0` texels, finite and not negative.
+    /// Adds an image; it must have `width · height > 0` texels, which must be finite. Where it is a
+    /// colour, values below zero count as 0, and [`Self::build`] notes so.
     pub fn add_image(&mut self, image: Image) -> Result<ImageId> {
         check::image(&image)
             .map_err(|wrong| wrong.error(self.origin.clone().item(format!("image {}", image.name))))?;
+        self.below_zero.push(image.texels_below_zero());
         self.scene.images.push(image);
         Ok(ImageId(self.scene.images.len() as u32 - 1))
     }
@@ -333,7 +344,7 @@ impl SceneBuilder {
     /// where the map has 1, its intensity is `intensity` (W·sr⁻¹).
     ///
     /// # Errors
-    /// Texels, colours or positions that are negative or not finite.
+    /// Texels that are not finite; colours or positions that are negative or not finite.
     pub fn add_image_light(
         &mut self,
         map: &Arc<IntensityMap>,
@@ -358,7 +369,7 @@ impl SceneBuilder {
         self.scene.turned_away = rule;
     }
 
-    /// Sets what is seen where no surface is; radiances must be finite and not negative.
+    /// Sets what is seen where no surface is; radiances must be finite. Texels below zero count as 0.
     pub fn set_environment(&mut self, environment: Environment) -> Result<()> {
         if !environment.is_valid() {
             let at = self.origin.clone().item("environment");
@@ -429,6 +440,7 @@ impl SceneBuilder {
             self.add_camera(camera)?;
         }
         self.note_missing_tiles();
+        self.note_colors_below_zero();
         self.scene.count_media();
         self.bake();
         Ok(self.scene)

@@ -34,7 +34,7 @@ impl Wrong {
     }
 }
 
-/// The number of texels, and floating-point ones.
+/// The number of texels, and floating-point ones, which must be finite.
 pub(super) fn image(image: &Image) -> Checked {
     let texels = image.pixels.len();
     if texels == 0 || texels as u64 != u64::from(image.width) * u64::from(image.height) {
@@ -44,9 +44,9 @@ pub(super) fn image(image: &Image) -> Checked {
         ));
     }
     if let Pixels::Float(p) = &image.pixels
-        && let Some(v) = p.iter().flatten().find(|v| !(v.is_finite() && **v >= 0.0))
+        && let Some(v) = p.iter().flatten().find(|v| !v.is_finite())
     {
-        return Err(Wrong::new(format!("a texel of {v}"), "finite numbers of at least 0"));
+        return Err(Wrong::new(format!("a texel of {v}"), "finite numbers"));
     }
     Ok(())
 }
@@ -54,7 +54,10 @@ pub(super) fn image(image: &Image) -> Checked {
 /// What a texture says itself; its operands are the builder's business.
 pub(super) fn texture(texture: &Texture, scene: &Scene) -> Checked {
     match texture {
-        Texture::Constant(c) => color("constant", *c),
+        Texture::Constant(c) if !c.is_finite() => {
+            Err(Wrong::new(format!("constant = {:?}", c.to_array()), "finite numbers"))
+        }
+        Texture::Constant(_) => Ok(()),
         Texture::Image(t) if t.image.index() >= scene.images.len() => {
             Err(Wrong::new(format!("image {}", t.image.index()), "an image of this scene"))
         }

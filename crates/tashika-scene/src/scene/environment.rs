@@ -155,14 +155,14 @@ impl Environment {
         }
     }
 
-    /// Whether every texel is finite and not negative.
+    /// Whether every texel is finite, and the scale not negative.
     pub fn is_valid(&self) -> bool {
         match &self.radiance {
             Radiance::Constant(c) => c.is_valid(),
             Radiance::Map { image, scale, .. } => {
                 scale.is_valid()
                     && match &image.pixels {
-                        Pixels::Float(p) => p.iter().flatten().all(|v| v.is_finite() && *v >= 0.0),
+                        Pixels::Float(p) => p.iter().flatten().all(|v| v.is_finite()),
                         _ => true,
                     }
             }

@@ -152,7 +152,7 @@ pub(super) fn tangent(
     // Texture coordinates run down; the other axis is to run up.
     let up = plane.b * 1.0_f32.copysign(-plane.b.dot(dv));
     let direction = input.direction.map_or(Vec2::X, |texture| {
-        let texel = textures.lookup(texture, uv).0;
+        let texel = textures.numbers(texture, uv).0;
         Vec2::new(2.0 * texel.r - 1.0, 2.0 * texel.g - 1.0).normalize_or(Vec2::X)
     });
     let (sin, cos) = sin_cos(input.rotation);

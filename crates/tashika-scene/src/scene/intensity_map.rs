@@ -77,7 +77,7 @@ pub struct IntensityMap {
 const ROUNDED: f32 = 1.0 + 1e-5;
 
 impl IntensityMap {
-    /// The map of an image whose texels are finite and not negative; none if it is black.
+    /// The map of an image whose texels are finite, those below zero being 0; none if it is black.
     pub fn new(image: Image, spread: Spread, lookup: Lookup) -> Option<Self> {
         let wrap = match spread {
             Spread::Sphere(map) => map.wrap(),

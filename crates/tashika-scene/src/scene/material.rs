@@ -3,7 +3,7 @@
 
 use glam::Vec2;
 
-use super::{ColorInput, FacetInput, FloatInput, MaterialId, TangentInput, TextureId, Textures};
+use super::{ColorInput, FacetInput, FloatInput, MaterialId, TangentInput, TextureId, Textures, Values};
 use crate::bsdf::{CoatModel, ConductorFresnel, FacetModel};
 use crate::color::Rgb;
 
@@ -342,10 +342,15 @@ impl Material {
 
     /// Every texture the material looks up, but for those of the materials that it refers to.
     pub(super) fn textures(&self) -> impl Iterator<Item = TextureId> {
-        let color = |c: &ColorInput| c.texture;
-        let number = |f: &FloatInput| f.texture.map(|t| t.0);
+        self.inputs().map(|(texture, _)| texture)
+    }
+
+    /// The same textures with the meaning of their values.
+    pub(super) fn inputs(&self) -> impl Iterator<Item = (TextureId, Values)> {
+        let color = |c: &ColorInput| c.texture.map(|texture| (texture, Values::Colors));
+        let number = |f: &FloatInput| f.texture.map(|(texture, _)| (texture, Values::Numbers));
         let across = |facets: &FacetInput| facets.across.as_ref().and_then(number);
-        let mut all: Vec<Option<TextureId>> = match &self.surface {
+        let mut all: Vec<Option<(TextureId, Values)>> = match &self.surface {
             Surface::Lambert { reflectance } | Surface::Mirror { reflectance } => vec![color(reflectance)],
             Surface::Translucent { reflectance, transmittance } => {
                 vec![color(reflectance), color(transmittance)]
@@ -390,13 +395,13 @@ impl Material {
             Surface::Mix { amount, .. } => vec![number(amount)],
             Surface::Boundary => Vec::new(),
         };
-        all.push(self.emission.and_then(|e| e.radiance.texture));
-        all.push(self.alpha.and_then(|a| a.value.texture.map(|t| t.0)));
+        all.push(self.emission.and_then(|e| color(&e.radiance)));
+        all.push(self.alpha.and_then(|a| number(&a.value)));
         all.push(self.normal.and_then(|n| match n {
-            NormalInput::Map { texture, .. } => Some(texture),
-            NormalInput::Bump { height } => height.texture.map(|t| t.0),
+            NormalInput::Map { texture, .. } => Some((texture, Values::Numbers)),
+            NormalInput::Bump { height } => number(&height),
         }));
-        all.push(self.tangent.and_then(|t| t.direction));
+        all.push(self.tangent.and_then(|t| t.direction).map(|texture| (texture, Values::Numbers)));
         all.into_iter().flatten()
     }
 }

@@ -9,6 +9,7 @@
 //! Units: lengths in metres, radiance in W·m⁻²·sr⁻¹, intensity in W·sr⁻¹, irradiance in W·m⁻².
 
 mod abilities;
+mod below_zero;
 mod builder;
 pub mod builtin;
 mod camera;
@@ -45,6 +46,7 @@ mod variation;
 mod volume_grid;
 
 pub use abilities::Abilities;
+pub use below_zero::below_zero_message;
 pub use builder::{MAX_TEXTURE_COST, SceneBuilder};
 pub use camera::{Camera, CameraSample, Seen};
 pub use deformation::{MeshShape, between, box_between};
@@ -67,7 +69,7 @@ pub use projection::Projection;
 pub use relight::Lamp;
 pub use sphere_map::SphereMap;
 pub use surface::{SurfacePoint, TurnedAway};
-pub use texels::{Image, Pixels, Sampling, Wrap};
+pub use texels::{Image, Pixels, Sampling, Values, Wrap};
 pub use texture::{Channel, ImageTexture, Texture, Textures, UvTransform};
 pub use tiles::{NO_TILE, TileSet, TiledTexture};
 pub use variation::{CellRay, Density, Scattered, Span, Variation, Walk};
@@ -282,6 +284,15 @@ impl Scene {
     /// What was repaired, approximated, ignored or added.
     pub fn notes(&self) -> &Notes {
         &self.notes
+    }
+
+    /// The same scene with more notes.
+    #[must_use]
+    pub fn with_notes(mut self, more: &Notes) -> Self {
+        for note in more.iter() {
+            self.notes.push_many(note.kind, note.message, note.first, note.count);
+        }
+        self
     }
 
     /// The mesh of an instance.

@@ -56,7 +56,7 @@ pub(super) fn perturbed(
     let Some((du, dv)) = corners.derivatives() else { return normal };
     let turned = match input {
         NormalInput::Map { texture, scale } => {
-            let t = textures.lookup(*texture, uv).0;
+            let t = textures.numbers(*texture, uv).0;
             let tangent = (du - normal * normal.dot(du)).normalize_or_zero();
             // Texture coordinates run down; the map's green runs up.
             let up = -dv;

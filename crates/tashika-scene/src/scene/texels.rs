@@ -17,7 +17,7 @@ pub enum Pixels {
     Srgb16(Vec<[u16; 4]>),
     /// Sixteen bits a channel, RGBA, linear.
     Linear16(Vec<[u16; 4]>),
-    /// Linear floating point, RGB: radiance.
+    /// Linear floating point, RGB: radiance, or numbers of any sign.
     Float(Vec<[f32; 3]>),
 }
 
@@ -48,6 +48,17 @@ pub struct Image {
     pub height: u32,
     /// The texels, `width · height`.
     pub pixels: Pixels,
+}
+
+/// Meaning of the values of an image or a texture, which decides about those below zero.
+///
+/// It belongs to the use, not to the image: one image may be a colour here and a height there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Values {
+    /// Reflectances and radiances: floating-point texels below zero count as 0.
+    Colors,
+    /// Heights, normals, roughnesses: texels as they are stored.
+    Numbers,
 }
 
 /// What happens outside `[0, 1]`.
@@ -91,8 +102,20 @@ impl Image {
         }
     }
 
-    /// One texel, linear, with opacity; coordinates must be in range.
+    /// The number of floating-point texels with a channel below zero.
+    pub fn texels_below_zero(&self) -> u64 {
+        match &self.pixels {
+            Pixels::Float(p) => p.iter().filter(|texel| texel.iter().any(|v| *v < 0.0)).count() as u64,
+            _ => 0,
+        }
+    }
+
+    /// Colour of one texel, linear and at least 0, with opacity; coordinates must be in range.
     pub fn texel(&self, x: u32, y: u32) -> (Rgb, f32) {
+        self.texel_as(Values::Colors, x, y)
+    }
+
+    fn texel_as(&self, values: Values, x: u32, y: u32) -> (Rgb, f32) {
         let i = y as usize * self.width as usize + x as usize;
         match &self.pixels {
             Pixels::Srgb8(p) => {
@@ -113,34 +136,58 @@ impl Image {
                 let [r, g, b, a] = p[i].map(|c| f32::from(c) / 65535.0);
                 (Rgb::new(r, g, b), a)
             }
-            Pixels::Float(p) => (p[i].into(), 1.0),
+            Pixels::Float(p) => match values {
+                Values::Colors => (p[i].map(|v| v.max(0.0)).into(), 1.0),
+                Values::Numbers => (p[i].into(), 1.0),
+            },
         }
     }
 
     /// Bilinear lookup: linear colour and opacity.
     pub fn bilinear(&self, uv: Vec2, wrap: [Wrap; 2]) -> (Rgb, f32) {
+        self.interpolated(Values::Colors, uv, wrap)
+    }
+
+    /// The texel in which `uv` lies: linear colour and opacity.
+    pub fn nearest(&self, uv: Vec2, wrap: [Wrap; 2]) -> (Rgb, f32) {
+        self.sampled(Values::Colors, uv, wrap, Sampling::Nearest)
+    }
+
+    /// Linear value and opacity at `uv`.
+    pub(super) fn sampled(
+        &self,
+        values: Values,
+        uv: Vec2,
+        wrap: [Wrap; 2],
+        sampling: Sampling,
+    ) -> (Rgb, f32) {
+        match sampling {
+            Sampling::Bilinear => self.interpolated(values, uv, wrap),
+            Sampling::Nearest => {
+                let pick = |u, n, wrap| {
+                    let (before, after, weight) = neighbours(u, n, wrap);
+                    if weight < 0.5 { before } else { after }
+                };
+                let (x, y) = (pick(uv.x, self.width, wrap[0]), pick(uv.y, self.height, wrap[1]));
+                self.texel_or_black(values, x, y)
+            }
+        }
+    }
+
+    fn interpolated(&self, values: Values, uv: Vec2, wrap: [Wrap; 2]) -> (Rgb, f32) {
         let (x0, x1, fx) = neighbours(uv.x, self.width, wrap[0]);
         let (y0, y1, fy) = neighbours(uv.y, self.height, wrap[1]);
         let row = |y| {
-            let ((c0, a0), (c1, a1)) = (self.texel_or_black(x0, y), self.texel_or_black(x1, y));
+            let [(c0, a0), (c1, a1)] = [x0, x1].map(|x| self.texel_or_black(values, x, y));
             (c0.lerp(c1, fx), a0 + (a1 - a0) * fx)
         };
         let ((c0, a0), (c1, a1)) = (row(y0), row(y1));
         (c0.lerp(c1, fy), a0 + (a1 - a0) * fy)
     }
 
-    /// The texel in which `uv` lies: linear colour and opacity.
-    pub fn nearest(&self, uv: Vec2, wrap: [Wrap; 2]) -> (Rgb, f32) {
-        let pick = |u, n, wrap| {
-            let (before, after, weight) = neighbours(u, n, wrap);
-            if weight < 0.5 { before } else { after }
-        };
-        self.texel_or_black(pick(uv.x, self.width, wrap[0]), pick(uv.y, self.height, wrap[1]))
-    }
-
-    fn texel_or_black(&self, x: Option<u32>, y: Option<u32>) -> (Rgb, f32) {
+    fn texel_or_black(&self, values: Values, x: Option<u32>, y: Option<u32>) -> (Rgb, f32) {
         match (x, y) {
-            (Some(x), Some(y)) => self.texel(x, y),
+            (Some(x), Some(y)) => self.texel_as(values, x, y),
             _ => (Rgb::BLACK, 0.0),
         }
     }
@@ -235,6 +282,25 @@ mod tests {
         assert_eq!([at(1.125, Wrap::Mirror), at(-0.125, Wrap::Mirror)], [150.0, 0.0]);
         assert_eq!(at(0.0, Wrap::Repeat), 75.0, "first and last texel meet");
         assert_eq!([at(0.375, Wrap::Black), at(1.0, Wrap::Black), at(1.2, Wrap::Black)], [50.0, 75.0, 0.0]);
+    }
+
+    /// Of two texels −3 and 1 a colour is 0 and 1, a number −3 and 1, in between as well.
+    #[test]
+    fn texels_below_zero_are_zero_as_colours_and_themselves_as_numbers() {
+        let pixels = Pixels::Float(vec![[-3.0, 0.5, -3.0], [1.0, 0.5, 1.0]]);
+        let image = Image { name: "i".into(), width: 2, height: 1, pixels };
+        assert_eq!(image.texels_below_zero(), 1);
+        let at = |values, u, sampling| image.sampled(values, Vec2::new(u, 0.5), [Wrap::Clamp; 2], sampling).0;
+        for sampling in [Sampling::Bilinear, Sampling::Nearest] {
+            assert_eq!(at(Values::Colors, 0.25, sampling), Rgb::new(0.0, 0.5, 0.0));
+            assert_eq!(at(Values::Numbers, 0.25, sampling), Rgb::new(-3.0, 0.5, -3.0));
+            for values in [Values::Colors, Values::Numbers] {
+                assert_eq!(at(values, 0.75, sampling), Rgb::new(1.0, 0.5, 1.0));
+            }
+        }
+        let between = |values| at(values, 0.5, Sampling::Bilinear).r;
+        assert_eq!([between(Values::Colors), between(Values::Numbers)], [0.5, -1.0]);
+        assert_eq!(image.texel(0, 0).0, Rgb::new(0.0, 0.5, 0.0));
     }
 
     #[test]

@@ -14,12 +14,13 @@
 //! | [`Texture::Checkerboard`] | `a` where `⌊u'⌋ + ⌊v'⌋` is even, else `b`, at `(u', v') = T (u, v, 1)` |
 //! | [`Texture::Power`] | `max(a, 0)ᵏ` |
 //!
-//! Channel by channel, opacity included. The operands of a node are older than the node, so that
+//! Channel by channel, opacity included. A texture that is a colour takes images as colours, and is at
+//! least 0; one that is a number takes them as they are stored ([`Values`]). The operands of a node are older than the node, so that
 //! the graph has no cycles.
 
 use glam::{Mat3, Vec2};
 
-use super::{Image, ImageId, Sampling, TextureId, TileSet, TiledTexture, Wrap};
+use super::{Image, ImageId, Sampling, TextureId, TileSet, TiledTexture, Values, Wrap};
 use crate::color::Rgb;
 use crate::math::elementary::powf;
 
@@ -137,46 +138,54 @@ pub struct Textures<'a> {
 }
 
 impl Textures<'_> {
-    /// Linear colour and opacity of a texture at `uv`.
+    /// Linear colour, at least 0, and opacity of a texture at `uv`.
     pub fn lookup(&self, texture: TextureId, uv: Vec2) -> (Rgb, f32) {
+        let (color, opacity) = self.value(Values::Colors, texture, uv);
+        (color.map(|v| v.max(0.0)), opacity)
+    }
+
+    /// Three numbers of a texture at `uv`, of any sign, and its opacity.
+    pub fn numbers(&self, texture: TextureId, uv: Vec2) -> (Rgb, f32) {
+        self.value(Values::Numbers, texture, uv)
+    }
+
+    fn value(&self, values: Values, texture: TextureId, uv: Vec2) -> (Rgb, f32) {
+        let of = |texture: &TextureId| self.value(values, *texture, uv);
         match &self.nodes[texture.index()] {
             Texture::Constant(c) => (*c, 1.0),
             Texture::Image(t) => {
                 let (image, uv) = (&self.images[t.image.index()], t.transform.0.transform_point2(uv));
-                match t.sampling {
-                    Sampling::Bilinear => image.bilinear(uv, t.wrap),
-                    Sampling::Nearest => image.nearest(uv, t.wrap),
-                }
+                image.sampled(values, uv, t.wrap, t.sampling)
             }
             Texture::Tiles(t) => {
                 let uv = t.transform.0.transform_point2(uv);
-                self.tile_sets[t.set.index()].lookup(self.images, uv, t.sampling)
+                self.tile_sets[t.set.index()].sampled(values, self.images, uv, t.sampling)
             }
             Texture::Product(a, b) => {
-                let ((c, o), (d, p)) = (self.lookup(*a, uv), self.lookup(*b, uv));
+                let ((c, o), (d, p)) = (of(a), of(b));
                 (c * d, o * p)
             }
             Texture::Mix { first, second, amount } => {
-                let (m, n) = self.lookup(*amount, uv);
-                let ((c, o), (d, p)) = (self.lookup(*first, uv), self.lookup(*second, uv));
+                let (m, n) = of(amount);
+                let ((c, o), (d, p)) = (of(first), of(second));
                 (c * (Rgb::WHITE - m) + d * m, o * (1.0 - n) + p * n)
             }
             Texture::Checkerboard { even, odd, transform } => {
                 let square = transform.0.transform_point2(uv).floor();
                 let is_even = (square.x + square.y).rem_euclid(2.0) < 0.5;
-                self.lookup(if is_even { *even } else { *odd }, uv)
+                of(if is_even { even } else { odd })
             }
             Texture::Power { base, exponent } => {
-                let (c, o) = self.lookup(*base, uv);
+                let (c, o) = of(base);
                 let power = |v: f32| powf(v.max(0.0), *exponent);
                 (c.map(power), power(o))
             }
         }
     }
 
-    /// One channel of a texture at `uv`.
+    /// One number of a texture at `uv`, of any sign.
     pub fn channel(&self, texture: TextureId, uv: Vec2, channel: Channel) -> f32 {
-        let (color, alpha) = self.lookup(texture, uv);
+        let (color, alpha) = self.numbers(texture, uv);
         match channel {
             Channel::R => color.r,
             Channel::G => color.g,
@@ -218,6 +227,29 @@ mod tests {
         assert_eq!(mixed, Rgb::new(A.r, 0.5, B.b));
         let root = value(Texture::Power { base: a, exponent: 0.5 }, [0.0; 2]).0;
         assert_eq!(root, Rgb::new(0.5, 0.5f32.sqrt(), 1.0));
+    }
+
+    /// `1 − 3 t` of a map with texels −1 and 1: 4 and −2 as a number; as a colour 1 and 0, since a
+    /// texel of −1 counts as 0 and the result is at least 0.
+    #[test]
+    fn colours_are_at_least_zero_and_numbers_have_a_sign() {
+        let pixels = Pixels::Float(vec![[-1.0; 3], [1.0; 3]]);
+        let images = [Image { name: "i".into(), width: 2, height: 1, pixels }];
+        let map =
+            Texture::Image(ImageTexture { sampling: Sampling::Nearest, ..ImageTexture::new(ImageId(0)) });
+        let [first, second] = [1.0, -2.0].map(|end| Texture::Constant(Rgb::gray(end)));
+        let [amount, first_id, second_id, mix] = [0, 1, 2, 3].map(TextureId);
+        let nodes = [map, first, second, Texture::Mix { first: first_id, second: second_id, amount }];
+        let textures = Textures { images: &images, nodes: &nodes, tile_sets: &[] };
+        let at = |u: f32| {
+            let uv = Vec2::new(u, 0.5);
+            [
+                textures.lookup(mix, uv).0.g,
+                textures.numbers(mix, uv).0.g,
+                textures.channel(mix, uv, Channel::G),
+            ]
+        };
+        assert_eq!([at(0.25), at(0.75)], [[1.0, 4.0, 4.0], [0.0, -2.0, -2.0]]);
     }
 
     #[test]

@@ -19,7 +19,8 @@ use std::collections::BTreeSet;
 use glam::Vec2;
 
 use super::{
-    Image, ImageId, Mesh, NoteKind, Sampling, SceneBuilder, Texture, TextureId, TileSetId, UvTransform, Wrap,
+    Image, ImageId, Mesh, NoteKind, Sampling, SceneBuilder, Texture, TextureId, TileSetId, UvTransform,
+    Values, Wrap,
 };
 use crate::color::Rgb;
 use crate::error::{Error, Result};
@@ -61,15 +62,17 @@ impl TileSet {
         self.tiles.binary_search_by_key(&number, |t| t.0).ok().map(|i| self.tiles[i].1)
     }
 
-    /// Linear colour and opacity at coordinates to which the texture's transform has been applied.
-    pub(super) fn lookup(&self, images: &[Image], uv: Vec2, sampling: Sampling) -> (Rgb, f32) {
+    /// Linear value and opacity at coordinates to which the texture's transform has been applied.
+    pub(super) fn sampled(
+        &self,
+        values: Values,
+        images: &[Image],
+        uv: Vec2,
+        sampling: Sampling,
+    ) -> (Rgb, f32) {
         let Some((number, inside)) = tile(uv) else { return (NO_TILE, 1.0) };
         let Some(picture) = self.picture(number) else { return (NO_TILE, 1.0) };
-        let (image, wrap) = (&images[picture.index()], [Wrap::Clamp; 2]);
-        match sampling {
-            Sampling::Bilinear => image.bilinear(inside, wrap),
-            Sampling::Nearest => image.nearest(inside, wrap),
-        }
+        images[picture.index()].sampled(values, inside, [Wrap::Clamp; 2], sampling)
     }
 }
 
@@ -187,10 +190,11 @@ mod tests {
             name: "w".into(),
             tiles: vec![(1001, ImageId(2)), (1002, ImageId(0)), (1011, ImageId(1))],
         };
-        let at = |u, up: f32| set.lookup(&images, Vec2::new(u, 1.0 - up), Sampling::Bilinear).0.r;
+        let sampled = |uv, sampling| set.sampled(Values::Colors, &images, uv, sampling);
+        let at = |u, up: f32| sampled(Vec2::new(u, 1.0 - up), Sampling::Bilinear).0.r;
         assert_eq!([at(0.1, 0.5), at(0.999, 0.5), at(0.5, 0.5)], [30.0, 31.0, 30.5]);
         assert_eq!([at(1.0, 0.5), at(1.9, 0.1), at(0.2, 1.5)], [10.0, 11.0, 20.0]);
         assert_eq!([at(1.5, 1.5), at(-0.5, 0.5)], [0.5; 2], "no picture");
-        assert_eq!(set.lookup(&images, Vec2::new(0.6, 0.5), Sampling::Nearest), (Rgb::gray(31.0), 1.0));
+        assert_eq!(sampled(Vec2::new(0.6, 0.5), Sampling::Nearest), (Rgb::gray(31.0), 1.0));
     }
 }

@@ -56,6 +56,7 @@ mod paths_alone;
 mod pbrt;
 mod pbrt_appearance;
 mod pbrt_cameras;
+mod signed_images;
 mod stored_pixels;
 mod sums;
 mod textures;

@@ -21,7 +21,7 @@ use super::nodes;
 use super::source::Source;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
-use crate::io::assets::{decode, kind, reason};
+use crate::io::assets::{decode_colors, kind, reason};
 use crate::io::images::Encoding;
 use crate::io::notes::shown;
 use crate::scene::{Environment, Image, Pixels, SceneBuilder, SphereMap, Wrap};
@@ -109,7 +109,7 @@ fn face(source: &Source<'_>, index: usize, builder: &mut SceneBuilder) -> Result
     let at = source.at(format!("images[{index}]"));
     let bytes = source.image(index)?;
     let (name, options) = (format!("images[{index}]"), source.options());
-    let image = decode(&bytes, &name, Encoding::Srgb, options, &at, builder)?.image;
+    let image = decode_colors(&bytes, &name, Encoding::Srgb, options, &at, builder)?;
     source.image_budget.take(12 * image.pixels.len() as u64, &at)?;
     let texels = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
     let radiance = texels.map(|(x, y)| match image.texel(x, y) {

@@ -7,8 +7,9 @@
 //!
 //! # Guarantee
 //! An image of more than [`LoadOptions::max_image_texels`] is refused by its header, before memory
-//! is asked for. All texels are finite and not negative: negative values and values that are no
-//! number become zero, positive infinity the largest finite value of the image.
+//! is asked for. All texels are finite: values that are no number become zero, infinities the
+//! largest or the least finite value of the image, or zero if that is on the other side of zero.
+//! Values below zero stay: whether they are heights or colours is known where the image is used.
 //!
 //! # Held to this by
 //! The tests beside it; `damaged_gltf::an_image_that_claims_to_be_huge_is_refused`.
@@ -25,7 +26,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use super::LoadOptions;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
-use crate::scene::{Image, Pixels};
+use crate::scene::{Channel, Image, NoteKind, Notes, Pixels};
 
 /// What integers stand for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -42,15 +43,23 @@ pub(super) struct Decoded {
     pub image: Image,
     /// Whether every texel is opaque.
     pub opaque: bool,
+    /// The channel that a number is found in, if the image has no other.
+    pub lone: Option<Channel>,
     /// Texels that were replaced because they were not finite.
     not_finite: u64,
+    /// Differences from what the file means.
+    approximations: Vec<String>,
 }
 
 impl Decoded {
-    /// What a note says about the texels that were replaced, if there are some.
-    pub(super) fn repairs(&self) -> Option<String> {
+    /// Adds notes of what was replaced and what was taken otherwise than meant.
+    pub(super) fn note(&self, notes: &mut Notes, at: &Location) {
         let name = &self.image.name;
-        (self.not_finite > 0).then(|| format!("image {name:?} has texels that are not finite: replaced"))
+        let message = format!("image {name:?} has texels that are not finite: replaced");
+        notes.push_many(NoteKind::Repaired, message, at.clone(), self.not_finite);
+        for what in &self.approximations {
+            notes.push(NoteKind::Approximated, format!("image {name:?}: {what}"), at.clone());
+        }
     }
 }
 
@@ -59,6 +68,17 @@ struct Picture {
     width: u32,
     height: u32,
     texels: Texels,
+    /// The channel that a number is found in, if there is no other.
+    lone: Option<Channel>,
+    /// Differences from what the file means.
+    approximations: Vec<String>,
+}
+
+impl Picture {
+    /// One whose numbers are greys or in all channels, as its file means it.
+    fn new(width: u32, height: u32, texels: Texels) -> Self {
+        Self { width, height, texels, lone: None, approximations: Vec::new() }
+    }
 }
 
 /// Texels as the file has them.
@@ -101,7 +121,7 @@ pub(super) fn decode(
         let picture = picture.transpose().unwrap_or_else(|| common(bytes, format, max_texels));
         picture.map_err(unreadable)?
     };
-    let Picture { width, height, texels } = picture;
+    let Picture { width, height, texels, lone, approximations } = picture;
     let (pixels, opaque, not_finite) = match texels {
         Texels::Eight(texels) => {
             let opaque = texels.iter().all(|t| t[3] == u8::MAX);
@@ -125,7 +145,7 @@ pub(super) fn decode(
         }
     };
     let image = Image { name: name.to_owned(), width, height, pixels };
-    Ok(Decoded { image, opaque, not_finite })
+    Ok(Decoded { image, opaque, lone, not_finite, approximations })
 }
 
 /// An image of one colour.
@@ -156,7 +176,7 @@ fn common(bytes: &[u8], format: ImageFormat, max_texels: u64) -> Result<Picture,
         }
         other => Texels::Eight(other.into_rgba8().into_raw().as_chunks::<4>().0.to_vec()),
     };
-    Ok(Picture { width, height, texels })
+    Ok(Picture::new(width, height, texels))
 }
 
 /// Refuses images without texels, or with more than permitted.
@@ -171,15 +191,14 @@ fn check_size<N: Copy + Display + TryInto<u32>>(width: N, height: N, max_texels:
     Err(format!("{width}×{height} texels, where 1 to {max_texels} are permitted"))
 }
 
-/// Replaces what is no radiance; the number of texels with a value that is not finite.
+/// Replaces what is not finite; the number of texels with such a value.
 fn repair(texels: &mut [[f32; 3]]) -> u64 {
-    let finite = texels.as_flattened().iter().copied().filter(|v| v.is_finite());
-    let largest = finite.fold(0.0, f32::max);
+    let finite = || texels.as_flattened().iter().copied().filter(|v| v.is_finite());
+    let (least, largest) = (finite().fold(0.0, f32::min), finite().fold(0.0, f32::max));
     let mut not_finite = 0;
     for texel in texels {
         not_finite += u64::from(!texel.iter().all(|v| v.is_finite()));
-        // `max` takes the other value if one is no number.
-        *texel = texel.map(|v| v.max(0.0).min(largest));
+        *texel = texel.map(|v| if v.is_nan() { 0.0 } else { v.clamp(least, largest) });
     }
     not_finite
 }

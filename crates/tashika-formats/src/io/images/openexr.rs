@@ -1,33 +1,60 @@
-//! OpenEXR images as textures and environments: the first flat part, by scan lines or tiles, of any
-//! sample type.
+//! OpenEXR images as textures and environments: the flat part that has colours, by scan lines or
+//! tiles, of any sample type.
 //!
-//! Colour is in the channels `R G B`, or in those of the first layer that has some (`layer.R`);
-//! else `Y` is grey. The image is the data window; opacities and further channels are left out.
-//! Colours of other `chromaticities` than Rec. 709's become Rec. 709's, white becoming white.
-//! Tested in [`super`].
+//! # Windows
+//! The image is the **display window**. What the data window has beyond it is cut off; where it has
+//! nothing texels are 0.
+//!
+//! # Channels
+//! By their names, in any case of letters, in the first part and the first layer that has some:
+//!
+//! | order | channels | colour |
+//! |---|---|---|
+//! | 1 | `R`, `G`, `B` | as named |
+//! | 2 | `layer.R`, `layer.G`, `layer.B` | as named |
+//! | 3 | `Y`, then `layer.Y`, without an `X` beside it | grey |
+//! | 4 | some of `R`, `G`, `B`, then of a layer's | as named, 0 for those that are not there |
+//! | 5 | the only channel of a part, whatever its name | grey, with a note |
+//!
+//! Opacities and further channels are left out. Colours of other `chromaticities` than Rec. 709's
+//! become Rec. 709's, white becoming white.
+//!
+//! # Guarantee
+//! A display window takes no more than [`FREE_BYTES`], or [`MOST_PACKED`] bytes a byte of the file.
 
+use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::Path;
 
 use ::exr::block::chunk::CompressedBlock;
 use ::exr::image::FlatSamples;
+use ::exr::image::read::any_channels::ReadAnyChannels;
 use ::exr::image::read::image::ReadLayers;
 use ::exr::image::read::layers::ReadChannels;
+use ::exr::image::read::samples::ReadFlatSamples;
 use ::exr::meta::BlockDescription;
 use ::exr::meta::MetaData;
-use ::exr::meta::attribute::{Chromaticities, LevelMode};
+use ::exr::meta::attribute::{Chromaticities, IntegerBounds, LevelMode};
 use ::exr::meta::header::Header;
-use ::exr::prelude::{Vec2, read};
+use ::exr::prelude::Vec2;
 
 use super::{Picture, Texels};
 use crate::color::{Primaries, White, transformed};
 use crate::io::exr::check_claims;
+use crate::scene::Channel;
 
 /// First bytes of such a file.
 pub(super) const SIGNATURE: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
 /// Most channels of an image; chosen.
 const MAX_CHANNELS: usize = 256;
+
+/// Bytes of texels that any display window may take: 2048 × 2048.
+const FREE_BYTES: u64 = 12 << 22;
+
+/// Bytes of texels that a display window may take for each byte of the file, beyond the above: what
+/// compression reaches.
+const MOST_PACKED: u64 = 2000;
 
 /// The texels from the top row, if there are no more than `max_texels`; what is wrong, otherwise.
 pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Picture, String> {
@@ -43,45 +70,162 @@ pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Pictur
     if meta.headers.iter().any(has_levels) {
         check_levels(bytes)?;
     }
-    let image = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
+    // The first of those that come first in the table above.
+    let of_parts = meta.headers.iter().filter_map(|part| Some((part, Colors::of(part)?)));
+    let Some((part, colors)) = of_parts.min_by_key(|(_, colors)| colors.order) else {
+        let names = meta.headers.iter().flat_map(|part| &part.channels.list).take(8);
+        let names: Vec<String> = names.map(|channel| channel.name.to_string()).collect();
+        return Err(format!("channels {} without R, G, B or Y", names.join(", ")));
+    };
+    let (display, data) = (part.shared_attributes.display_window, part.data_window());
+    let Vec2(width, height) = display.size;
+    super::check_size(width, height, max_texels)?;
+    let claimed = 12 * width as u64 * height as u64;
+    if display.size.area() > data.size.area()
+        && claimed > FREE_BYTES.max(MOST_PACKED.saturating_mul(bytes.len() as u64))
+    {
+        let (data, length) = (data.size, bytes.len());
+        return Err(format!(
+            "a display window of {width}×{height} for {}×{} texels in a file of {length} bytes",
+            data.0, data.1
+        ));
+    }
+    let image = OfPart { part }
         .first_valid_layer()
         .all_attributes()
         .from_buffered(Cursor::new(bytes))
         .map_err(|e| e.to_string())?;
-    let layer = image.layer_data;
-    let channels: Vec<(String, FlatSamples)> = layer
-        .channel_data
-        .list
-        .into_iter()
-        .map(|c| (String::from_utf8_lossy(c.name.as_slice()).into_owned(), c.sample_data))
-        .collect();
-    let find = |name: &str| channels.iter().find(|(n, _)| n == name).map(|(_, samples)| samples);
-    // Names are sorted, so that a layer's blue comes first; the plain name sorts anywhere.
-    let prefixes = || channels.iter().filter_map(|(name, _)| name.strip_suffix('R'));
-    let layers = std::iter::once("").chain(prefixes().filter(|p| p.ends_with('.')));
-    let color = |prefix: &str| {
-        let channel = |letter: char| find(&format!("{prefix}{letter}"));
-        Some([channel('R')?, channel('G')?, channel('B')?])
-    };
-    let grey = || find("Y").map(|y| [y; 3]);
-    let Some(rgb) = layers.into_iter().find_map(color).or_else(grey) else {
-        let names: Vec<&str> = channels.iter().take(8).map(|(name, _)| name.as_str()).collect();
-        return Err(format!("channels {} without R, G, B or Y", names.join(", ")));
-    };
+    let channels = image.layer_data.channel_data.list;
     let rows = of_chromaticities(image.attributes.chromaticities)?;
-    let Vec2(width, height) = layer.size;
-    let rgb = rgb.map(|samples| (0..width * height).map(move |i| value(samples, i)));
-    let [r, g, b] = rgb;
-    let texels = r.zip(g).zip(b).map(|((r, g), b)| [r, g, b]);
-    let texels = match rows {
-        Some(rows) => texels.map(|c| transformed(&rows, c.into()).map(|v| v.max(0.0)).to_array()).collect(),
-        None => texels.collect(),
+    let sample =
+        |place: Option<usize>, i: usize| place.map_or(0.0, |place| value(&channels[place].sample_data, i));
+    let color = |i: usize| {
+        let color = colors.places.map(|place| sample(place, i));
+        rows.map_or(color, |rows| transformed(&rows, color.into()).to_array())
     };
-    // Not above `u32::MAX`: checked with the header.
-    Ok(Picture { width: width as u32, height: height as u32, texels: Texels::Floats(texels) })
+    let mut approximations = Vec::new();
+    if let Some(channel) = &colors.only {
+        approximations.push(format!("its only channel {channel:?} is taken as grey"));
+    }
+    let (texels, is_outside) = in_window(display, data, color);
+    if is_outside {
+        approximations.push("its data window lies outside of its display window: 0 everywhere".to_owned());
+    }
+    // Not above `u32::MAX`: checked above.
+    let (width, height) = (width as u32, height as u32);
+    Ok(Picture { width, height, texels: Texels::Floats(texels), lone: colors.lone(), approximations })
+}
+
+/// The texels of the display window, from those of the data window by their numbers; also whether
+/// the two have nothing in common.
+fn in_window(
+    display: IntegerBounds,
+    data: IntegerBounds,
+    texel: impl Fn(usize) -> [f32; 3],
+) -> (Vec<[f32; 3]>, bool) {
+    let Vec2(width, height) = display.size;
+    let Vec2(data_width, data_height) = data.size;
+    // Of a data window's row or column, the place in the display window.
+    let shift = |data: i32, display: i32| i64::from(data) - i64::from(display);
+    let [left, top] =
+        [shift(data.position.0, display.position.0), shift(data.position.1, display.position.1)];
+    let inside = |place: usize, shift: i64, size: usize| {
+        usize::try_from(place as i64 + shift).ok().filter(|&place| place < size)
+    };
+    let mut texels = vec![[0.0; 3]; width * height];
+    let mut is_outside = true;
+    for y in 0..data_height {
+        let Some(row) = inside(y, top, height) else { continue };
+        for x in 0..data_width {
+            let Some(column) = inside(x, left, width) else { continue };
+            texels[row * width + column] = texel(y * data_width + x);
+            is_outside = false;
+        }
+    }
+    (texels, is_outside)
+}
+
+/// The channels of a part that are its colours.
+struct Colors {
+    /// The row of the table above; plain names come before layers.
+    order: u32,
+    /// Numbers of the channels that are red, green and blue.
+    places: [Option<usize>; 3],
+    /// Name of the channel, if it was taken because there is no other.
+    only: Option<String>,
+}
+
+impl Colors {
+    fn of(part: &Header) -> Option<Self> {
+        // By layer, the plain names first: the places of R, G, B, Y and X.
+        let mut layers: BTreeMap<&[u8], [Option<usize>; 5]> = BTreeMap::new();
+        let list = &part.channels.list;
+        for (place, channel) in list.iter().enumerate() {
+            let name = channel.name.as_slice();
+            let (layer, letter) = match name.iter().rposition(|b| *b == b'.') {
+                Some(point) => (&name[..point], &name[point + 1..]),
+                None => (&name[..0], name),
+            };
+            let letter = match letter.to_ascii_lowercase().as_slice() {
+                b"r" => 0,
+                b"g" => 1,
+                b"b" => 2,
+                b"y" => 3,
+                b"x" => 4,
+                _ => continue,
+            };
+            // Of names that differ only in case the first, which is the upper one.
+            layers.entry(layer).or_default()[letter].get_or_insert(place);
+        }
+        let found = layers.iter().filter_map(|(layer, &[r, g, b, y, x])| {
+            let (rgb, is_plain) = ([r, g, b], layer.is_empty());
+            let (order, places) = if rgb.iter().all(Option::is_some) {
+                (0, rgb)
+            } else if y.is_some() && x.is_none() {
+                (2, [y; 3])
+            } else if rgb.iter().any(Option::is_some) {
+                (4, rgb)
+            } else {
+                return None;
+            };
+            Some(Self { order: order + u32::from(!is_plain), places, only: None })
+        });
+        let only = || match list.as_slice() {
+            [channel] => Some(Self { order: 6, places: [Some(0); 3], only: Some(channel.name.to_string()) }),
+            _ => None,
+        };
+        found.min_by_key(|colors| colors.order).or_else(only)
+    }
+
+    /// The colour's only channel, which a number is found in.
+    fn lone(&self) -> Option<Channel> {
+        match self.places.map(|place| place.is_some()) {
+            [true, false, false] => Some(Channel::R),
+            [false, true, false] => Some(Channel::G),
+            [false, false, true] => Some(Channel::B),
+            _ => None,
+        }
+    }
+}
+
+/// Reads the largest level of all channels of one part.
+struct OfPart<'h> {
+    part: &'h Header,
+}
+
+impl<'s> ReadChannels<'s> for OfPart<'_> {
+    type Reader = <ReadAnyChannels<ReadFlatSamples> as ReadChannels<'s>>::Reader;
+
+    fn create_channels_reader(&'s self, header: &Header) -> ::exr::error::Result<Self::Reader> {
+        let named = |header: &Header| header.own_attributes.layer_name.clone();
+        let is_it = named(header) == named(self.part)
+            && header.channels == self.part.channels
+            && header.layer_size == self.part.layer_size;
+        if !is_it {
+            return Err(::exr::error::Error::Invalid("another part".into()));
+        }
+        ReadAnyChannels { read_samples: ReadFlatSamples }.create_channels_reader(header)
+    }
 }
 
 fn has_levels(header: &Header) -> bool {
@@ -126,3 +270,6 @@ fn value(samples: &FlatSamples, i: usize) -> f32 {
         FlatSamples::U32(values) => values[i] as f32,
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -55,5 +55,5 @@ pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Picture, String> {
         let flat: Vec<f32> = numbers.collect();
         flat.as_chunks::<3>().0.to_vec()
     };
-    Ok(Picture { width, height, texels: Texels::Floats(texels) })
+    Ok(Picture::new(width, height, Texels::Floats(texels)))
 }

@@ -87,7 +87,7 @@ pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Option<Picture>, S
         DecodingResult::F64(all) => Texels::Floats(arranged.colors(&all, |v| v as f32)?),
         _ => return Ok(None),
     };
-    Ok(Some(Picture { width, height, texels }))
+    Ok(Some(Picture::new(width, height, texels)))
 }
 
 /// Width, height and samples a texel of the first image, the largest where they are said more than

@@ -33,7 +33,7 @@ use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::math::elementary::sin_cos;
 use crate::scene::sky::Sky;
-use crate::scene::{Emitter, Environment, Lamp, Scene};
+use crate::scene::{Emitter, Environment, Lamp, NoteKind, Notes, Scene, below_zero_message};
 
 /// Size of the image of a sky (texels).
 const SKY_RESOLUTION: [u32; 2] = [512, 256];
@@ -129,14 +129,19 @@ impl LightChanges {
             sum = sum.rotate_left(1).wrapping_add(digest(&bytes));
             Ok(bytes)
         };
-        let mut environment = None;
+        let (mut environment, mut notes) = (None, Notes::default());
         if let Some(asked) = &self.environment {
             words.push(format!("environment {}", asked.named_by_file()));
             let scale = Rgb::gray(asked.turned.scale);
             let image = match &asked.source {
                 Source::File(file) => {
                     let at = Location::file(file);
-                    decode(&read(file)?, &file_name(file), Encoding::Srgb, options, &at)?.image
+                    let decoded = decode(&read(file)?, &file_name(file), Encoding::Srgb, options, &at)?;
+                    decoded.note(&mut notes, &at);
+                    let (message, count) =
+                        (below_zero_message(&decoded.image.name), decoded.image.texels_below_zero());
+                    notes.push_many(NoteKind::Repaired, message, at.clone(), count);
+                    decoded.image
                 }
                 Source::Sky(sun) => sun.sky().image(SKY_RESOLUTION[0], SKY_RESOLUTION[1]),
             };
@@ -168,7 +173,7 @@ impl LightChanges {
             }
         }
         let sum = sum.rotate_left(1).wrapping_add(digest(words.join("\n").as_bytes()));
-        scene.relit(environment, lamps, words, sum)
+        Ok(scene.relit(environment, lamps, words, sum)?.with_notes(&notes))
     }
 }
 

@@ -229,16 +229,16 @@ impl Translation<'_> {
         let encoding = encoding(object);
         let transform = uv_transform(object);
         let Lookup { sampling, wrap } = self.lookup(object)?;
+        let reference = self.find(reference, object);
+        let Some(image) = self.images.load(&reference, encoding, &object.at, &mut self.builder)? else {
+            return Ok(GREY.into());
+        };
         let channel = match object.text("channel") {
             Some("r") => Channel::R,
             Some("g") => Channel::G,
             Some("b") => Channel::B,
             Some("a") => Channel::A,
-            _ => Channel::Luminance,
-        };
-        let reference = self.find(reference, object);
-        let Some(image) = self.images.load(&reference, encoding, &object.at, &mut self.builder)? else {
-            return Ok(GREY.into());
+            _ => self.images.number_channel(image),
         };
         let node = image.texture(|all| ImageTexture { wrap, transform, sampling, ..all });
         Ok(Textured { color: whole(self.builder.add_texture(node)?), channel })

@@ -330,7 +330,7 @@ fn image(loading: &mut Loading<'_>, p: &Parameters) -> Result<((TextureId, Chann
     let mut factor = scale;
     if invert {
         // 1 − scale · t, as a blend from white to 1 − scale.
-        let ends = [Rgb::WHITE, Rgb::gray((1.0 - scale).max(0.0))];
+        let ends = [Rgb::WHITE, Rgb::gray(1.0 - scale)];
         texture = textures::between(&mut loading.builder, ends, texture)?;
         factor = 1.0;
     }
@@ -365,6 +365,6 @@ fn number_channel(loading: &Loading<'_>, image: Picture) -> Channel {
     if loading.version == Version::V4 && loading.images.has_opacity(image) {
         Channel::A
     } else {
-        Channel::Luminance
+        loading.images.number_channel(image)
     }
 }

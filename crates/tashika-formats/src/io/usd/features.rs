@@ -171,8 +171,8 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "UsdTransform2d", Full, "scaled, turned and moved texture coordinates";
         "st from another shader", Ignored, "`st` itself is used";
         "second set of coordinates", Approximated, "all textures of a material use the first one's";
-        "scale and bias of normals", Approximated, "2 and −1 are used";
-        "bias below 0 or of opacity", Ignored, "the texture times `scale` is used";
+        "scale and bias of normals", Approximated, "2 and −1 are used where neither is given and no texel is below zero";
+        "bias below 0 or of opacity", Ignored, "of colours, below 0; of opacity: the texture times `scale` is used";
         "one channel as a colour", Approximated, "all three are used";
     }
     "camera" => {

@@ -14,7 +14,7 @@ use super::prim::Prim;
 use super::value::Text;
 use crate::color::Rgb;
 use crate::error::{Location, Result};
-use crate::io::assets::{decode, kind, reason, unreadable_image};
+use crate::io::assets::{decode, decode_colors, kind, reason, unreadable_image};
 use crate::io::images::Encoding;
 use crate::io::textures::between;
 use crate::io::udim::Picture;
@@ -68,9 +68,9 @@ impl Stage<'_> {
         let bytes = self.composer.layers.read(&place, at);
         let options = self.composer.layers.files.options().clone();
         let decoded =
-            bytes.and_then(|b| decode(b.get(), file, Encoding::Srgb, &options, at, &mut self.builder));
+            bytes.and_then(|b| decode_colors(b.get(), file, Encoding::Srgb, &options, at, &mut self.builder));
         Ok(match decoded {
-            Ok(decoded) => Some(decoded.image),
+            Ok(image) => Some(image),
             Err(error) => {
                 let message = unreadable_image(file, &reason(&error), "left out");
                 self.builder.note(kind(&error), message, at.clone());
@@ -142,18 +142,26 @@ impl Stage<'_> {
         let scale = self.input_tuple(shader, "inputs:scale", [1.0; 4])?.map(|n| n as f32);
         let bias = self.input_tuple(shader, "inputs:bias", [0.0; 4])?.map(|n| n as f32);
         let channel = channel_of(output);
+        let rgb = |v: [f32; 4]| Rgb::new(v[0], v[1], v[2]);
         if content == Content::Normal {
             let is_usual = scale[..3] == [2.0; 3] && bias[..3] == [-1.0; 3];
-            if !is_usual {
+            let is_plain = scale[..3] == [1.0; 3] && bias[..3] == [0.0; 3];
+            if is_plain && !picture.has_values_below_zero(&self.builder) {
+                // Texels of 0 to 1, which somebody forgot to map to −1 to 1.
                 met("UsdUVTexture", "scale and bias of normals", at, &mut self.builder)?;
+            } else if !is_usual {
+                // Twice the new texel less one is the scaled and biased one.
+                let ends = [rgb(bias), rgb(bias) + rgb(scale)];
+                let ends = ends.map(|end| (end + Rgb::WHITE) * 0.5);
+                texture = between(&mut self.builder, ends, texture)?;
             }
             return Ok(Found::Texture(Lookup { texture, scale: [1.0; 4], channel, uv }));
         }
-        let rgb = |v: [f32; 4]| Rgb::new(v[0], v[1], v[2]);
         let mut factor = scale;
         if bias[..3] != [0.0; 3] || scale[..3].iter().any(|s| *s < 0.0) {
             let ends = [rgb(bias), rgb(bias) + rgb(scale)];
-            if channel != Channel::A && ends.iter().all(|end| end.is_valid()) {
+            let is_valid = |end: &Rgb| end.is_valid() || (content == Content::Number && end.is_finite());
+            if channel != Channel::A && ends.iter().all(is_valid) {
                 texture = between(&mut self.builder, ends, texture)?;
                 factor = [1.0; 4];
             } else {
