@@ -46,7 +46,7 @@ fn main() -> ExitCode {
         Ok(outcome) => outcome.into(),
         Err(failure) => {
             if !failure.is_told() {
-                eprintln!("error: {failure}");
+                eprintln!("error: {}", progress::visible_lines(&failure.to_string()));
             }
             failure.into()
         }

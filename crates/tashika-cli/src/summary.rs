@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use indicatif::HumanCount;
 use serde::{Serialize, Serializer};
+use tashika::error::visible;
 use tashika::experiment::OtherSet;
 use tashika::film::{Claim, PictureClaim, Tally, Tone};
 use tashika::gather::Filter;
@@ -46,7 +47,9 @@ impl Rows {
     /// Prints the rows to standard output, labels in a column.
     pub fn print(&self) -> Result<(), Failure> {
         let width = self.0.iter().map(|(label, _)| label.len()).max().unwrap_or(0);
-        let lines: String = self.0.iter().map(|(label, text)| format!("{label:width$}  {text}\n")).collect();
+        // Names of cameras, materials and files are somebody else's.
+        let line = |(label, text): &(_, String)| format!("{label:width$}  {}\n", visible(text));
+        let lines: String = self.0.iter().map(line).collect();
         print(&lines)
     }
 }

@@ -1,10 +1,40 @@
 //! What can go wrong, and whose fault it is.
 
+use std::borrow::Cow;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Result of everything that reads or writes files.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Returns the text with an escape, as `\u{1b}`, for each character that would not be seen as itself:
+/// control characters, line breaks, and those that turn the direction of writing.
+///
+/// Names from files and folders are somebody else's: printed as they are, they could move the cursor
+/// of a terminal, colour what follows, or look like lines of the program.
+pub fn visible(text: &str) -> Cow<'_, str> {
+    let is_hidden = |c: char| {
+        c.is_control()
+            || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    if !text.contains(is_hidden) {
+        return text.into();
+    }
+    let mut escaped = String::with_capacity(text.len() + 8);
+    for c in text.chars() {
+        if is_hidden(c) {
+            escaped.extend(c.escape_unicode());
+        } else {
+            escaped.push(c);
+        }
+    }
+    escaped.into()
+}
+
+/// A path as messages show it.
+fn shown(path: &Path) -> String {
+    visible(&path.to_string_lossy()).into_owned()
+}
 
 /// Where in the input something was found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -47,7 +77,7 @@ impl Location {
 
 impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.file.display())?;
+        f.write_str(&shown(&self.file))?;
         if let Some(line) = self.line {
             write!(f, ":{line}")?;
             if let Some(column) = self.column {
@@ -55,18 +85,19 @@ impl fmt::Display for Location {
             }
         }
         if let Some(item) = &self.item {
-            write!(f, ": {item}")?;
+            write!(f, ": {}", visible(item))?;
         }
         Ok(())
     }
 }
 
-/// Everything that the library refuses.
+/// Everything that the library refuses. Messages have no line breaks but those between the files of
+/// [`Error::Missing`], and names in them are [`visible`].
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The system could not read or write a file.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {}", shown(path), visible(&source.to_string()))]
     Io {
         /// The file.
         path: PathBuf,
@@ -74,7 +105,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// The input says something that cannot be.
-    #[error("{at}: {found}; expected {expected}")]
+    #[error("{at}: {}; expected {}", visible(found), visible(expected))]
     Invalid {
         /// Where.
         at: Location,
@@ -84,7 +115,7 @@ pub enum Error {
         expected: String,
     },
     /// The input is sound, but asks for what this program does not do.
-    #[error("{at}: {what} is not supported; {instead}")]
+    #[error("{at}: {} is not supported; {}", visible(what), visible(instead))]
     Unsupported {
         /// Where.
         at: Location,
@@ -104,7 +135,11 @@ pub enum Error {
         reference: String,
     },
     /// The input names files that are not there or must not be read.
-    #[error("{}: names files that cannot be had (the option allow-missing goes on without them):{}", scene.display(), in_lines(files))]
+    #[error(
+        "{}: names files that cannot be had (the option allow-missing goes on without them):{}",
+        shown(scene),
+        in_lines(files)
+    )]
     Missing {
         /// The scene that names them.
         scene: PathBuf,
@@ -112,7 +147,7 @@ pub enum Error {
         files: Vec<String>,
     },
     /// An option of the caller is out of range.
-    #[error("{option} = {value}; expected {expected}")]
+    #[error("{option} = {}; expected {}", visible(value), visible(expected))]
     Option {
         /// Name of the option as the caller writes it.
         option: String,
@@ -124,7 +159,7 @@ pub enum Error {
 }
 
 fn in_lines(all: &[String]) -> String {
-    all.iter().map(|one| format!("\n  {one}")).collect()
+    all.iter().map(|one| format!("\n  {}", visible(one))).collect()
 }
 
 impl Error {
@@ -158,5 +193,29 @@ mod tests {
         let at = Location::line("box.mtl", 14).item("newmtl floor");
         let e = Error::invalid(at, "Ns = -3", "a number from 0 to 100000");
         assert_eq!(e.to_string(), "box.mtl:14: newmtl floor: Ns = -3; expected a number from 0 to 100000");
+    }
+
+    /// A name that clears a terminal, goes on in red on another line, and reads backwards.
+    #[test]
+    fn names_in_messages_cannot_steer_a_terminal() {
+        let name = "a\u{1b}[2J\n\u{9b}31merror: \u{202e}b";
+        let escaped = r"a\u{1b}[2J\u{a}\u{9b}31merror: \u{202e}b";
+        assert_eq!(visible(name), escaped);
+        assert!(matches!(visible("wände 漢字 👁 \u{301}"), Cow::Borrowed(_)));
+        let at = || Location::line(name, 1).item(name);
+        let missing = Error::Missing { scene: name.into(), files: vec![name.to_owned(); 2] };
+        for error in [
+            Error::invalid(at(), name, name),
+            Error::unsupported(at(), name, name),
+            Error::option("o", name, name),
+            Error::io(name, std::io::Error::other(name)),
+            Error::Outside { at: at(), reference: name.to_owned() },
+            missing,
+        ] {
+            let message = error.to_string();
+            let is_hidden = |c: char| c != '\n' && visible(c.encode_utf8(&mut [0; 4])).len() > 4;
+            assert!(!message.contains(is_hidden) && message.contains("error: "), "{message:?}");
+            assert!(message.lines().count() == 1 || matches!(error, Error::Missing { .. }), "{message:?}");
+        }
     }
 }

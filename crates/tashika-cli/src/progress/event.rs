@@ -3,6 +3,7 @@
 
 use indicatif::HumanCount;
 use serde::Serialize;
+use tashika::error::visible;
 
 /// Something that is told. Its JSON has the name of the event as `event`.
 #[derive(Clone, Debug, Serialize)]
@@ -69,10 +70,10 @@ impl Event<'_> {
     /// On one line, for people; some events show by themselves.
     pub fn words(&self) -> Option<String> {
         match self {
-            Self::Phase { what } => Some((*what).to_owned()),
-            Self::Note { what } => Some(format!("note: {what}")),
+            Self::Phase { what } => Some(visible(what).into_owned()),
+            Self::Note { what } => Some(format!("note: {}", visible(what))),
             Self::Progress(standing) => Some(standing.words()),
-            Self::Error { what, .. } => Some(format!("error: {what}")),
+            Self::Error { what, .. } => Some(format!("error: {}", visible_lines(what))),
             Self::Done { .. } => None,
         }
     }
@@ -81,6 +82,11 @@ impl Event<'_> {
     pub fn json(&self) -> String {
         serde_json::to_string(self).expect("events are plain data")
     }
+}
+
+/// Text for people, line by line; names in it cannot steer their terminal.
+pub fn visible_lines(text: &str) -> String {
+    text.split('\n').map(visible).collect::<Vec<_>>().join("\n")
 }
 
 impl Standing {

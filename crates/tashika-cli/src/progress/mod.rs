@@ -22,7 +22,7 @@ use crate::plan::{Common, is_standard_stream};
 use event::{Event, Standing};
 use pace::Pace;
 
-pub use event::rate;
+pub use event::{rate, visible_lines};
 
 /// Time between lines of progress for people.
 const WORDS_INTERVAL: Duration = Duration::from_secs(10);

@@ -36,7 +36,15 @@ pub struct SceneFiles {
     options: LoadOptions,
     /// Of all that was read so far; clones have it in common.
     digest: Arc<AtomicU64>,
+    /// Bytes read so far; clones have them in common.
+    bytes: Arc<AtomicU64>,
 }
+
+/// Instances of meshes that a scene of any size may have; chosen.
+const FREE_INSTANCES: u64 = 1 << 21;
+
+/// Instances that a scene may have beyond these for each byte of its files; chosen.
+const INSTANCES_PER_BYTE: u64 = 16;
 
 impl SceneFiles {
     /// Checks that the scene file is there and is a file.
@@ -51,7 +59,8 @@ impl SceneFiles {
             _ => Path::new("."),
         };
         let folder = folder.canonicalize().map_err(|e| Error::io(folder, e))?;
-        Ok(Self { path: path.to_owned(), folder, options: options.clone(), digest: Arc::default() })
+        let (path, options) = (path.to_owned(), options.clone());
+        Ok(Self { path, folder, options, digest: Arc::default(), bytes: Arc::default() })
     }
 
     /// The scene file as the user named it.
@@ -73,6 +82,12 @@ impl SceneFiles {
     /// one, as far as accidents go.
     pub fn digest(&self) -> u64 {
         self.digest.load(Ordering::Relaxed)
+    }
+
+    /// Instances that a scene may have whose files have the bytes that were read so far.
+    pub(super) fn most_instances(&self) -> usize {
+        let bytes = self.bytes.load(Ordering::Relaxed);
+        usize::try_from(bytes.saturating_mul(INSTANCES_PER_BYTE) + FREE_INSTANCES).unwrap_or(usize::MAX)
     }
 
     /// The path by which messages name the file that `reference` stands for: relative to where the
@@ -169,6 +184,7 @@ impl SceneFiles {
             return Err(too_large(bytes.len() as u64));
         }
         self.digest.fetch_add(digest(&bytes), Ordering::Relaxed);
+        self.bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
         Ok(bytes)
     }
 }

@@ -6,6 +6,7 @@
 //! Held to this by the tests below, and by the formats' `damaged_*` of the suite.
 
 use std::cell::Cell;
+use std::collections::BTreeSet;
 
 use super::notes::quoted;
 use crate::error::{Error, Location, Result};
@@ -53,12 +54,22 @@ pub(super) struct Includes {
     /// Most files in each other, the scene's own counted.
     depth: usize,
     included: usize,
+    /// The files so far, with the sums of their bytes: of each once, and of its repetitions.
+    known: BTreeSet<String>,
+    bytes: u64,
+    repeated: u64,
 }
+
+/// Bytes of files that may be included again whatever a scene has besides; chosen.
+const FREE_REPETITIONS: u64 = 1 << 25;
+
+/// Times that files may be included again, counted in their bytes, beyond these; chosen.
+const MAX_REPETITIONS: u64 = 8;
 
 impl Includes {
     /// At most so many files in all, and so many in each other.
     pub(super) fn new(files: usize, depth: usize) -> Self {
-        Self { files, depth, included: 0 }
+        Self { files, depth, included: 0, known: BTreeSet::new(), bytes: 0, repeated: 0 }
     }
 
     /// One more file, named at `at`, where `open` files are being read.
@@ -71,6 +82,24 @@ impl Includes {
         let (files, most) = (self.files, self.depth);
         let expected =
             format!("at most {files} included files, {most} deep in each other: does it include itself?");
+        Err(Error::invalid(at.clone(), found, expected))
+    }
+
+    /// Counts the bytes of an included file: a small one that includes a large one a thousand times
+    /// must not take a thousand times as long.
+    pub(super) fn count(&mut self, name: &str, bytes: u64, at: &Location) -> Result<()> {
+        if self.known.insert(name.to_owned()) {
+            self.bytes += bytes;
+            return Ok(());
+        }
+        self.repeated = self.repeated.saturating_add(bytes);
+        let most = FREE_REPETITIONS.saturating_add(self.bytes.saturating_mul(MAX_REPETITIONS));
+        if self.repeated <= most {
+            return Ok(());
+        }
+        let found =
+            format!("include of {}, with {} bytes of files included again", quoted(name), self.repeated);
+        let expected = format!("at most {most} of them in a scene of {} bytes", self.bytes);
         Err(Error::invalid(at.clone(), found, expected))
     }
 }
@@ -96,5 +125,20 @@ mod tests {
         let expected = "a: include of \"c\", file 2 at depth 2; expected at most 2 included files, 2 deep in each other: does it include itself?";
         assert_eq!(error, expected);
         assert!(includes.enter("b", 1, &at).is_err());
+    }
+
+    #[test]
+    fn the_same_file_again_and_again_is_refused_before_it_takes_long() {
+        let (mut includes, at) = (Includes::new(10_000, 2), Location::line("a", 1));
+        let size = 1 << 20;
+        // Once, and 32 + 8 times again.
+        let times = (0..1000).take_while(|_| includes.count("b", size, &at).is_ok()).count();
+        assert_eq!(times, 41);
+        let error = includes.count("b", size, &at).unwrap_err().to_string();
+        assert!(
+            error.starts_with("a:1: include of \"b\", with 44040192 bytes of files included again"),
+            "{error}"
+        );
+        assert!((0..1000).all(|i| includes.count(&format!("c{i}"), size, &at).is_ok()), "others");
     }
 }

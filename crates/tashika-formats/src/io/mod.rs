@@ -35,6 +35,7 @@ mod text;
 mod textures;
 mod udim;
 mod usd;
+mod xml;
 
 use std::path::Path;
 

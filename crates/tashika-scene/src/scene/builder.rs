@@ -33,6 +33,8 @@ pub struct SceneBuilder {
     material_costs: Vec<u32>,
     pub(super) numbered: Numbered,
     pub(super) places: Places,
+    /// How many instances there may be.
+    most_instances: usize,
 }
 
 impl SceneBuilder {
@@ -83,6 +85,7 @@ impl SceneBuilder {
             material_costs: Vec::new(),
             numbered: Numbered::default(),
             places: Places::default(),
+            most_instances: usize::MAX,
         }
     }
 
@@ -269,6 +272,12 @@ impl SceneBuilder {
         MeshId(self.scene.meshes.len() as u32 - 1)
     }
 
+    /// Sets how many instances the scene may have. A file that puts groups of objects into each
+    /// other asks for many more than it has bytes.
+    pub fn set_most_instances(&mut self, most: usize) {
+        self.most_instances = most;
+    }
+
     /// Places a mesh. The transform must be finite and invertible; one that flattens the mesh is
     /// left out and noted.
     pub fn add_instance(&mut self, mesh: MeshId, to_world: impl Placement) -> Result<Option<InstanceId>> {
@@ -286,6 +295,11 @@ impl SceneBuilder {
         let at = self.origin.clone().item(format!("instance {}", self.scene.instances.len()));
         if mesh.index() >= self.scene.meshes.len() {
             return Err(Error::invalid(at, format!("mesh {}", mesh.index()), "a mesh of this scene"));
+        }
+        let most = self.most_instances;
+        if self.scene.instances.len() >= most {
+            let expected = format!("at most {most} for a scene whose files are as small as these");
+            return Err(Error::invalid(at, "one more instance", expected));
         }
         let to_world = exact.as_affine3a();
         let to_object = to_world.inverse();
@@ -544,6 +558,10 @@ mod tests {
         let flat = Affine3A::from_scale(Vec3::new(1.0, 0.0, 1.0));
         assert!(b.add_instance(MeshId(0), flat).unwrap().is_none(), "left out, with a note");
         assert!(b.add_instance(MeshId(9), Affine3A::IDENTITY).is_err());
+        b.set_most_instances(2);
+        assert!(b.add_instance(MeshId(0), Affine3A::IDENTITY).is_ok());
+        let said = message(b.add_instance(MeshId(0), Affine3A::IDENTITY).unwrap_err());
+        assert!(said.contains("instance 2: one more instance; expected at most 2 for"), "{said}");
     }
 
     #[test]

@@ -1,8 +1,9 @@
 //! What the program did with input that it could not take as it is.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use crate::error::Location;
+use crate::error::{Location, visible};
 
 /// How the picture may differ from what the file's author saw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
@@ -43,10 +44,16 @@ impl Notes {
         self.push_many(kind, message, at, 1);
     }
 
-    /// Adds `count` occurrences; none if `count` is zero.
+    /// Adds `count` occurrences; none if `count` is zero. What a message names is made
+    /// [`visible`].
     pub fn push_many(&mut self, kind: NoteKind, message: impl Into<String>, at: Location, count: u64) {
         if count > 0 {
-            self.0.entry((kind, message.into())).or_insert((at, 0)).1 += count;
+            let message = message.into();
+            let message = match visible(&message) {
+                Cow::Borrowed(_) => message,
+                Cow::Owned(escaped) => escaped,
+            };
+            self.0.entry((kind, message)).or_insert((at, 0)).1 += count;
         }
     }
 
@@ -86,5 +93,7 @@ mod tests {
         assert_eq!(all.len(), 1);
         assert_eq!((all[0].count, all[0].first.line), (2, Some(3)));
         assert!(notes.first_departure().is_some());
+        notes.push(NoteKind::Missing, "image a\u{1b}[2J", Location::file("a.obj"));
+        assert_eq!(notes.first_departure().unwrap().message, r"image a\u{1b}[2J");
     }
 }

@@ -145,6 +145,7 @@ fn place_still(
     meshes: &[MeshId],
     builder: &mut SceneBuilder,
 ) -> Result<()> {
+    builder.set_most_instances(source.files.most_instances());
     for to_world in instancing::placements(source, placed, meshes.len(), builder)? {
         for &mesh in meshes {
             builder.add_instance(mesh, to_world)?;

@@ -32,7 +32,7 @@ pub(super) struct Source<'a> {
     pub root: Root,
     /// Places of nodes in double precision; empty if no node is far from its parent.
     places: Vec<WidePlace>,
-    files: &'a SceneFiles,
+    pub files: &'a SceneFiles,
     binary: Option<&'a [u8]>,
     buffers: Vec<OnceCell<Cow<'a, [u8]>>>,
     buffer_budget: Budget,

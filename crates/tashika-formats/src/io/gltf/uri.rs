@@ -1,7 +1,7 @@
 //! What a URI in a glTF file stands for: bytes in the URI itself, or a file.
 //!
 //! Input: the URI as written. Output: bytes. `data:` URIs[^rfc2397] carry base64[^rfc4648] or
-//! percent-encoded bytes[^rfc3986]; everything else is a path relative to the scene file,
+//! percent-encoded bytes[^rfc3986], base64 with line breaks as mail has them; everything else is a path relative to the scene file,
 //! percent-encoded as glTF asks (section 2.8), or plain as some exporters write it.
 //!
 //! # Limits
@@ -71,7 +71,8 @@ fn decode_data(data: &str, at: &Location) -> Result<Vec<u8>> {
     if !header.to_ascii_lowercase().ends_with(";base64") {
         return Ok(bytes);
     }
-    match base64(&bytes) {
+    let solid: Vec<u8> = bytes.into_iter().filter(|b| !b.is_ascii_whitespace()).collect();
+    match base64(&solid) {
         Some(decoded) => Ok(decoded),
         None => invalid("a data: URI with damaged base64", "groups of four of A-Z, a-z, 0-9, + and /"),
     }

@@ -4,7 +4,8 @@
 //! * Elements nest at most [`MAX_NESTING`] deep, files include each other at most
 //!   [`MAX_INCLUDE_DEPTH`] deep and [`MAX_INCLUDES`] times in all: neither depth of the stack nor
 //!   work is left to the file.
-//! * Document types are refused, so that entities cannot multiply.
+//! * Document types are refused, so that entities cannot multiply; the text that `$name`s become has at
+//!   most [`MAX_REPLACED`] bytes in all.
 //! * Every error has the file, line and column of its element.
 //!
 //! # Limits
@@ -14,23 +15,25 @@
 //! Sources: [^mitsuba06], chapter 6 (scene file format); [^mitsuba3].
 //! Held to this by `suite::mitsuba`, `suite::damaged_mitsuba`.
 
+use std::borrow::Cow;
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::path::Path;
 
-use roxmltree::{Node, ParsingOptions};
+use roxmltree::Node;
 
 use super::object::{Child, Class, Document, Object, Parameter, Target, Value};
 use super::paths;
-use super::text::substitute;
+use super::text::{MAX_ATTRIBUTE, Unreplaced, substitute};
 use super::values;
 use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
 use crate::io::files::folder_of;
-use crate::io::limits::Includes;
+use crate::io::limits::{Budget, Includes};
 use crate::io::notes::shown;
 use crate::io::text::{decoded, utf8_or_latin1};
+use crate::io::xml;
 use crate::scene::{NoteKind, Notes};
 
 /// How deep elements may nest.
@@ -39,14 +42,22 @@ pub(super) const MAX_NESTING: usize = 64;
 const MAX_INCLUDE_DEPTH: usize = 17;
 /// How many files may be included in all, counting each time.
 const MAX_INCLUDES: usize = 4096;
+/// Bytes of all attributes in which names were replaced; chosen.
+const MAX_REPLACED: u64 = 1 << 26;
 /// How many folders are searched for files.
 const MAX_PATHS: usize = 64;
 
 /// Reads the scene file and all that it includes.
 pub(super) fn read(files: &SceneFiles, notes: &mut Notes) -> Result<Document> {
     let includes = Includes::new(MAX_INCLUDES, MAX_INCLUDE_DEPTH);
-    let mut reader =
-        Reader { files, notes, document: Document::default(), defaults: BTreeMap::new(), includes };
+    let mut reader = Reader {
+        files,
+        notes,
+        document: Document::default(),
+        defaults: BTreeMap::new(),
+        replaced: Budget::new(MAX_REPLACED, "attributes with replaced names"),
+        includes,
+    };
     let bytes = files.read_scene()?;
     let roots = reader.file(&bytes, files.path(), "", 1)?;
     reader.document.roots = roots;
@@ -59,6 +70,7 @@ pub(super) struct Reader<'a> {
     pub(super) notes: &'a mut Notes,
     pub(super) document: Document,
     defaults: BTreeMap<String, String>,
+    replaced: Budget,
     includes: Includes,
 }
 
@@ -105,8 +117,7 @@ impl Reader<'_> {
         let text = utf8_or_latin1(&bytes);
         let lines =
             std::iter::once(0).chain(text.match_indices('\n').map(|(i, _)| i + 1)).collect::<Vec<_>>();
-        let options = ParsingOptions { allow_dtd: false, ..ParsingOptions::default() };
-        let xml = roxmltree::Document::parse_with_options(&text, options).map_err(|e| malformed(&e, path))?;
+        let xml = xml::parse(&text, path)?;
         let source = Source { path, folder, text: &text, lines, last: Cell::new((0, 0)), open };
         let root = xml.root_element();
         let at = source.at(root.range().start);
@@ -250,6 +261,7 @@ impl Reader<'_> {
         self.includes.enter(&reference, source.open, at)?;
         let candidates = paths::candidates(&reference, [source.folder, ""]);
         let (bytes, found) = paths::read_first(self.files, &candidates, at)?;
+        self.includes.count(&found, bytes.len() as u64, at)?;
         let folder = folder_of(&found).to_owned();
         let path = self.files.beside(&found);
         Ok(Item::Children(self.file(&bytes, &path, &folder, source.open + 1)?))
@@ -377,8 +389,19 @@ impl Reader<'_> {
     ) -> Result<Option<String>> {
         let Some(text) = node.attribute(name) else { return Ok(None) };
         match substitute(text, &self.defaults) {
-            Ok(text) => Ok(Some(text)),
-            Err(missing) => {
+            Ok(Cow::Borrowed(text)) => Ok(Some(text.to_owned())),
+            Ok(Cow::Owned(text)) => {
+                self.replaced.take(text.len() as u64, at)?;
+                Ok(Some(text))
+            }
+            Err(Unreplaced::TooLong(default)) => {
+                let (tag, default) = (shown(node.tag_name().name()), shown(&default));
+                let found = format!(
+                    "the attribute {name} of <{tag}>, more than {MAX_ATTRIBUTE} bytes long where ${default} is replaced"
+                );
+                Err(Error::invalid(at.clone(), found, "a shorter text: does one default double another?"))
+            }
+            Err(Unreplaced::Missing(missing)) => {
                 let missing = shown(&missing);
                 let message = format!("${missing} has no default: what would be set by it keeps its own");
                 self.notes.push(NoteKind::Repaired, message, at.clone());
@@ -386,14 +409,4 @@ impl Reader<'_> {
             }
         }
     }
-}
-
-fn malformed(error: &roxmltree::Error, path: &Path) -> Error {
-    if matches!(error, roxmltree::Error::DtdDetected) {
-        let found = "a document type declaration";
-        return Error::invalid(Location::file(path), found, "XML without one: entities are not expanded");
-    }
-    let position = error.pos();
-    let at = Location::line(path, position.row).column(position.col);
-    Error::invalid(at, format!("XML that cannot be read ({error})"), "well-formed XML")
 }

@@ -74,6 +74,7 @@ impl<'f> Texts<'f> {
             Err(error) => return Err(error),
         };
         let bytes = self.unpacked(bytes, at)?;
+        self.includes.count(&reference, bytes.len() as u64, at)?;
         let source = Source::new(&self.files.beside(&reference));
         Ok(Text { bytes, source, folder: folder_of(&reference).to_owned() })
     }

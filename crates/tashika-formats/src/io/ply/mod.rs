@@ -60,7 +60,7 @@ pub(super) fn read(
         Format::LittleEndian => elements(&header, Binary::<false>::new(body), at)?,
         Format::BigEndian => elements(&header, Binary::<true>::new(body), at)?,
     };
-    let triangles = triangles(&vertices, &faces, notes, at)?;
+    let triangles = triangles(&vertices, &faces, notes, at);
     let Vertices { positions, origin, normals, uvs } = vertices;
     Ok(MeshData { name: String::new(), positions, origin, normals, uvs, triangles })
 }
@@ -89,42 +89,37 @@ fn unpacked<'a>(bytes: &'a [u8], options: &LoadOptions, at: &Location) -> Result
 
 /// All elements in the order of the file.
 fn elements<N: Numbers>(header: &Header, mut numbers: N, at: &Location) -> Result<(Vertices, Faces)> {
+    let missing = |name: &str| {
+        let found = format!("a header without element {name:?}");
+        Error::invalid(at.clone(), found, "elements \"vertex\" and \"face\"")
+    };
     let (mut vertices, mut faces) = (None, None);
+    let points = header.elements.iter().find(|e| e.name == "vertex").ok_or_else(|| missing("vertex"))?.rows;
     for element in &header.elements {
         rows::check_count(element, &numbers, at)?;
         match element.name.as_str() {
             "vertex" if vertices.is_none() => vertices = Some(Vertices::read(element, &mut numbers, at)?),
-            "face" if faces.is_none() => faces = Some(Faces::read(element, &mut numbers, at)?),
+            "face" if faces.is_none() => {
+                faces = Some(Faces::read(element, points.min(u64::from(u32::MAX)), &mut numbers, at)?)
+            }
             // Nothing that counts comes after these two.
             _ if vertices.is_some() && faces.is_some() => break,
             _ => rows::skip(element, &mut numbers, at)?,
         }
     }
-    let missing = |name: &str| {
-        let found = format!("a header without element {name:?}");
-        Error::invalid(at.clone(), found, "elements \"vertex\" and \"face\"")
-    };
     Ok((vertices.ok_or_else(|| missing("vertex"))?, faces.ok_or_else(|| missing("face"))?))
 }
 
-fn triangles(vertices: &Vertices, faces: &Faces, notes: &mut Notes, at: &Location) -> Result<Vec<[u32; 3]>> {
+/// The triangles of faces, whose corners are vertices that are there.
+fn triangles(vertices: &Vertices, faces: &Faces, notes: &mut Notes, at: &Location) -> Vec<[u32; 3]> {
     let mut triangles = Vec::with_capacity(faces.sizes.len());
     let mut triangulator = Triangulator::new();
     let (mut points, mut local) = (Vec::new(), Vec::new());
     let (mut small, mut crossing, mut fans) = (0, 0, 0);
     let mut corners = faces.corners.as_slice();
-    for (face, &size) in faces.sizes.iter().enumerate() {
+    for &size in &faces.sizes {
         let (own, rest) = corners.split_at(size as usize);
         corners = rest;
-        let count = vertices.positions.len();
-        if let Some(wrong) = own.iter().find(|&&i| i as usize >= count) {
-            let at = at.clone().item(format!("face {face}"));
-            return Err(Error::invalid(
-                at,
-                format!("vertex {wrong}"),
-                format!("one of {count} vertices, from 0"),
-            ));
-        }
         match *own {
             [] | [_] | [_, _] => small += 1,
             [a, b, c] => triangles.push([a, b, c]),
@@ -149,7 +144,7 @@ fn triangles(vertices: &Vertices, faces: &Faces, notes: &mut Notes, at: &Locatio
     ] {
         notes.push_many(kind, message, at.clone(), count);
     }
-    Ok(triangles)
+    triangles
 }
 
 #[cfg(test)]

@@ -4,12 +4,14 @@ use super::header::{Scalar, line_of};
 use crate::error::{Error, Location, Result};
 
 /// Why there is no number.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Wrong {
     /// The file is at its end.
     End,
     /// There is something else.
     Word(String),
+    /// The index of a vertex that is not there, and the number of vertices.
+    Index(f64, u64),
 }
 
 /// A source of numbers.
@@ -123,11 +125,17 @@ impl<const BIG: bool> Numbers for Binary<'_, BIG> {
 impl Wrong {
     /// The error that a row cannot be read.
     pub(super) fn error(self, place: Location, element: &str, row: u64) -> Error {
-        let found = match self {
-            Self::End => "the end of the file, which is truncated".to_owned(),
-            Self::Word(word) => format!("{word:?}"),
+        let (found, expected) = match self {
+            Self::End => ("the end of the file, which is truncated".to_owned(), "a number".to_owned()),
+            Self::Word(word) => (format!("{word:?}"), "a number".to_owned()),
+            Self::Index(index, 0) => {
+                (format!("vertex {index}"), "no index: there are no vertices".to_owned())
+            }
+            Self::Index(index, vertices) => {
+                (format!("vertex {index}"), format!("an index from 0 to {}", vertices - 1))
+            }
         };
         let within = place.item.as_deref().map_or(String::new(), |item| format!("{item}: "));
-        Error::invalid(place.item(format!("{within}{element} {row}")), found, "a number")
+        Error::invalid(place.item(format!("{within}{element} {row}")), found, expected)
     }
 }

@@ -135,8 +135,13 @@ pub(super) struct Faces {
 }
 
 impl Faces {
-    /// Reads the element; its number of rows must have been checked.
-    pub(super) fn read(element: &Element, numbers: &mut impl Numbers, at: &Location) -> Result<Self> {
+    /// Reads the element, whose indices are below `vertices`; its number of rows must have been checked.
+    pub(super) fn read(
+        element: &Element,
+        vertices: u64,
+        numbers: &mut impl Numbers,
+        at: &Location,
+    ) -> Result<Self> {
         let is_corners = |name: &str| matches!(name, "vertex_indices" | "vertex_index");
         let list = element.properties.iter().position(|p| p.count.is_some() && is_corners(&p.name));
         let Some(list) = list else {
@@ -151,7 +156,7 @@ impl Faces {
                     None => numbers.skip(property.value, 1),
                     Some(count) => list_length(numbers, count).and_then(|length| {
                         if i == list {
-                            faces.add(numbers, property.value, length)
+                            faces.add(numbers, property.value, length, vertices)
                         } else {
                             numbers.skip(property.value, length)
                         }
@@ -163,11 +168,17 @@ impl Faces {
         Ok(faces)
     }
 
-    fn add(&mut self, numbers: &mut impl Numbers, scalar: Scalar, length: u64) -> Result<(), Wrong> {
+    fn add(
+        &mut self,
+        numbers: &mut impl Numbers,
+        scalar: Scalar,
+        length: u64,
+        vertices: u64,
+    ) -> Result<(), Wrong> {
         for _ in 0..length {
             let index = numbers.next(scalar)?;
-            if !(index >= 0.0 && index.fract() == 0.0 && index <= f64::from(u32::MAX)) {
-                return Err(Wrong::Word(format!("vertex {index}")));
+            if !(index >= 0.0 && index.fract() == 0.0 && index < vertices as f64) {
+                return Err(Wrong::Index(index, vertices));
             }
             self.corners.push(index as u32);
         }

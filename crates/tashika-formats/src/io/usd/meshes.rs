@@ -180,7 +180,7 @@ impl Stage<'_> {
         }
         let item = |name: &str| at.clone().item(format!("{}.{name}", prim.path));
         if let Some(wrong) = corners.iter().find(|&&i| !(0.0..points.len() as f64).contains(&i)) {
-            let expected = format!("an index below {}", points.len());
+            let expected = format!("an index from 0 to {}", points.len() - 1);
             return Err(Error::invalid(item("faceVertexIndices"), format!("point {wrong}"), expected));
         }
         let sum: f64 = counts.iter().sum();

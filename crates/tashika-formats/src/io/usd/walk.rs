@@ -167,6 +167,7 @@ impl Stage<'_> {
         if state.is_prototype {
             return Ok(());
         }
+        self.builder.set_most_instances(self.composer.layers.files.most_instances());
         let mut last = None;
         for Placed { object, mesh, to_world } in placed.drain(..) {
             if last.as_ref() != Some(&object) {

@@ -17,16 +17,20 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::Node;
 
 use super::layer::{Layer, Metadata, PrimSpec, Property, Specifier, Stored};
 use super::value::{ListOp, Text, Value};
 use crate::color::srgb_decode;
 use crate::error::{Error, Location, Result};
 use crate::io::text::{decoded, utf8_or_latin1};
+use crate::io::xml;
 
 /// Nodes of all materials together at most.
 const MAX_NODES: usize = 1 << 16;
+
+/// Longest name of a material, a graph or a node (bytes); chosen.
+const MAX_NAME: usize = 1024;
 
 /// Whether a file is a document of MaterialX.
 pub(super) fn is_document(bytes: &[u8]) -> bool {
@@ -39,11 +43,7 @@ pub(super) fn is_document(bytes: &[u8]) -> bool {
 pub(super) fn parse(bytes: &[u8], name: &Path) -> Result<Layer> {
     let bytes = decoded(bytes);
     let text = utf8_or_latin1(&bytes);
-    let options = ParsingOptions { allow_dtd: false, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(&text, options).map_err(|error| {
-        let at = Location { line: Some(error.pos().row), ..Location::file(name) };
-        Error::invalid(at, format!("XML that is damaged: {error}"), "a document of MaterialX")
-    })?;
+    let document = xml::parse(&text, name)?;
     let root = document.root_element();
     if root.tag_name().name() != "materialx" {
         let found = format!("the root element <{}>", root.tag_name().name());
@@ -106,6 +106,15 @@ impl<'a, 'd> Making<'a, 'd> {
         self.lines.partition_point(|&start| start <= node.range().start) as u32
     }
 
+    /// Refuses a long name: each input below has the path of its material.
+    fn check_name(&self, name: &str, of: Node<'_, '_>) -> Result<()> {
+        if name.len() <= MAX_NAME {
+            return Ok(());
+        }
+        let at = Location::line(&self.layer.name, self.line(of));
+        Err(Error::invalid(at, format!("a name of {} bytes", name.len()), format!("at most {MAX_NAME}")))
+    }
+
     fn named(&self, scope: Node<'a, 'd>, name: &str) -> Option<Node<'a, 'd>> {
         self.by_name.get(&(scope.range().start, name)).copied()
     }
@@ -125,6 +134,7 @@ impl<'a, 'd> Making<'a, 'd> {
 
     fn material(&mut self, materials: u32, material: Node<'a, 'd>) -> Result<()> {
         let Some(name) = material.attribute("name") else { return Ok(()) };
+        self.check_name(name, material)?;
         let path = format!("/MaterialX/Materials/{name}");
         let prim = self.prim(materials, name, Some("Material"), Some(material));
         let mut waiting = VecDeque::new();
@@ -153,6 +163,7 @@ impl<'a, 'd> Making<'a, 'd> {
             return Err(Error::invalid(Location::file(&self.layer.name), found, "fewer"));
         }
         let node = self.named(*scope, name);
+        self.check_name(name, node.unwrap_or(*scope))?;
         if let Some(graph) = node.filter(|node| is(node, "nodegraph")) {
             self.graph(graph, waiting, more);
             return Ok(());

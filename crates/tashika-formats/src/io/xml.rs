@@ -1,0 +1,194 @@
+//! XML whose parsing takes time in proportion to its length.
+//!
+//! The parser compares each attribute of an element with those before it, and copies the namespaces
+//! in scope for each element that declares one: both are quadratic. A pass over the text counts
+//! attributes and namespaces, and refuses what has more than any scene or document of MaterialX:
+//! [`MAX_ATTRIBUTES`] an element, [`MAX_NAMESPACES`] in all. With these the comparisons are fewer than
+//! 200 a byte of the text.
+//!
+//! # Guarantee
+//! Document types are refused, so that entities cannot multiply. Every error has file, line and
+//! column.
+//!
+//! # Assumption
+//! Where the text is well-formed the pass sees the same tags as the parser; where it is not, the
+//! parser stops at the first fault, up to which both agree.
+//!
+//! Held to this by the tests below, and by `suite::damaged_mitsuba` and `suite::damaged_usd`.
+
+use std::path::Path;
+
+use roxmltree::{Document, ParsingOptions};
+
+use crate::error::{Error, Location, Result};
+
+/// Most attributes of an element; chosen.
+const MAX_ATTRIBUTES: usize = 1024;
+
+/// Most declarations of namespaces in a document; chosen.
+const MAX_NAMESPACES: usize = 64;
+
+/// Parses a document of the file `path`.
+///
+/// # Errors
+/// [`Error::Invalid`] for what is not well-formed, has a document type, or more attributes or
+/// namespaces than permitted.
+pub(super) fn parse<'t>(text: &'t str, path: &Path) -> Result<Document<'t>> {
+    if let Some((position, found, expected)) = excess(text) {
+        return Err(Error::invalid(place(text, position, path), found, expected));
+    }
+    let options = ParsingOptions { allow_dtd: false, ..ParsingOptions::default() };
+    Document::parse_with_options(text, options).map_err(|error| {
+        if matches!(error, roxmltree::Error::DtdDetected) {
+            let found = "a document type declaration";
+            return Error::invalid(Location::file(path), found, "XML without one: entities are not expanded");
+        }
+        let at = Location::line(path, error.pos().row).column(error.pos().col);
+        Error::invalid(at, format!("XML that cannot be read ({error})"), "well-formed XML")
+    })
+}
+
+/// Line and column of a byte.
+fn place(text: &str, position: usize, path: &Path) -> Location {
+    let before = text.get(..position).unwrap_or(text);
+    let start = before.rfind('\n').map_or(0, |end| end + 1);
+    let line = before.bytes().filter(|b| *b == b'\n').count() + 1;
+    Location::line(path, line as u32).column(before[start..].chars().count() as u32 + 1)
+}
+
+/// Position of the first tag with too much, what it has, and what is permitted.
+fn excess(text: &str) -> Option<(usize, String, String)> {
+    let (mut from, mut namespaces) = (0, 0);
+    while let Some(start) = text[from..].find('<').map(|offset| from + offset) {
+        let markup = &text[start..];
+        // Where the markup ends, if it begins and ends with these.
+        let length = |begin: &str, end: &str| {
+            let inner = markup.strip_prefix(begin)?;
+            Some(inner.find(end).map_or(markup.len(), |at| begin.len() + at + end.len()))
+        };
+        let skipped = length("<!--", "-->")
+            .or_else(|| length("<![CDATA[", "]]>"))
+            .or_else(|| length("<?", "?>"))
+            .or_else(|| length("</", ">"));
+        from = start
+            + match skipped {
+                Some(length) => length,
+                None => {
+                    let tag = Tag::of(markup);
+                    namespaces += tag.namespaces;
+                    let most = |count: usize| format!("at most {count}");
+                    if tag.attributes > MAX_ATTRIBUTES {
+                        let found = format!("an element with {} attributes", tag.attributes);
+                        return Some((start, found, most(MAX_ATTRIBUTES)));
+                    }
+                    if namespaces > MAX_NAMESPACES {
+                        let found = format!("{namespaces} declarations of namespaces");
+                        return Some((start, found, most(MAX_NAMESPACES)));
+                    }
+                    tag.length
+                }
+            };
+    }
+    None
+}
+
+/// A start tag.
+struct Tag {
+    /// Bytes, including both brackets.
+    length: usize,
+    attributes: usize,
+    /// Of the attributes, those that declare a namespace, or have a name with `xmlns` in it.
+    namespaces: usize,
+}
+
+impl Tag {
+    /// The tag that a text begins with.
+    fn of(markup: &str) -> Self {
+        let mut tag = Self { length: markup.len(), attributes: 0, namespaces: 0 };
+        let bytes = markup.as_bytes();
+        // Since the last value: the names of attributes and what stands between.
+        let mut names = 0;
+        let mut at = 0;
+        while at < bytes.len() {
+            match bytes[at] {
+                b'>' => {
+                    tag.length = at + 1;
+                    break;
+                }
+                quote @ (b'"' | b'\'') => {
+                    tag.attributes += 1;
+                    tag.namespaces += usize::from(markup[names..at].contains("xmlns"));
+                    let value = bytes[at + 1..].iter().position(|b| *b == quote);
+                    at = value.map_or(bytes.len(), |length| at + 1 + length);
+                    names = at.min(bytes.len());
+                }
+                _ => {}
+            }
+            at += 1;
+        }
+        tag
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write;
+
+    use super::*;
+
+    fn message(text: &str) -> Option<String> {
+        parse(text, Path::new("a.xml")).err().map(|error| error.to_string())
+    }
+
+    /// An element `<e …/>` with so many attributes.
+    fn element(attributes: usize) -> String {
+        let mut text = "<e".to_owned();
+        (0..attributes).for_each(|i| write!(text, " a{i}=\"'>'\"").unwrap());
+        text + "/>"
+    }
+
+    #[test]
+    fn elements_have_a_limited_number_of_attributes() {
+        assert_eq!(message(&element(MAX_ATTRIBUTES)), None);
+        let found = message(&format!("<r>\n <!-- <\"> -->{}</r>", element(MAX_ATTRIBUTES + 1)));
+        let expected = "a.xml:2:16: an element with 1025 attributes; expected at most 1024";
+        assert_eq!(found.as_deref(), Some(expected));
+        // 300,000 comparisons with all before them would be 4.5·10¹⁰.
+        assert!(message(&element(300_000)).unwrap().contains("300000 attributes"));
+    }
+
+    #[test]
+    fn documents_have_a_limited_number_of_namespaces() {
+        let document = |inside: usize| {
+            let one = |i: usize| format!("<e xmlns:n{i} = 'u{i}' a=\"1\"/>");
+            format!("<r xmlns=\"u\">{}</r>", (0..inside).map(one).collect::<String>())
+        };
+        assert_eq!(message(&document(MAX_NAMESPACES - 1)), None);
+        let found = message(&document(6000)).unwrap();
+        assert!(found.contains("65 declarations of namespaces; expected at most 64"), "{found}");
+    }
+
+    #[test]
+    fn what_is_no_start_tag_is_passed_over() {
+        let attributes = "a='' ".repeat(2000);
+        for inside in [
+            format!("<!--> <e {attributes} >-->"),
+            format!("<![CDATA[ <e {attributes} > ]]>"),
+            format!("<?p <e {attributes} > ?>"),
+            format!("text &lt;e {attributes}"),
+        ] {
+            let text = format!("<r>{inside}<e a = '<'/></r>").replace("'<'", "'&lt;'");
+            assert_eq!(message(&text), None, "{}", &inside[..20]);
+        }
+        for damaged in
+            ["", "<", "<a", "<a b", "<a b='", "<!--", "<![CDATA[", "<?", "</", "<a b=''", "é<é é='é"]
+        {
+            assert!(message(damaged).unwrap().starts_with("a.xml"), "{damaged}");
+        }
+        let found = message("<!DOCTYPE a [<!ENTITY b 'c'>]><a/>").unwrap();
+        assert_eq!(
+            found,
+            "a.xml: a document type declaration; expected XML without one: entities are not expanded"
+        );
+    }
+}
