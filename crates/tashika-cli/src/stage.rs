@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use tashika::accel::Tracer;
+use tashika::error::Error;
 use tashika::io::load_vpls;
 use tashika::renderer::{Observer, Prepared, Renderer};
 use tashika::request::{CameraChange, Framed, Framing};
@@ -31,6 +32,17 @@ pub struct Stage {
     pub tracer: Tracer,
 }
 
+/// An error at a camera, with the scene's file.
+fn of_scene(plan: &StagePlan, error: Error) -> Error {
+    match error {
+        Error::Invalid { mut at, found, expected } => {
+            at.file = plan.scene.label().into();
+            Error::Invalid { at, found, expected }
+        }
+        error => error,
+    }
+}
+
 impl Stage {
     /// Reads the scene and builds the tree for rays, for the one camera that was chosen.
     pub fn load(plan: &StagePlan, meter: &Meter, seconds: &mut Seconds) -> Result<Self, Failure> {
@@ -50,7 +62,8 @@ impl Stage {
         // What is wrong with a camera is told before the work on the trees.
         let mut seen = Vec::new();
         for camera in plan.cameras.of(&scene)? {
-            seen.push((camera.clone(), plan.framing.of(&plan.change.of(camera)?)?));
+            let framed = plan.framing.of(&plan.change.of(camera)?);
+            seen.push((camera.clone(), framed.map_err(|error| of_scene(plan, error))?));
         }
         meter.phase("building the tree for rays");
         let tracer = timed(&mut seconds.ray_tree, || Tracer::new(Arc::clone(&scene)));

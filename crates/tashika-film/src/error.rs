@@ -39,7 +39,7 @@ fn shown(path: &Path) -> String {
 /// Where in the input something was found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Location {
-    /// File as the user named it, or as another file refers to it.
+    /// File as the user named it, or as another file refers to it; empty where only the item is known.
     pub file: PathBuf,
     /// Line, from 1, for text formats.
     pub line: Option<u32>,
@@ -85,7 +85,8 @@ impl fmt::Display for Location {
             }
         }
         if let Some(item) = &self.item {
-            write!(f, ": {}", visible(item))?;
+            let after = if self.file.as_os_str().is_empty() { "" } else { ": " };
+            write!(f, "{after}{}", visible(item))?;
         }
         Ok(())
     }

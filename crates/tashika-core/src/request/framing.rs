@@ -1,6 +1,6 @@
 //! Size of an image, the part of it that is rendered, and the camera as it stands for that size.
 
-use crate::error::Result;
+use crate::error::{Error, Location, Result};
 use crate::film::{Film, Window};
 use crate::scene::Camera;
 
@@ -32,12 +32,20 @@ impl Framing {
     /// crop counts only with its own size, whose pixels it is in.
     ///
     /// # Errors
-    /// As [`Film::check`].
+    /// As [`Film::check`]; [`Error::Invalid`] at the camera, without a file, where the size that cannot be
+    /// is the camera's own.
     pub fn of(&self, camera: &Camera) -> Result<Framed> {
         let size = self.size.or(camera.resolution).unwrap_or(SIZE);
+        let own_size = self.size.is_none() && camera.resolution.is_some();
         let own = camera.crop.filter(|_| self.size.is_none());
         let window = self.crop.or(own).unwrap_or(Window::full(size));
-        Film::check(size, window)?;
+        Film::check(size, window).map_err(|error| match error {
+            Error::Option { option, value, expected } if option == "size" && own_size => {
+                let at = Location::default().item(format!("camera {}", camera.name));
+                Error::invalid(at, format!("a film of {value}"), format!("{expected}, or another size"))
+            }
+            error => error,
+        })?;
         Ok(Framed { camera: camera.of_size(size), size, window })
     }
 

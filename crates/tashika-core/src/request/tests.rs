@@ -390,6 +390,11 @@ fn the_frame_is_what_was_said_or_the_camera_says() {
     );
     assert_eq!(of(None, Some(window(1, 2, 3, 4)), &camera), ([100, 80], window(1, 2, 3, 4)));
     assert!(Framing { size: None, crop: Some(window(90, 0, 11, 1)) }.of(&camera).is_err());
+    let huge = Camera { resolution: Some([1 << 16; 2]), crop: None, ..camera.clone() };
+    let error = Framing::default().of(&huge).unwrap_err().to_string();
+    assert!(error.starts_with(&format!("camera {}: a film of 65536x65536; expected", huge.name)), "{error}");
+    let error = Framing { size: Some([1 << 16; 2]), crop: None }.of(&huge).unwrap_err().to_string();
+    assert!(error.starts_with("size = 65536x65536"), "{error}");
     assert!(
         Framing { size: None, crop: Some(window(90, 0, 11, 1)) }.check().is_ok(),
         "the camera may be larger"

@@ -44,7 +44,7 @@ pub struct SceneFiles {
 const FREE_INSTANCES: u64 = 1 << 21;
 
 /// Instances that a scene may have beyond these for each byte of its files; chosen.
-const INSTANCES_PER_BYTE: u64 = 16;
+const INSTANCES_PER_BYTE: u64 = 8;
 
 impl SceneFiles {
     /// Checks that the scene file is there and is a file.

@@ -75,3 +75,4 @@ mod usd_repairs;
 mod usd_scope;
 mod usd_unread;
 mod volume_lights;
+mod work_bounds;

@@ -160,6 +160,8 @@ mod tests {
         let decode = |uri| decode_data(data_part(uri).unwrap(), &at);
         assert_eq!(decode("data:application/octet-stream;base64,Zm9v").unwrap(), b"foo");
         assert_eq!(decode("DATA:;BASE64,Zg%3D%3D").unwrap(), b"f");
+        // As mail and some exporters break it.
+        assert_eq!(decode("data:;base64,Zm9v\r\n Ym\nFy%0A").unwrap(), b"foobar");
         assert_eq!(decode("data:,a%20b%zz%").unwrap(), b"a b%zz%");
         assert!(decode("data:text/plain").is_err());
         assert!(decode("data:;base64,***").is_err());

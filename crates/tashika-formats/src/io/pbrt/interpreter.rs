@@ -16,11 +16,11 @@ use super::lights;
 use super::loading::Loading;
 use super::materials::Materials;
 use super::media::{self, Media};
-use super::parameters::Parameters;
+use super::parameters::{Parameter, Parameters};
 use super::place::Place;
 use super::shapes::{Part, Request, Shapes};
 use super::spectra;
-use super::state::{MAX_SAVED, SavedBy, States};
+use super::state::{MAX_DEFAULTS, MAX_SAVED, SavedBy, States};
 use super::text::{Text, Texts};
 use super::textures::Textures;
 use super::transform;
@@ -265,8 +265,15 @@ impl<'f> Interpreter<'f> {
             }
             b"Attribute" => {
                 let target = string(lexer, "shape, light, material, medium or texture")?;
+                let at = place.location();
                 let parameters = self.own_parameters(lexer, place)?;
-                self.states.current.defaults.entry(target).or_default().extend(parameters.into_list());
+                let defaults = &mut self.states.current.defaults;
+                defaults.entry(target).or_default().extend(parameters.into_list());
+                let bytes: usize = defaults.values().flatten().map(Parameter::bytes).sum();
+                if bytes > MAX_DEFAULTS {
+                    let found = format!("{bytes} bytes of parameters by Attribute");
+                    return Err(Error::invalid(at, found, format!("at most {MAX_DEFAULTS}")));
+                }
             }
             _ => return self.directive_of_type(word, lexer, place),
         }

@@ -122,6 +122,17 @@ impl Parameter {
         self.place.location()
     }
 
+    /// Bytes that a copy takes, roughly.
+    pub(super) fn bytes(&self) -> usize {
+        let values = match &self.values {
+            Values::Numbers(values) => 4 * values.len(),
+            Values::Integers(values) => 4 * values.len(),
+            Values::Strings(values) => values.iter().map(|value| size_of::<String>() + value.len()).sum(),
+            Values::Booleans(values) => values.len(),
+        };
+        size_of::<Self>() + self.name.len() + self.declaration.len() + values
+    }
+
     /// Numbers; none if the values are of another type.
     pub(super) fn numbers(&self) -> &[f32] {
         match &self.values {

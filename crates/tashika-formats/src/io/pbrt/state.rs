@@ -26,6 +26,10 @@ use crate::math::motion::Track;
 /// Deepest nesting of saved states.
 pub(super) const MAX_SAVED: usize = 10_000;
 
+/// Bytes of the parameters that `Attribute` gives at most; chosen. Each state that is saved has them,
+/// and each shape.
+pub(super) const MAX_DEFAULTS: usize = 1 << 15;
+
 /// What directives see and change.
 #[derive(Clone, Debug)]
 pub(super) struct State {

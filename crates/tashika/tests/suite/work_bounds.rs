@@ -1,0 +1,119 @@
+//! Small files that ask for much work: each ends in an error that says which limit it meets, where.
+//!
+//! Each construct took over a second a megabyte, or over a gigabyte, without its limit; none is
+//! judged by time here. `scripts/fuzz_program.py --scale` measures the seconds of these families and
+//! of eighty others.
+
+use std::fmt::Write;
+
+use serde_json::json;
+use tashika::error::{Error, Result};
+use tashika::scene::Scene;
+
+use super::cases::lenient;
+use super::gltf::Document;
+use super::textures;
+
+fn load(name: &str, text: &str) -> Result<Scene> {
+    textures::load(name, text, &[], &lenient())
+}
+
+fn mitsuba(body: &str) -> String {
+    let error = load("a.xml", &format!("<scene version=\"3.0.0\">\n{body}</scene>")).unwrap_err();
+    assert!(matches!(error, Error::Invalid { .. }), "{error}");
+    error.to_string()
+}
+
+/// `make` of 0 to below `n`, joined.
+fn joined(n: usize, make: impl Fn(usize) -> String) -> String {
+    (0..n).map(make).collect()
+}
+
+#[test]
+fn namespaces_and_attributes_of_xml_are_limited() {
+    // 322 kB, over a minute.
+    let declared = joined(6000, |i| format!(" xmlns:n{i}=\"u{i}\""));
+    let text = format!(
+        "<scene version=\"3.0.0\"{declared}>{}</scene>",
+        joined(6000, |i| format!("<n{i}:x xmlns:m{i}=\"v\"/>"))
+    );
+    let error = load("a.xml", &text).unwrap_err().to_string();
+    assert!(error.contains("a.xml:1:1: 6000 declarations of namespaces; expected at most 64"), "{error}");
+    let attributes = joined(300_000, |i| format!(" a{i}=\"\""));
+    let error = mitsuba(&format!("<shape{attributes}/>"));
+    assert!(error.contains("a.xml:2:1: an element with 300000 attributes; expected at most 1024"), "{error}");
+    let stage = "#usda 1.0\ndef \"M\" ( references = @a.mtlx@</MaterialX/Materials/M> ) { }\n";
+    let document = format!("<materialx version=\"1.38\">\n<constant{attributes}/></materialx>");
+    let files: &[(&str, &[u8])] = &[("a.mtlx", document.as_bytes())];
+    let scene = textures::load("a.usda", stage, files, &lenient());
+    let said = match scene {
+        Err(error) => error.to_string(),
+        Ok(scene) => scene.notes().iter().map(|note| format!("{}: {}\n", note.first, note.message)).collect(),
+    };
+    assert!(said.contains("an element with 300000 attributes; expected at most 1024"), "{said}");
+}
+
+#[test]
+fn defaults_that_double_say_what_doubles() {
+    let doubling = joined(40, |i| format!("<default name=\"b{}\" value=\"$b{i}$b{i}\"/>\n", i + 1));
+    let error = mitsuba(&format!("<default name=\"b0\" value=\"xx\"/>\n{doubling}"));
+    // Two characters, twenty times doubled, are too many: line 2 and b20 in line 22.
+    let expected = "a.xml:22:1: the attribute value of <default>, more than 1048576 bytes long where $b19 is \
+                    replaced; expected a shorter text: does one default double another?";
+    assert!(error.ends_with(expected), "{error}");
+    // A long one, a thousand times.
+    let long = "x".repeat(1 << 20);
+    let error = mitsuba(&format!(
+        "<default name=\"b\" value=\"{long}\"/>\n{}",
+        "<shape type=\"$b\"/>\n".repeat(1000)
+    ));
+    let expected = "more bytes of attributes with replaced names; expected at most 67108864 bytes";
+    assert!(error.contains("a.xml:67:1") && error.contains(expected), "{error}");
+}
+
+#[test]
+fn materials_of_materialx_have_names_of_a_limited_length() {
+    // Each input has the path of its material.
+    let name = "m".repeat(20_000);
+    let inputs = joined(20_000, |i| format!("<input name=\"i{i}\" nodename=\"n\"/>"));
+    let document = format!(
+        "<materialx version=\"1.38\">\n<surfacematerial name=\"{name}\">{inputs}</surfacematerial></materialx>"
+    );
+    let stage = "#usda 1.0\ndef \"M\" ( references = @a.mtlx@</MaterialX/Materials/M> ) { }\n";
+    let scene = textures::load("a.usda", stage, &[("a.mtlx", document.as_bytes())], &lenient());
+    let said = match scene {
+        Err(error) => error.to_string(),
+        Ok(scene) => scene.notes().iter().map(|note| note.message).collect(),
+    };
+    assert!(said.contains("a name of 20000 bytes; expected at most 1024"), "{said}");
+}
+
+#[test]
+fn defaults_of_pbrt_are_limited_in_all() {
+    // Each saved state has them, and each shape.
+    let text = joined(8000, |i| format!("AttributeBegin Attribute \"shape\" \"float a{i}\" 1\n"));
+    let error = load("a.pbrt", &format!("WorldBegin\n{text}")).unwrap_err().to_string();
+    assert!(error.contains("bytes of parameters by Attribute; expected at most 32768"), "{error}");
+    let line: u32 = error.split(':').nth(1).and_then(|line| line.parse().ok()).unwrap();
+    assert!((100..1000).contains(&line), "{error}");
+    let mut long = String::from("WorldBegin Attribute \"shape\" \"float P\" [");
+    (0..9000).for_each(|i| write!(long, "{i} ").unwrap());
+    let error = load("a.pbrt", &(long + "]")).unwrap_err().to_string();
+    assert!(error.contains("bytes of parameters by Attribute"), "{error}");
+}
+
+#[test]
+fn primitives_times_nodes_of_gltf_are_limited_by_the_size_of_the_file() {
+    let scene = |primitives: usize, nodes: usize| {
+        let mut document = Document::triangle();
+        let primitive = document.json["meshes"][0]["primitives"][0].clone();
+        document.json["meshes"] = json!([{ "primitives": vec![primitive; primitives] }]);
+        document.json["nodes"] = json!(vec![json!({ "mesh": 0 }); nodes]);
+        document.json["scenes"] = json!([{ "nodes": (0..nodes).collect::<Vec<_>>() }]);
+        document.load()
+    };
+    assert_eq!(scene(30, 40).unwrap().instances().len(), 1200);
+    // 0.4 MB that would be 25 million instances of 160 bytes.
+    let error = scene(5000, 5000).unwrap_err().to_string();
+    assert!(error.contains("one more instance; expected at most"), "{error}");
+}
