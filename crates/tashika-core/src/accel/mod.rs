@@ -52,6 +52,7 @@
 //! arithmetic is plain IEEE operations without contraction. Grouping, threads, instruction sets and
 //! what was asked before do not enter.
 
+mod around;
 mod beam;
 mod bvh;
 mod exact;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::around::OfEmitters;
 use super::kernel;
 use super::listener::Listener;
 use super::segments::SegmentBatch;
@@ -42,6 +43,8 @@ pub struct Tracer {
     level: Level,
     plain: bool,
     listener: Option<Arc<dyn Listener>>,
+    /// Of emitters that stand in glass.
+    pub(super) of_emitters: Option<Arc<OfEmitters>>,
 }
 
 impl Tracer {
@@ -49,7 +52,9 @@ impl Tracer {
     /// depend on it.
     pub fn new(scene: Arc<Scene>) -> Self {
         let trees = Arc::new(Trees::new(&scene));
-        Self { scene, trees, level: Level::best(), plain: false, listener: None }
+        let tracer =
+            Self { scene, trees, level: Level::best(), plain: false, listener: None, of_emitters: None };
+        Self { of_emitters: OfEmitters::of(&tracer), ..tracer }
     }
 
     /// One over the same trees with a `listener`.

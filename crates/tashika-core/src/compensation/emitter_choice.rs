@@ -169,7 +169,7 @@ mod tests {
     #[test]
     fn emitters_that_are_seen_are_drawn_more_often_and_none_is_left_out() {
         let tracer = two_halves();
-        let emitters = EmitterSampler::new(tracer.scene());
+        let emitters = EmitterSampler::new(&tracer);
         let lit = LightingContext {
             tracer: &tracer,
             emitters: &emitters,

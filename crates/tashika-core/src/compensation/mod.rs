@@ -360,7 +360,7 @@ impl<'a> Compensation<'a> {
             let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
             let outgoing = -leg.ray.direction;
             let carried = self.carried(way, is_straight, surface.position);
-            let emitted = scene.emitted(&surface, outgoing);
+            let emitted = self.lit.tracer.emitted(&surface, outgoing);
             if !emitted.is_black() {
                 let on_area = way.drawn * way.emitters.pdf_on_triangle(hit.instance, hit.triangle);
                 let carried = if self.carries_emitters() { carried } else { 0.0 };

@@ -23,6 +23,7 @@ use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::media::{Leg, MOST_PASSED};
 use crate::rng::{Purpose, Stream};
+use crate::scene::Camera;
 
 /// Specular surfaces after which a camera path is given up; what it would have seen is missing from
 /// the image.
@@ -48,7 +49,7 @@ pub(super) struct First {
 /// Where a camera path ends, and what it has seen on the way.
 pub(super) struct End {
     pub point: Option<GatherPoint>,
-    /// Emission seen (W·m⁻²·sr⁻¹).
+    /// Emission seen, as basic radiance (W·m⁻²·sr⁻¹).
     pub background: Rgb,
     pub first: Option<First>,
 }
@@ -62,6 +63,7 @@ impl End {
 #[derive(Clone, Copy)]
 pub(super) struct CameraPath<'a> {
     pub tracer: &'a Tracer,
+    pub camera: &'a Camera,
     /// When it is: a share of the time that the shutter is open, 0 to 1.
     pub share: f32,
     pub media: Media,
@@ -74,10 +76,12 @@ impl CameraPath<'_> {
     ///
     /// * `choices`: four uniform numbers for each surface.
     pub fn follow(self, mut leg: Leg, choices: impl Fn(u32) -> [f32; 4]) -> End {
-        let Self { tracer, share, media, key } = self;
+        let Self { tracer, camera, share, media, key } = self;
         let scene = tracer.scene();
         let mut stream = Stream::new(key, Purpose::Gather, 0);
         let mut weight = Rgb::WHITE;
+        // Of boundaries of glass that the path has crossed.
+        let mut ratio = 1.0;
         let mut end = End::NOTHING;
         // Surfaces met, boundaries passed in all, and the way so far (m).
         let (mut bounce, mut passed, mut way) = (0, 0, 0.0);
@@ -96,14 +100,15 @@ impl CameraPath<'_> {
             }
             let Some(hit) = hit else {
                 if let Some(e) = scene.environment() {
-                    end.background += weight * e.radiance(leg.ray.direction.normalize());
+                    let basic = e.radiance(leg.ray.direction.normalize()) * camera.basic_of_infinity(ratio);
+                    end.background += weight * basic;
                 }
                 break;
             };
             way += hit.t;
             let surface = scene.surface_point_at(share, hit.instance, hit.triangle, hit.barycentric);
             let outgoing = -leg.ray.direction;
-            end.background += weight * scene.emitted(&surface, outgoing);
+            end.background += weight * tracer.emitted(&surface, outgoing);
             if scene.is_boundary(&surface) {
                 leg = leg.beyond(scene, &surface);
                 passed += 1;
@@ -124,6 +129,7 @@ impl CameraPath<'_> {
                 Scatter::Specular(specular) => {
                     let Some((next, factor)) = specular.step([a, b, c]) else { break };
                     weight *= factor;
+                    ratio *= specular.squared_ratio(next.direction);
                     if weight.is_black() {
                         break;
                     }

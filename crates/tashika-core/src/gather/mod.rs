@@ -51,7 +51,8 @@ pub struct GatherPoint {
     pub wo: Vec3,
     /// How the surface scatters; black in a medium.
     pub bsdf: Bsdf,
-    /// Weight `w_j` (unitless); those of a pixel's points sum to at most 1 in expectation.
+    /// Weight `w_j` (unitless); those of a pixel's points sum to at most 1 in expectation, times the
+    /// squared index of refraction about the camera.
     pub weight: Rgb,
     /// The medium that it gathers light from; nothing is vacuum.
     pub medium: Option<MediumId>,
@@ -217,6 +218,8 @@ impl View<'_> {
         let mut sum = PixelSum::default();
         let mut met = 0u32;
         let weight = 1.0 / n as f32;
+        // Of basic radiance, which paths carry.
+        let of_basic = weight * self.camera.squared_index();
         sum.samples.reserve_exact(n as usize);
         for index in 0..n {
             let time = || self.time(pixel, index);
@@ -237,16 +240,16 @@ impl View<'_> {
             };
             let end = ray.map_or(End::NOTHING, |ray| {
                 let leg = Leg { ray, medium: self.camera.medium };
-                CameraPath { tracer, share, media, key }.follow(leg, choices)
+                CameraPath { tracer, camera: self.camera, share, media, key }.follow(leg, choices)
             });
-            sum.background += end.background * weight;
+            sum.background += end.background * of_basic;
             sum.samples.push(SeenSample {
                 place: [x, y],
-                background: end.background * weight,
+                background: end.background * of_basic,
                 point: end.point.is_some().then_some(sum.points.len() as u32),
             });
             if let Some(mut point) = end.point {
-                point.weight *= weight;
+                point.weight *= of_basic;
                 point.instant = instant;
                 sum.features.albedo += point.albedo() * weight;
                 sum.points.push(point);
@@ -330,6 +333,18 @@ impl SpecularPoint {
             direction = frame.to_world(sample.wi).normalize();
         }
         Some((Ray::new(self.surface.leave(direction), direction), sample.weight * self.weight))
+    }
+
+    /// The [`squared_ratio`](crate::bsdf::Glass::squared_ratio) of a path that goes on along `direction`:
+    /// 1 unless it crosses the boundary of solid glass.
+    pub fn squared_ratio(&self, direction: Vec3) -> f64 {
+        let is_outside = |direction: Vec3| self.surface.geometric_normal.dot(direction) > 0.0;
+        match self.bsdf {
+            Bsdf::Glass(glass) if is_outside(self.outgoing) != is_outside(direction) => {
+                glass.squared_ratio(is_outside(direction))
+            }
+            _ => 1.0,
+        }
     }
 
     /// Whether a ray that leaves along `direction` has not been bent: it has passed a pane.

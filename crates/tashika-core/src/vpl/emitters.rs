@@ -6,6 +6,7 @@ use std::f32::consts::PI;
 use glam::Vec3;
 
 use super::{Vpl, VplKind};
+use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::math::Instants;
 use crate::scene::{AimedMap, Emitter, Environment, InstanceId, LightId, Scene};
@@ -48,6 +49,7 @@ enum Source {
 /// being the radius of the scene's sphere.
 #[derive(Debug)]
 pub struct EmitterSampler<'s> {
+    tracer: &'s Tracer,
     scene: &'s Scene,
     sources: Vec<Source>,
     /// Of `sources`, in proportion to which they are drawn.
@@ -80,8 +82,9 @@ const PROBES: [[f32; 3]; 7] = [
 const DARK_TRIANGLE_SHARE: f32 = 0.02;
 
 impl<'s> EmitterSampler<'s> {
-    /// The sampler of a scene's emitters.
-    pub fn new(scene: &'s Scene) -> Self {
+    /// The sampler of the emitters of the tracer's scene.
+    pub fn new(tracer: &'s Tracer) -> Self {
+        let scene: &Scene = tracer.scene();
         let bounds = scene.bounds();
         let radius = 0.5 * bounds.diagonal();
         let mut sources = Vec::new();
@@ -97,7 +100,7 @@ impl<'s> EmitterSampler<'s> {
                 .map(|t| {
                     let at = |b| {
                         let p = scene.surface_point(instance, t, b);
-                        scene.emitted(&p, p.geometric_normal).luminance()
+                        tracer.emitted(&p, p.geometric_normal).luminance()
                     };
                     if emission.radiance.texture.is_none() {
                         at(PROBES[3])
@@ -118,8 +121,8 @@ impl<'s> EmitterSampler<'s> {
                 sources.push(Source::Triangle { instance, triangle: triangle as u32, area, two_sided });
             }
         }
-        for e in scene.emitters() {
-            weights.push(f64::from(match e {
+        for e in tracer.emitters() {
+            weights.push(f64::from(match &e {
                 Emitter::Point { intensity, .. } => 4.0 * PI * intensity.luminance(),
                 Emitter::Spot { intensity, falloff, .. } => falloff.solid_angle() * intensity.luminance(),
                 Emitter::Image { intensity, beam, .. } => {
@@ -129,7 +132,7 @@ impl<'s> EmitterSampler<'s> {
                 }
                 Emitter::Directional { irradiance, .. } => PI * radius * radius * irradiance.luminance(),
             }));
-            sources.push(Source::Punctual(*e));
+            sources.push(Source::Punctual(e));
         }
         let environment = scene.environment().map(|e| {
             weights.push(f64::from(4.0 * PI * PI * radius * radius * e.mean().luminance()));
@@ -137,6 +140,7 @@ impl<'s> EmitterSampler<'s> {
             sources.len() - 1
         });
         let mut sampler = Self {
+            tracer,
             scene,
             all: None,
             extended: None,
@@ -274,7 +278,7 @@ impl<'s> EmitterSampler<'s> {
 
     /// The points, spots, images and directional lights: each is one VPL, exactly.
     pub fn punctual(&self) -> impl Iterator<Item = Vpl> + '_ {
-        self.scene.emitters().iter().map(punctual)
+        self.tracer.emitters().map(|emitter| punctual(&emitter))
     }
 
     /// Density with which [`EmitterSampler::sample`] draws a point on one emitting side of a
@@ -372,7 +376,7 @@ impl<'s> EmitterSampler<'s> {
                 let light = Vpl {
                     position: p.leave(normal),
                     direction: normal,
-                    intensity: self.scene.emitted(&p, normal) * (opacity / pdf),
+                    intensity: self.tracer.emitted(&p, normal) * (opacity / pdf),
                     kind: VplKind::Oriented,
                 };
                 LightSample { light, pdf: Some(pdf) }

@@ -57,10 +57,7 @@ pub(super) struct Scattered {
 /// (Nicodemus 1963), while flux stays what it is ([`crate::bsdf::Glass`]).
 fn basic_after(bsdf: &Bsdf, lobe: Lobe, is_entering: bool) -> f64 {
     match bsdf {
-        Bsdf::Glass(glass) if lobe == Lobe::SpecularTransmission => {
-            let squared = f64::from(glass.ior) * f64::from(glass.ior);
-            if is_entering { squared.recip() } else { squared }
-        }
+        Bsdf::Glass(glass) if lobe == Lobe::SpecularTransmission => glass.squared_ratio(!is_entering),
         _ => 1.0,
     }
 }

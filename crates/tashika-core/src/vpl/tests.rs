@@ -18,7 +18,7 @@ use crate::stats::Moments;
 const RADIANCE: f32 = 3.0;
 
 /// A lamp of two triangles, 2 m × 3 m and 2 m × 1 m, and whatever `more` adds.
-fn scene(two_sided: bool, opacity: f32, more: impl FnOnce(&mut SceneBuilder)) -> Scene {
+fn scene(two_sided: bool, opacity: f32, more: impl FnOnce(&mut SceneBuilder)) -> Tracer {
     let mut b = SceneBuilder::new("lamp", Location::default());
     let mut material = Material::new("lamp", Surface::Lambert { reflectance: Rgb::gray(0.5).into() });
     material.emission = Some(Emission { radiance: Rgb::gray(RADIANCE).into(), two_sided });
@@ -32,11 +32,11 @@ fn scene(two_sided: bool, opacity: f32, more: impl FnOnce(&mut SceneBuilder)) ->
     let mesh = b.add_mesh(MeshData { positions, triangles, ..MeshData::default() }, material).unwrap();
     b.add_instance(mesh, Affine3A::IDENTITY).unwrap();
     more(&mut b);
-    b.build().unwrap()
+    Tracer::new(Arc::new(b.build().unwrap()))
 }
 
 /// Mean luminance of the sampled intensities of one kind, with its standard error.
-fn mean_intensity(scene: &Scene, kind: VplKind) -> Moments {
+fn mean_intensity(scene: &Tracer, kind: VplKind) -> Moments {
     let emitters = EmitterSampler::new(scene);
     let mut s = Stream::new(3, Purpose::Test, 0);
     let mut m = Moments::default();
@@ -65,8 +65,8 @@ fn lamps_without_area_in_the_middle_are_drawn() {
     let data = MeshData { positions: open.to_vec(), triangles: vec![[0, 1, 2]], ..MeshData::default() };
     let mesh = b.add_deforming_mesh(data, closing, [0.0, 1.0], material).unwrap();
     b.add_instance(mesh, Affine3A::IDENTITY).unwrap();
-    let scene = b.build().unwrap();
-    let emitters = EmitterSampler::new(&scene);
+    let tracer = Tracer::new(Arc::new(b.build().unwrap()));
+    let emitters = EmitterSampler::new(&tracer);
     for (share, area) in [(0.0, 0.5), (0.25, 0.25), (1.0, 0.5_f32)] {
         let (_, sample) = emitters.sample_at(share, 0.3, [0.2, 0.6]).expect("it is drawn");
         let found = sample.light.intensity.r;
@@ -154,7 +154,7 @@ fn a_weak_emitter_is_drawn_as_often_as_its_share_says() {
 fn densities_are_those_of_the_samples() {
     let lamp = scene(true, 1.0, |b| b.set_environment(Environment::constant(Rgb::gray(0.7))).unwrap());
     let emitters = EmitterSampler::new(&lamp).with_share_for_each(0.4);
-    let (instance, _) = lamp.area_emitters().next().unwrap();
+    let (instance, _) = lamp.scene().area_emitters().next().unwrap();
     let mut s = Stream::new(4, Purpose::Test, 0);
     let mut kinds = [0; 2];
     for _ in 0..1000 {
@@ -186,13 +186,12 @@ fn sets_have_about_the_number_that_was_asked_for() {
 /// As many points as VPLs were asked for must not take the place of indirect light.
 #[test]
 fn many_point_lights_leave_room_for_indirect_light() {
-    let lamps = scene(false, 1.0, |b| {
+    let tracer = scene(false, 1.0, |b| {
         for i in 0..50 {
             let position = Vec3::new(0.02 * i as f32, 1.0, 0.0);
             b.add_emitter(Emitter::Point { position, intensity: Rgb::gray(1.0) }).unwrap();
         }
     });
-    let tracer = Tracer::new(Arc::new(lamps));
     let set = VplSet::trace(&tracer, &VplOptions { count: 50, ..VplOptions::default() }).unwrap();
     assert_eq!(
         set.lights().iter().filter(|l| l.kind == VplKind::Omni).count(),
@@ -229,7 +228,7 @@ fn received(set: &VplSet) -> [f64; 2] {
 /// there are more VPLs.
 #[test]
 fn guides_change_where_vpls_are_and_not_what_they_give() {
-    let lit = scene(true, 1.0, |b| {
+    let tracer = scene(true, 1.0, |b| {
         let white =
             b.add_material(Material::new("floor", Surface::Lambert { reflectance: Rgb::gray(0.8).into() }));
         let positions = [[-9.0, -2.0, -9.0], [-9.0, -2.0, 9.0], [9.0, -2.0, 9.0], [9.0, -2.0, -9.0]];
@@ -241,7 +240,6 @@ fn guides_change_where_vpls_are_and_not_what_they_give() {
         let mesh = b.add_mesh(mesh, white.unwrap()).unwrap();
         b.add_instance(mesh, Affine3A::IDENTITY).unwrap();
     });
-    let tracer = Tracer::new(Arc::new(lit));
     // Half of the lamp, and rays in a twentieth of all directions.
     let mut s = Stream::new(6, Purpose::Test, 0);
     let direct = (0..2000).map(|_| ([0.5 * s.uniform(), s.uniform(), s.uniform()], 1.0)).collect();
@@ -272,7 +270,7 @@ fn guides_change_where_vpls_are_and_not_what_they_give() {
 #[test]
 fn light_that_no_pilot_meets_is_not_dropped() {
     // A plate of a hand's width, a thousand kilometres from the lamp.
-    let far = scene(false, 1.0, |b| {
+    let tracer = scene(false, 1.0, |b| {
         let white =
             b.add_material(Material::new("plate", Surface::Lambert { reflectance: Rgb::gray(0.8).into() }));
         let at = |x: f32, z: f32| Vec3::new(x, -1e6, z);
@@ -281,7 +279,6 @@ fn light_that_no_pilot_meets_is_not_dropped() {
         let mesh = b.add_mesh(mesh, white.unwrap()).unwrap();
         b.add_instance(mesh, Affine3A::IDENTITY).unwrap();
     });
-    let tracer = Tracer::new(Arc::new(far));
     let set = VplSet::trace(&tracer, &VplOptions { count: 1000, ..VplOptions::default() }).unwrap();
     assert_eq!((set.provenance().indirect, set.provenance().paths), (0, 750));
 }
@@ -304,7 +301,7 @@ fn clusters_of_emitters_are_what_the_sampler_draws_from() {
     let emitters = EmitterSampler::new(&scene).with_share_for_each(0.5);
     let clusters = EmitterClusters::new(&emitters);
     assert!((200..=640).contains(&clusters.count()), "{} clusters", clusters.count());
-    let (instance, _) = scene.area_emitters().next().unwrap();
+    let (instance, _) = scene.scene().area_emitters().next().unwrap();
     let mut s = Stream::new(8, Purpose::Test, 0);
     let mut found = vec![0; clusters.count()];
     let n = 40_000;

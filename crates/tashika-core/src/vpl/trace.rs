@@ -94,7 +94,7 @@ impl<'s> LightTracer<'s> {
             Outside::check(tracer)?;
         }
         let emitters = match options.emission {
-            Emission::ByPower => EmitterSampler::new(tracer.scene()),
+            Emission::ByPower => EmitterSampler::new(tracer),
             Emission::ByUse => EmitterSampler::by_use(tracer, options),
         };
         let tracing =
@@ -310,7 +310,7 @@ impl<'s> EmitterSampler<'s> {
     /// paths bring to surfaces, and each emitter with a share ([`Emission::ByUse`]).
     pub fn by_use(tracer: &'s Tracer, options: &VplOptions) -> Self {
         let reflected = |kinds: [f64; 2]| {
-            let emitters = EmitterSampler::new(tracer.scene()).weighted(kinds);
+            let emitters = EmitterSampler::new(tracer).weighted(kinds);
             let paths = LightPaths {
                 tracer,
                 emitters: &emitters,
@@ -325,6 +325,6 @@ impl<'s> EmitterSampler<'s> {
         let fluxes = [reflected([1.0, 0.0]), reflected([0.0, 1.0])];
         let sum: f64 = fluxes.iter().sum();
         let shares = fluxes.map(|flux| if sum > 0.0 { (flux / sum).max(LEAST_SHARE) } else { 0.5 });
-        EmitterSampler::new(tracer.scene()).weighted(shares).with_share_for_each(SHARE_FOR_EACH)
+        EmitterSampler::new(tracer).weighted(shares).with_share_for_each(SHARE_FOR_EACH)
     }
 }

@@ -16,8 +16,9 @@
 //! and both get the same weight, so that one function serves both. The two factors of a path that
 //! enters and leaves a closed object cancel, `η² · 1 / η² = 1`; hence basic radiance is radiance
 //! wherever camera and lights are in the outer medium. What light paths leave inside the glass is
-//! divided by `η²` there, so that viewers see basic radiance of surfaces and media in it too. An
-//! emitter *inside* the glass would need the factor (Veach 1997, section 5.2).
+//! divided by `η²` there, so that viewers see basic radiance of surfaces and media in it too. The ends
+//! of paths bring the factor in where they are inside (Veach 1997, section 5.2): an emitter in a medium of
+//! index `n` shines with `1/n²` of its radiance, and a camera in one sees `n²` times what its paths carry.
 //!
 //! # Held to this by
 //! The tests below.
@@ -66,6 +67,13 @@ pub struct Glass {
 }
 
 impl Glass {
+    /// `(n/n')²` of light that crosses the boundary, of the index `n` that it leaves and the index `n'`
+    /// that it gets into: `η²` out of the glass, `1/η²` into it.
+    pub fn squared_ratio(&self, leaves_glass: bool) -> f64 {
+        let squared = f64::from(self.ior) * f64::from(self.ior);
+        if leaves_glass { squared } else { squared.recip() }
+    }
+
     /// Reflects if `u[0]` in `[0, 1)` is below `F`, else refracts, at a facet that the others draw.
     /// `None` where light reaches the wrong side, which smooth glass never sends it to.
     pub(super) fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {

@@ -32,6 +32,10 @@ pub struct Camera {
     pub crop: Option<Window>,
     /// The medium that it stands in, if it is in one of its scene's.
     pub medium: Option<MediumId>,
+    /// Index of refraction of the medium that it stands in, relative to that outside of all glass: 1
+    /// there. The film shows `n²` times the basic radiance that camera paths carry
+    /// ([`crate::bsdf::Glass`]).
+    pub index: f32,
     /// What it shows the whole of, if nobody said where it stands: see [`Camera::of_size`].
     pub shows: Option<Aabb>,
 }
@@ -75,6 +79,7 @@ impl Camera {
             resolution: None,
             crop: None,
             medium: None,
+            index: 1.0,
             shows: None,
         }
     }
@@ -95,6 +100,23 @@ impl Camera {
         let to_world = track.at(open + 0.5 * (close - open)).as_affine3a();
         let motion = Motion::between(track, shutter);
         Self { to_world, motion, ..self }
+    }
+
+    /// Radiance over basic radiance where the camera stands, `n²`.
+    pub fn squared_index(&self) -> f32 {
+        self.index * self.index
+    }
+
+    /// Basic radiance of what is infinitely far away, over its radiance, for a camera path.
+    ///
+    /// It is 1, since that shines outside of all glass. A path that leaves the scene in the very medium
+    /// of a camera inside glass, as light does that passes under the surface of a pond without an end,
+    /// has crossed no boundary: there it is `1/n²`.
+    ///
+    /// * `ratio`: product of [`squared_ratio`](crate::bsdf::Glass::squared_ratio) over the boundaries
+    ///   that the path has crossed.
+    pub fn basic_of_infinity(&self, ratio: f64) -> f32 {
+        if self.index != 1.0 && ratio as f32 == 1.0 { self.squared_index().recip() } else { 1.0 }
     }
 
     /// Position of the lens' centre (m, world); of a camera that moves, in the middle of its time.
@@ -174,6 +196,8 @@ impl Camera {
             && self.projection.is_valid()
             && self.shift.is_finite()
             && self.lens.is_valid()
+            && self.index > 0.0
+            && self.index.is_finite()
             && self.motion.as_ref().is_none_or(Motion::is_valid)
     }
 }

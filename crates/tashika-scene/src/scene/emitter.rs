@@ -153,6 +153,18 @@ impl Emitter {
         }
     }
 
+    /// The same emitter, `factor` times as bright.
+    #[must_use]
+    pub fn scaled(mut self, factor: f32) -> Self {
+        match &mut self {
+            Self::Point { intensity, .. } | Self::Spot { intensity, .. } | Self::Image { intensity, .. } => {
+                *intensity *= factor;
+            }
+            Self::Directional { irradiance, .. } => *irradiance *= factor,
+        }
+        self
+    }
+
     /// Unscaled colour of the emitter, whatever its unit.
     pub(super) fn color(&self) -> Rgb {
         match *self {

@@ -381,7 +381,9 @@ impl<'a> Renderer<'a> {
         let camera = self.change.of(self.camera.as_ref().unwrap_or(first))?;
         let resolved = request.in_scene(scene).resolve()?;
         scene.check_method(self.request.method.name(), resolved.method.abilities())?;
-        Ok((resolved, self.framing.of(&camera)?))
+        let mut framed = self.framing.of(&camera)?;
+        framed.camera.index = self.tracer.index_around_camera(&framed.camera);
+        Ok((resolved, framed))
     }
 
     /// The groups of the scene's lights, for a method that can tell what each of them gives.

@@ -553,7 +553,7 @@ fn paths_from_dark_surfaces_go_as_far() {
     let tracer = tracer(b);
     let lights = VplOptions { count: 500, clamp: Clamp::Distance(0.8), ..VplOptions::default() };
     let set = VplSet::trace(&tracer, &lights).unwrap();
-    let (tree, emitters) = (LightTree::build(&set, Default::default()), EmitterSampler::new(tracer.scene()));
+    let (tree, emitters) = (LightTree::build(&set, Default::default()), EmitterSampler::new(&tracer));
     let point = view(tracer.scene(), SIZE, 1, 1).pixel(&tracer, [3, 4]).points[0];
     for lights in [Some(&tree), None] {
         let lit = LightingContext {

@@ -143,7 +143,7 @@ impl GuidedLights {
     pub fn given(tracer: &Tracer, set: &VplSet, truth: Truth, view: &View<'_>) -> Result<Self> {
         set.validate_for(tracer.scene())?;
         let provenance = set.provenance();
-        if provenance.direct == 0 && !EmitterSampler::new(tracer.scene()).is_empty() {
+        if provenance.direct == 0 && !EmitterSampler::new(tracer).is_empty() {
             let expected = format!("a set with direct VPLs where the truth is {truth}");
             return Err(Error::option("lights", "indirect VPLs alone", expected));
         }
@@ -184,7 +184,7 @@ impl GuidedLights {
 
     /// The set in a tree, of which nothing is learned yet.
     fn of(set: &VplSet, options: VplOptions, truth: Truth, guided: &Guided<'_>) -> Self {
-        let given = EmitterSampler::new(guided.tracing.tracer().scene());
+        let given = EmitterSampler::new(guided.tracing.tracer());
         let directional = given.punctual().filter(|light| light.kind == VplKind::Directional);
         Self {
             tree: LightTree::build(set, LightTreeBuilder::default()),

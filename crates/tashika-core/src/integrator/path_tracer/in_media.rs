@@ -39,7 +39,10 @@ use crate::warp::balance;
 /// A path on its way.
 struct Path {
     leg: Leg,
+    /// Of basic radiance.
     weight: Rgb,
+    /// Of boundaries of glass that it has crossed (`SpecularPoint::squared_ratio`).
+    ratio: f64,
     /// Density of the direction, if drawing from the emitters could have found it too.
     density: Option<f32>,
     /// Where that direction was drawn.
@@ -70,8 +73,13 @@ impl Tracing<'_> {
         let scene = self.tracer.scene();
         let contribution = ContributionKernel::default().within(scene);
         let mut radiance = Rgb::BLACK;
-        let mut path =
-            Path { leg: Leg { ray, medium }, weight: Rgb::WHITE, density: None, drawn_at: ray.origin };
+        let mut path = Path {
+            leg: Leg { ray, medium },
+            weight: Rgb::gray(self.camera.squared_index()),
+            ratio: 1.0,
+            density: None,
+            drawn_at: ray.origin,
+        };
         // Surfaces that the path has met; times that it was scattered, anywhere; boundaries that it
         // has passed since.
         let (mut depth, mut scattered, mut passed) = (0, 0_u32, 0);
@@ -84,7 +92,7 @@ impl Tracing<'_> {
             path.weight = weight;
             if let Some(at) = scattering {
                 self.gathers = true;
-                self.light_in_medium(&mut radiance, weight, &at, key, stream);
+                self.light_in_medium(&mut radiance, (weight, path.ratio), &at, key, stream);
                 let (direction, density) = at.phase.sample(at.before, stream.uniform_2());
                 path.leg.ray = Ray::new(at.place, direction);
                 path.density = Some(density);
@@ -100,13 +108,14 @@ impl Tracing<'_> {
                 if let Some(e) = scene.environment() {
                     let d = path.leg.ray.direction.normalize();
                     let mis = path.density.map_or(1.0, |p| balance(p, self.emitters.pdf_of_environment(d)));
-                    self.found(&mut radiance, LightId::Environment, path.weight * e.radiance(d) * mis);
+                    let basic = e.radiance(d) * self.camera.basic_of_infinity(path.ratio);
+                    self.found(&mut radiance, LightId::Environment, path.weight * basic * mis);
                 }
                 break;
             };
             let surface = self.surface(&hit);
             let outgoing = -path.leg.ray.direction;
-            let emitted = scene.emitted(&surface, outgoing);
+            let emitted = self.tracer.emitted(&surface, outgoing);
             if !emitted.is_black() {
                 let (density, drawn_at) = (path.density, path.drawn_at);
                 let mis = density.map_or(1.0, |p| self.weight_of_hit(p, drawn_at, &surface, &hit, outgoing));
@@ -130,6 +139,7 @@ impl Tracing<'_> {
                         path.density = None;
                     }
                     path.weight *= factor;
+                    path.ratio *= specular.squared_ratio(next.direction);
                     path.leg = path.leg.onward(scene, &surface, next);
                 }
                 Scatter::Gathers(mut point) => {
@@ -144,6 +154,7 @@ impl Tracing<'_> {
                             let mis = weight_of_light(&sample, point.position, |towards| {
                                 point.bsdf.pdf(point.wo, point.frame.to_local(towards))
                             });
+                            let mis = mis * self.basic_of(light, path.ratio);
                             let medium = beyond(contribution.link(point.position, light).towards_light);
                             let given =
                                 unoccluded * self.passing(point.position, light, medium, key, mis, stream);
@@ -176,7 +187,7 @@ impl Tracing<'_> {
     fn light_in_medium(
         &mut self,
         radiance: &mut Rgb,
-        weight: Rgb,
+        (weight, ratio): (Rgb, f64),
         &Scattering { place, before, medium, phase }: &Scattering,
         key: u64,
         stream: &mut Stream,
@@ -191,6 +202,7 @@ impl Tracing<'_> {
             return;
         }
         let mis = weight_of_light(&sample, place, density);
+        let mis = mis * self.basic_of(light, ratio);
         let given = unoccluded * self.passing(place, light, Some(medium), key, mis, stream);
         let light = self.emitters.light_of(source);
         self.found(radiance, light, given);

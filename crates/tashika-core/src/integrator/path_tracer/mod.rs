@@ -39,7 +39,7 @@ use crate::math::{Ray, Vec3};
 use crate::rng::{self, Purpose, Stream};
 use crate::scene::{Abilities, Camera, LightGroups, LightId, MediumId, SurfacePoint};
 use crate::stats::Moments;
-use crate::vpl::{EmitterSampler, LightSample, VplKind};
+use crate::vpl::{EmitterSampler, LightSample, Vpl, VplKind};
 use crate::warp::balance;
 
 /// The path tracer.
@@ -68,7 +68,7 @@ impl<'s> PathTracer<'s> {
         if max_depth == 0 {
             return Err(Error::option("max_depth", max_depth, "at least 1"));
         }
-        Ok(Self { emitters: EmitterSampler::new(tracer.scene()), stop, max_depth, groups: None })
+        Ok(Self { emitters: EmitterSampler::new(tracer), stop, max_depth, groups: None })
     }
 
     /// The same, telling for each group of the scene's lights what it gives: by the same paths, so that
@@ -116,15 +116,9 @@ impl<'s> PathTracer<'s> {
                 Next::End { claim, half_width, stop } => break (claim, half_width, stop),
             }
         };
-        // Those who say an interval say as well what they see.
-        let (features, told) = match nearby {
-            Some(nearby) => {
-                let features = setting.view.features(setting.tracer, pixel, OF_FEATURES, pixel_key);
-                let rays = nearby.rays_per_pixel() + u64::from(OF_FEATURES);
-                (features, rays)
-            }
-            None => Default::default(),
-        };
+        let of_features = OF_FEATURES.min(done);
+        let features = setting.view.features(setting.tracer, pixel, of_features, pixel_key);
+        let of_nearby = nearby.map_or(0, Nearby::rays_per_pixel);
         let half_width = claim.stated(half_width);
         let standard_error = match done {
             // One path says nothing of its error.
@@ -139,7 +133,7 @@ impl<'s> PathTracer<'s> {
             half_widths: HalfWidths { compensation: half_width, ..HalfWidths::default() },
             stop,
             pairs: u64::from(done),
-            rays: tracing.rays + told,
+            rays: tracing.rays + u64::from(of_features) + of_nearby,
             ..features.into()
         }
     }
@@ -217,10 +211,12 @@ impl Estimates for OfView<'_> {
 
 impl PathTracer<'_> {
     fn tracing<'a>(&'a self, setting: &Setting<'a>) -> Tracing<'a> {
-        let Camera { medium, ref motion, .. } = *setting.view.camera;
+        let camera = setting.view.camera;
+        let Camera { medium, ref motion, .. } = *camera;
         let scene = setting.tracer.scene();
         Tracing {
             tracer: setting.tracer,
+            camera,
             emitters: &self.emitters,
             max_depth: self.max_depth,
             has_media: scene.has_media() || medium.is_some(),
@@ -239,6 +235,7 @@ impl PathTracer<'_> {
 
 struct Tracing<'a> {
     tracer: &'a Tracer,
+    camera: &'a Camera,
     emitters: &'a EmitterSampler<'a>,
     max_depth: u32,
     has_media: bool,
@@ -283,7 +280,10 @@ impl Tracing<'_> {
         let scene = self.tracer.scene();
         let contribution = ContributionKernel::default().within(scene);
         let mut radiance = Rgb::BLACK;
-        let mut weight = Rgb::WHITE;
+        // Of basic radiance.
+        let mut weight = Rgb::gray(self.camera.squared_index());
+        // Of boundaries of glass that the path has crossed.
+        let mut ratio = 1.0;
         // Density of the last direction, if drawing from the emitters could have found it too.
         let mut density: Option<f32> = None;
         // Where that direction was drawn.
@@ -295,13 +295,14 @@ impl Tracing<'_> {
                 if let Some(e) = scene.environment() {
                     let d = ray.direction.normalize();
                     let mis = density.map_or(1.0, |p| balance(p, self.emitters.pdf_of_environment(d)));
-                    self.found(&mut radiance, LightId::Environment, weight * e.radiance(d) * mis);
+                    let basic = e.radiance(d) * self.camera.basic_of_infinity(ratio);
+                    self.found(&mut radiance, LightId::Environment, weight * basic * mis);
                 }
                 break;
             };
             let surface = self.surface(&hit);
             let outgoing = -ray.direction;
-            let emitted = scene.emitted(&surface, outgoing);
+            let emitted = self.tracer.emitted(&surface, outgoing);
             if !emitted.is_black() {
                 let mis = density.map_or(1.0, |p| self.weight_of_hit(p, drawn_at, &surface, &hit, outgoing));
                 self.found(&mut radiance, LightId::Instance(hit.instance), weight * emitted * mis);
@@ -316,6 +317,7 @@ impl Tracing<'_> {
                         density = None;
                     }
                     weight *= factor;
+                    ratio *= specular.squared_ratio(next.direction);
                     ray = next;
                 }
                 Scatter::Gathers(mut point) => {
@@ -329,7 +331,8 @@ impl Tracing<'_> {
                             let mis = weight_of_light(&sample, point.position, |towards| {
                                 point.bsdf.pdf(point.wo, point.frame.to_local(towards))
                             });
-                            let free = self.visible(light.apex(), point.position);
+                            let free =
+                                self.visible(light.apex(), point.position) * self.basic_of(light, ratio);
                             let light = self.emitters.light_of(source);
                             self.found(&mut radiance, light, unoccluded * (mis * free));
                         }
@@ -371,6 +374,12 @@ impl Tracing<'_> {
         if let Some(groups) = &mut self.groups {
             groups.add(light, given);
         }
+    }
+
+    /// Basic radiance of a light that was drawn, over what it was drawn with: another than 1 only of
+    /// what is infinitely far away.
+    fn basic_of(&self, light: &Vpl, ratio: f64) -> f32 {
+        if light.kind == VplKind::Directional { self.camera.basic_of_infinity(ratio) } else { 1.0 }
     }
 
     /// A light, drawn from the emitters as they are then, with the number of its source.

@@ -1,0 +1,153 @@
+//! Index of refraction of the medium around a place, and of those that emitters stand in.
+//!
+//! Rays go out from the place through all glass, up to the first surface that is none. Each crossing
+//! multiplies the index that the ray is in: by `1/η` where it leaves glass of index `η`, by `η` where it
+//! enters it. The medium outside of all glass is the thinnest on the way, of index 1, so that
+//!
+//! ```text
+//! n = max_k Π_{j ≤ k} η_j^(±1)          + where crossing j leaves glass, − where it enters it, k ≥ 0
+//! ```
+//!
+//! is the index around the place by that ray. The median of the rays that cross any glass counts, and
+//! 1 where none does: the surface of a pond is no closed object, and not all rays leave the water.
+//!
+//! Panes of thin glass and boundaries of media bend nothing, and are passed.
+//!
+//! # What it is for
+//! Paths carry *basic* radiance `L/n²` ([`crate::bsdf::Glass`]). A camera in a medium of index `n` sees
+//! `n²` times as much, and an emitter in one shines with `1/n²` of its radiance.
+//!
+//! # Assumptions
+//! Around a place the normals of glass point outwards. A single sheet whose inside faces the place makes
+//! the place one inside of glass.
+//!
+//! # Held to this by
+//! The suite's `inside_glass`, by closed forms.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::Tracer;
+use crate::color::Rgb;
+use crate::math::elementary::sin_cos;
+use crate::math::{Instants, Ray, Vec2, Vec3};
+use crate::scene::{Camera, Emitter, InstanceId, Scene, Surface, SurfacePoint};
+
+/// Rays that go out from a place.
+const RAYS: u32 = 64;
+/// Surfaces that a ray passes at most.
+const MOST_PASSED: u32 = 64;
+
+/// `1/n²` of emitters that stand in glass.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct OfEmitters {
+    instances: Vec<f32>,
+    emitters: Vec<f32>,
+}
+
+impl OfEmitters {
+    /// Those of the tracer's scene; none if all are outside of glass.
+    pub(super) fn of(tracer: &Tracer) -> Option<Arc<Self>> {
+        let scene = tracer.scene();
+        if !has_solid_glass(scene) {
+            return None;
+        }
+        let factor = |index: f32| index.powi(2).recip();
+        let of_instance = |instance: InstanceId| match scene.material_of(instance).emission {
+            None => 1.0,
+            Some(_) => {
+                let surface = scene.surface_point(instance, 0, [1.0 / 3.0; 3]);
+                factor(tracer.index_around(surface.leave(surface.geometric_normal), Instants::STILL))
+            }
+        };
+        let of_emitter = |emitter: &Emitter| match *emitter {
+            Emitter::Point { position, .. }
+            | Emitter::Spot { position, .. }
+            | Emitter::Image { position, .. } => factor(tracer.index_around(position, Instants::STILL)),
+            Emitter::Directional { .. } => 1.0,
+        };
+        let ids: Vec<InstanceId> = scene.instance_ids().collect();
+        let instances: Vec<f32> = ids.into_par_iter().map(of_instance).collect();
+        let emitters: Vec<f32> = scene.emitters().par_iter().map(of_emitter).collect();
+        let is_any_inside = instances.iter().chain(&emitters).any(|factor| *factor != 1.0);
+        is_any_inside.then(|| Arc::new(Self { instances, emitters }))
+    }
+}
+
+impl Tracer {
+    /// Basic radiance emitted from a point in direction `outgoing` (W·m⁻²·sr⁻¹): radiance over the
+    /// square of the index of refraction around the emitter.
+    #[inline]
+    pub fn emitted(&self, point: &SurfacePoint, outgoing: Vec3) -> Rgb {
+        let radiance = self.scene().emitted(point, outgoing);
+        match &self.of_emitters {
+            None => radiance,
+            Some(inside) => radiance * inside.instances[point.instance.index()],
+        }
+    }
+
+    /// The scene's emitters without a surface, in its order, of basic intensity: intensity over the
+    /// square of the index of refraction around the emitter.
+    pub fn emitters(&self) -> impl Iterator<Item = Emitter> + '_ {
+        self.scene().emitters().iter().enumerate().map(|(place, emitter)| match &self.of_emitters {
+            None => *emitter,
+            Some(inside) => emitter.scaled(inside.emitters[place]),
+        })
+    }
+
+    /// Index of refraction of the medium around a camera, relative to that outside of all glass: 1 where
+    /// no glass encloses it. Of a camera that moves, in the middle of the time that its shutter is open.
+    pub fn index_around_camera(&self, camera: &Camera) -> f32 {
+        let middle = camera.central_ray(Vec2::splat(0.5), Instants::STILL, [1, 1]);
+        self.index_around(middle.map_or(camera.position(), |ray| ray.origin), Instants::STILL)
+    }
+
+    /// Index of refraction around a place after a `share` of the time that the shutter is open.
+    pub(super) fn index_around(&self, place: Vec3, share: f32) -> f32 {
+        if !has_solid_glass(self.scene()) {
+            return 1.0;
+        }
+        let along = |number| self.index_along(Ray::new(place, direction(number)), share);
+        let mut found: Vec<f32> = (0..RAYS).filter_map(along).collect();
+        found.sort_unstable_by(f32::total_cmp);
+        if found.is_empty() { 1.0 } else { found[(found.len() - 1) / 2] }
+    }
+
+    /// Index around the origin of a ray; none if the ray crosses no glass.
+    fn index_along(&self, mut ray: Ray, share: f32) -> Option<f32> {
+        let scene = self.scene();
+        let (mut index, mut largest, mut crossed) = (1.0_f64, 1.0_f64, false);
+        for _ in 0..MOST_PASSED {
+            let Some(hit) = self.closest_hit_at(&ray, 0, share) else { break };
+            let surface = scene.surface_point_at(share, hit.instance, hit.triangle, hit.barycentric);
+            match scene.material_of(hit.instance).surface {
+                Surface::Glass { ior, .. } => {
+                    let leaves = surface.geometric_normal.dot(ray.direction) > 0.0;
+                    index *= if leaves { f64::from(ior) } else { f64::from(ior).recip() };
+                    largest = largest.max(index);
+                    crossed = true;
+                }
+                Surface::ThinGlass { .. } | Surface::Boundary => {}
+                _ => break,
+            }
+            ray = Ray::new(surface.leave(ray.direction), ray.direction);
+        }
+        crossed.then_some(largest as f32)
+    }
+}
+
+/// Whether anything that is placed is solid glass.
+fn has_solid_glass(scene: &Scene) -> bool {
+    scene.instance_ids().any(|instance| matches!(scene.material_of(instance).surface, Surface::Glass { .. }))
+}
+
+/// One of [`RAYS`] unit vectors that are spread evenly: points of a Fibonacci spiral on the sphere.
+fn direction(number: u32) -> Vec3 {
+    /// Golden angle (rad).
+    const TURN: f32 = 2.399_963_2;
+    let z = 1.0 - (2.0 * number as f32 + 1.0) / RAYS as f32;
+    let (sin, cos) = sin_cos(TURN * number as f32);
+    let radius = (1.0 - z * z).sqrt();
+    Vec3::new(radius * cos, radius * sin, z)
+}
