@@ -14,6 +14,8 @@ pub enum Outcome {
     BudgetHit,
     /// Done, but the audit contradicts the claim (5).
     Contradicted,
+    /// Done, but some pixels are infinite or not a number (6).
+    NotFinite,
     /// Ctrl-C: what was finished is written and says that it is not complete (130).
     Interrupted,
 }
@@ -25,6 +27,7 @@ impl Outcome {
             Self::Done => 0,
             Self::BudgetHit => 4,
             Self::Contradicted => 5,
+            Self::NotFinite => 6,
             Self::Interrupted => INTERRUPTED,
         }
     }

@@ -7,7 +7,9 @@ use tashika::film::{PictureClaim, RenderFilm, Tally, keys};
 use tashika::io::{read_exr, write_exr_as, write_file, write_png};
 use tashika::render::{Merged, Merger};
 use tashika::renderer::finish_merged;
-use tashika::report::{RenderFacts, about_light_not_found, about_truth, count, render_page};
+use tashika::report::{
+    RenderFacts, about_light_not_found, about_not_finite, about_truth, count, render_page,
+};
 use tashika::request::Method;
 
 use crate::exit::{Failure, Outcome};
@@ -74,7 +76,12 @@ fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
     }
     let tally = &report.tally;
     let accepts = plan.accept_budget || Method::was_picture(merged.film.metadata());
-    Ok(if tally.out_of_budget + tally.not_found > 0 && !accepts { Outcome::BudgetHit } else { Outcome::Done })
+    let falls_short = tally.out_of_budget + tally.not_found > 0 && !accepts;
+    Ok(match tally.not_finite {
+        0 if falls_short => Outcome::BudgetHit,
+        0 => Outcome::Done,
+        _ => Outcome::NotFinite,
+    })
 }
 
 /// The parts, read and joined one after the other.
@@ -136,6 +143,9 @@ fn rows(report: &Report, merged: &Merged) -> Rows {
     }
     if report.tally.not_found > 0 {
         rows.push("", about_light_not_found(report.tally.not_found));
+    }
+    if report.tally.not_finite > 0 {
+        rows.push("NOT FINITE", about_not_finite(report.tally.not_finite));
     }
     if let Some(truth) = &report.truth {
         rows.push("truth", about_truth(truth));

@@ -207,8 +207,11 @@ fn beside(exr: &Path, trouble: &Error) -> Failure {
 
 fn outcome(accepts_budget: bool, complete: bool, contradicted: bool, tally: &Tally) -> Outcome {
     let fallen_short = tally.out_of_budget + tally.not_found;
+    // Of shares of a job the merged image says it.
+    let is_of_a_job = plan.accept_budget && !plan.asked.share.is_whole();
     match (complete, fallen_short) {
         (false, _) => Outcome::Interrupted,
+        (true, _) if tally.not_finite > 0 && !is_of_a_job => Outcome::NotFinite,
         (true, _) if contradicted => Outcome::Contradicted,
         (true, 0) => Outcome::Done,
         (true, _) if accepts_budget => Outcome::Done,

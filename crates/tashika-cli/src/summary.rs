@@ -12,7 +12,7 @@ use tashika::gather::Filter;
 use tashika::io::write_file;
 use tashika::reconstruction::ABOUT;
 use tashika::renderer::Audit;
-use tashika::report::{ErrorBudget, about_light_not_found, about_truth, percent_of_error};
+use tashika::report::{ErrorBudget, about_light_not_found, about_not_finite, about_truth, percent_of_error};
 
 use crate::exit::Failure;
 use crate::notes::NoteReport;
@@ -337,6 +337,9 @@ impl RenderReport {
         }
         if self.tally.not_found > 0 {
             rows.push("", about_light_not_found(self.tally.not_found));
+        }
+        if self.tally.not_finite > 0 {
+            rows.push("NOT FINITE", about_not_finite(self.tally.not_finite));
         }
         if let Some(truth) = &self.truth {
             rows.push("truth", about_truth(truth));

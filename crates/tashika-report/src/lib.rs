@@ -36,8 +36,8 @@ pub use picks::least_certain;
 pub use picture::Picture;
 pub use summary::summary;
 pub use tashika_film::film::{
-    about_light_not_found, about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance,
-    truth_in_short,
+    about_light_not_found, about_not_finite, about_truth, count, percent_of_error, percent_of_share,
+    percent_of_tolerance, truth_in_short,
 };
 pub use truths::Truths;
 

@@ -82,6 +82,7 @@ Exit codes:
   3    files: an input cannot be used, or an output cannot be written
   4    rendered, but some pixels ran out of budget, where an error was asked for
   5    rendered, but the audit contradicts what is claimed
+  6    rendered, but some pixels are infinite or not a number; they claim nothing
   130  interrupted (Ctrl-C, SIGTERM); what is finished is written, a second Ctrl-C ends it at once";
 
 const RENDER_EXAMPLES: &str = "\

@@ -218,6 +218,10 @@ impl<'v> Picture<'v> {
             let k = self.window.index(x, y);
             for Half { luminance, .. } in &self.pixels[k].halves {
                 let count = luminance.count() as f64;
+                // Paths of a pixel that is not finite say nothing of others.
+                if !luminance.variance().is_finite() {
+                    continue;
+                }
                 sum += count * luminance.variance() / (size(k) * size(k));
                 paths += count;
             }

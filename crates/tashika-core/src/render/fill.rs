@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use super::{Begun, Finished, Progress, Rendered, Totals, mean};
+use super::{Begun, Finished, Progress, Rendered, Totals, add_finite, mean};
 use crate::color::RgbSum;
 use crate::film::{Film, RenderFilm, Window, keys};
 
@@ -25,7 +25,7 @@ impl Shared {
         let film = RenderFilm::of(&self.film);
         for (x, y) in tile.pixels() {
             let record = film.at(x, y);
-            sum.add(record.radiance);
+            add_finite(&mut sum, &record);
             self.totals.tally.count(record.claim, record.stop);
             self.totals.pairs += record.pairs;
             self.totals.rays += record.rays;
@@ -85,7 +85,7 @@ pub(super) fn fill<T>(
     for s in sums.iter().flatten() {
         sum.merge(s);
     }
-    totals.mean = mean(&sum, totals.tally.rendered());
+    totals.mean = mean(&sum, &totals.tally);
     let complete = sums.iter().all(Option::is_some);
     film.metadata_mut().set(keys::COMPLETE, complete);
     Rendered { film, complete, totals }

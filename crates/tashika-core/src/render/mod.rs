@@ -24,7 +24,7 @@ use std::sync::atomic::AtomicBool;
 
 use crate::color::{Rgb, RgbSum};
 use crate::error::{Error, Result};
-use crate::film::{Film, PixelRecord, Plane, RenderFilm, Samples, Tally, Window, keys, planes};
+use crate::film::{Film, PixelRecord, Plane, RenderFilm, Samples, Stop, Tally, Window, keys, planes};
 use crate::integrator::{Integrator, PlaneBeside, Setting};
 use fill::fill;
 
@@ -68,7 +68,7 @@ pub struct Totals {
     pub pairs: u64,
     /// Sum of the plane [`RAYS`](crate::film::planes::RAYS).
     pub rays: u64,
-    /// Mean radiance (W·m⁻²·sr⁻¹).
+    /// Mean radiance of the pixels that are finite (W·m⁻²·sr⁻¹).
     pub mean: Rgb,
 }
 
@@ -78,17 +78,25 @@ impl Totals {
         let (read, mut totals, mut sum) = (RenderFilm::of(film), Self::default(), RgbSum::default());
         for (x, y) in film.window().pixels() {
             let record = read.at(x, y);
-            sum.add(record.radiance);
+            add_finite(&mut sum, &record);
             totals.tally.count(record.claim, record.stop);
             totals.pairs += record.pairs;
             totals.rays += record.rays;
         }
-        Self { mean: mean(&sum, totals.tally.rendered()), ..totals }
+        Self { mean: mean(&sum, &totals.tally), ..totals }
     }
 }
 
-/// Mean of so many pixels; black of none.
-fn mean(sum: &RgbSum, pixels: u64) -> Rgb {
+/// Adds the radiance of a pixel to a sum, if it is finite.
+fn add_finite(sum: &mut RgbSum, record: &PixelRecord) {
+    if record.stop != Stop::NotFinite {
+        sum.add(record.radiance);
+    }
+}
+
+/// Mean of a sum over the finite pixels of a tally; black of none.
+fn mean(sum: &RgbSum, tally: &Tally) -> Rgb {
+    let pixels = tally.rendered() - tally.not_finite;
     if pixels == 0 {
         return Rgb::BLACK;
     }

@@ -33,8 +33,8 @@ pub use record::{
 pub use srgb_png::srgb_png;
 pub use tone::{Curve, Exposure, Published, Tone, ToneMap};
 pub use words::{
-    about_light_not_found, about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance,
-    truth_in_short,
+    about_light_not_found, about_not_finite, about_truth, count, percent_of_error, percent_of_share,
+    percent_of_tolerance, truth_in_short,
 };
 
 use std::fmt;

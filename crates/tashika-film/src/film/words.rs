@@ -67,6 +67,12 @@ pub fn about_light_not_found(pixels: u64) -> String {
     )
 }
 
+/// What is said of so many pixels whose radiance is infinite or not a number.
+pub fn about_not_finite(pixels: u64) -> String {
+    let (are, they) = if pixels == 1 { ("pixel is", "it claims") } else { ("pixels are", "they claim") };
+    format!("{} {are} not finite, out of range of the arithmetic: {they} nothing", count(pixels))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -81,6 +81,16 @@ impl Pixels {
         })
     }
 
+    /// Makes pixels like no other that are so in another half of the picture: a mean of both halves
+    /// needs both.
+    pub fn without_those_of(&mut self, other: &Self) {
+        for (p, features) in self.features.iter_mut().enumerate() {
+            if other.features[p] == UNLIKE_ANY {
+                *features = UNLIKE_ANY;
+            }
+        }
+    }
+
     /// `F²` of two pixels; infinite or not a number for one whose radiance or error is not finite.
     #[inline]
     pub fn distance(&self, p: usize, q: usize) -> f32 {

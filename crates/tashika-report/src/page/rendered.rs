@@ -5,8 +5,8 @@ use crate::color::Controlled;
 use crate::film::{Claim, Film, PictureClaim, Plane, RenderFilm, Stop, Tally, Tone, keys, planes};
 use crate::reconstruction::ABOUT;
 use crate::{
-    about_light_not_found, about_truth, count, percent_of_error, percent_of_share, percent_of_tolerance,
-    truth_in_short,
+    about_light_not_found, about_not_finite, about_truth, count, percent_of_error, percent_of_share,
+    percent_of_tolerance, truth_in_short,
 };
 
 /// What the page of a render says beyond its film.
@@ -164,6 +164,9 @@ impl Counts {
         }
         if tally.not_found > 0 {
             lines.push(about_light_not_found(tally.not_found));
+        }
+        if tally.not_finite > 0 {
+            lines.push(format!("NOT FINITE: {}.", about_not_finite(tally.not_finite)));
         }
         if tally.not_rendered > 0 {
             let (rendered, all) = (count(tally.rendered()), count(tally.pixels()));

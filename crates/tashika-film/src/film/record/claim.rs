@@ -44,6 +44,9 @@ pub enum Stop {
     Budget,
     /// There is light that the method cannot find, too much of it for a claim.
     NotFound,
+    /// The estimate is infinite or not a number: numbers ran out of range on the way. It claims
+    /// nothing, whatever the method says.
+    NotFinite,
 }
 
 /// A code of a plane: a small number that stands for words.
@@ -141,8 +144,15 @@ impl Claim {
 
 impl Stop {
     /// All reasons, in the order of their codes.
-    pub const ALL: [Self; 6] =
-        [Self::NotRendered, Self::Complete, Self::SampleCount, Self::RuleMet, Self::Budget, Self::NotFound];
+    pub const ALL: [Self; 7] = [
+        Self::NotRendered,
+        Self::Complete,
+        Self::SampleCount,
+        Self::RuleMet,
+        Self::Budget,
+        Self::NotFound,
+        Self::NotFinite,
+    ];
 
     /// The codes of the plane `stop`, in the order of [`Self::ALL`].
     pub const CODES: &[Code] = &[
@@ -152,6 +162,7 @@ impl Stop {
         code(3, "rule_met", "rule met", "#009e73"),
         code(4, "budget", "out of budget", "#d55e00"),
         code(5, "not_found", "light not found", "#f0e442"),
+        code(6, "not_finite", "not finite", "#000000"),
     ];
 
     /// Its row in [`Self::CODES`].
@@ -189,7 +200,7 @@ mod tests {
     #[test]
     fn a_code_of_another_version_claims_nothing() {
         assert_eq!(Claim::of_id(6), Claim::None);
-        assert_eq!(Stop::of_id(6), Stop::Budget, "it was rendered, and is not to be relied on");
+        assert_eq!(Stop::of_id(7), Stop::Budget, "it was rendered, and is not to be relied on");
     }
 
     #[test]

@@ -75,7 +75,7 @@ impl<'f> RenderFilm<'f> {
 
     /// All that the film says of a pixel of the full image; what it has no plane for is zero.
     pub fn at(&self, x: u32, y: u32) -> PixelRecord {
-        PixelRecord::load(self.film, x, y)
+        PixelRecord::load(self.film, x, y).as_told()
     }
 
     /// Number of pixels.
@@ -106,14 +106,18 @@ impl<'f> RenderFilm<'f> {
         self.half_widths.is_some()
     }
 
-    /// Why work on the pixel ended; [`Stop::Complete`] in a film that does not say.
+    /// Why work on the pixel ended; [`Stop::Complete`] in a film that does not say, and
+    /// [`Stop::NotFinite`] where a rendered pixel has a colour that is infinite or not a number, whatever
+    /// the film says.
     pub fn stop(&self, pixel: usize) -> Stop {
-        self.stops.map_or(Stop::Complete, |stops| Stop::of_id(stops[pixel]))
+        let said = self.stops.map_or(Stop::Complete, |stops| Stop::of_id(stops[pixel]));
+        let is_finite = || self.color(pixel).is_none_or(Rgb::is_finite);
+        if said == Stop::NotRendered || is_finite() { said } else { Stop::NotFinite }
     }
 
     /// Whether the pixel was rendered.
     pub fn is_rendered(&self, pixel: usize) -> bool {
-        self.stop(pixel) != Stop::NotRendered
+        self.stops.is_none_or(|stops| Stop::of_id(stops[pixel]) != Stop::NotRendered)
     }
 
     /// What is claimed of the pixel.
@@ -184,6 +188,17 @@ mod tests {
         let read = RenderFilm::of(&stated);
         assert_eq!((read.tally().of(Claim::Published), read.half_width(1)), (3, Some(0.5)));
         assert!(read.is_rendered(2) && !read.has_stops());
+    }
+
+    /// Of a film of another program, which says nothing of it.
+    #[test]
+    fn pixels_that_are_not_finite_are_counted_whoever_made_the_film() {
+        let mut bare = film(&[planes::RADIANCE]);
+        bare.plane_mut(planes::RADIANCE).unwrap().set_f32(1, 0, &[1.0, f32::INFINITY, 0.0]);
+        bare.plane_mut(planes::RADIANCE).unwrap().set_f32(2, 0, &[1.0, f32::NAN, 0.0]);
+        let read = RenderFilm::of(&bare);
+        assert_eq!([0, 1, 2].map(|k| read.stop(k)), [Stop::Complete, Stop::NotFinite, Stop::NotFinite]);
+        assert_eq!((read.tally().not_finite, read.tally().rendered()), (2, 3));
     }
 
     #[test]

@@ -233,13 +233,14 @@ macro_rules! schema {
             /// [`store`](Self::store) wants them.
             pub const PLANES: &[PlaneSpec] = &[$(planes::$key),+];
 
-            /// Sets the pixel of a film of [`Self::PLANES`]. Half-widths are NaN where nothing is claimed:
-            /// in a film, zero means exact.
+            /// Sets the pixel of a film of [`Self::PLANES`], [`as_told`](Self::as_told). Half-widths are NaN
+            /// where nothing is claimed: in a film, zero means exact.
             ///
             /// # Panics
             /// If the film has not these planes first, or the pixel is outside.
             pub fn store(&self, film: &mut Film, x: u32, y: u32) {
-                let record = if self.claim.is_some() { *self } else { self.without_half_widths() };
+                let told = self.as_told();
+                let record = if told.claim.is_some() { told } else { told.without_half_widths() };
                 let mut planes = film.planes_mut().iter_mut();
                 $(
                     let plane = planes.next().filter(|plane| plane.name() == $name);
@@ -282,7 +283,7 @@ schema! {
             "what is claimed: 0 nothing, 1 exact, 2 published, 3 calibrated, 4 certified, 5 audited";
         stop: Stop => STOP "stop" ["id"] "1",
             Shown::Code(Stop::CODES), in_pages true, "why work stopped",
-            "why work ended: 0 not rendered, 1 complete, 2 sample count, 3 rule met, 4 out of budget, 5 light not found";
+            "why work ended: 0 not rendered, 1 complete, 2 sample count, 3 rule met, 4 out of budget, 5 light not found, 6 not finite";
         pairs: u64 => PAIRS "pairs" ["n"] "1",
             Shown::Count, in_pages true, "pairs a pixel",
             "how much was looked at: terms, pairs of clusters or paths, as `pairs.are` says";
@@ -339,6 +340,18 @@ schema! {
     }
 }
 
+impl PixelRecord {
+    /// The record, which of a rendered pixel whose radiance is infinite or not a number says so, and
+    /// claims nothing: its half-widths are not numbers.
+    #[must_use]
+    pub fn as_told(self) -> Self {
+        if self.radiance.is_finite() || self.stop == Stop::NotRendered {
+            return self;
+        }
+        Self { claim: Claim::None, stop: Stop::NotFinite, ..self.without_half_widths() }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -360,6 +373,24 @@ mod tests {
             albedo: Rgb::new(15.0, 16.0, 17.0),
             coverage: 18.0,
         }
+    }
+
+    /// Whatever a method says of it; where nothing was rendered there is nothing to say.
+    #[test]
+    fn a_pixel_that_is_not_finite_claims_nothing_and_says_so() {
+        let size = [3, 1];
+        let mut film = Film::new(size, Window::full(size), PixelRecord::PLANES).unwrap();
+        for (x, radiance) in [(0, f32::NAN), (1, f32::INFINITY)] {
+            let radiance = Rgb::new(1.0, radiance, 1.0);
+            PixelRecord { radiance, ..record() }.store(&mut film, x, 0);
+            let found = PixelRecord::load(&film, x, 0);
+            assert_eq!((found.claim, found.stop), (Claim::None, Stop::NotFinite));
+            let HalfWidths { clustering, lights, compensation } = found.half_widths;
+            assert!([found.half_width, clustering, lights, compensation].iter().all(|h| h.is_nan()));
+            assert_eq!((found.pairs, found.depth, found.radiance.r), (9, 11.0, 1.0));
+        }
+        let unknown = PixelRecord { radiance: Rgb::gray(f32::NAN), ..PixelRecord::default() };
+        assert_eq!(unknown.as_told().stop, Stop::NotRendered);
     }
 
     #[test]

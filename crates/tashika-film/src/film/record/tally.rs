@@ -12,6 +12,7 @@ use super::claim::{Claim, Stop};
 /// | kind | a pixel is of it |
 /// |---|---|
 /// | not rendered | if [`Stop::NotRendered`] |
+/// | not finite | if [`Stop::NotFinite`], whatever it claims: there is nothing that could be claimed of |
 /// | out of budget | if [`Stop::Budget`], whatever it claims: its interval is wider than was asked for |
 /// | exact, published, calibrated, certified | by its [`Claim`] |
 /// | none | if it claims nothing |
@@ -28,6 +29,8 @@ pub struct Tally {
     pub wider: u64,
     /// Of the pixels that claim nothing, those of which too much light cannot be found.
     pub not_found: u64,
+    /// Pixels whose radiance is infinite or not a number.
+    pub not_finite: u64,
     /// Pixels that were not rendered.
     pub not_rendered: u64,
 }
@@ -37,6 +40,7 @@ impl Tally {
     pub fn count(&mut self, claim: Claim, stop: Stop) {
         match stop {
             Stop::NotRendered => self.not_rendered += 1,
+            Stop::NotFinite => self.not_finite += 1,
             Stop::Budget => {
                 self.out_of_budget += 1;
                 self.wider += u64::from(claim.is_some());
@@ -60,12 +64,12 @@ impl Tally {
 
     /// Pixels that claim nothing, out of budget or not.
     pub fn silent(&self) -> u64 {
-        self.of(Claim::None) + self.out_of_budget - self.wider
+        self.of(Claim::None) + self.out_of_budget - self.wider + self.not_finite
     }
 
     /// Pixels that were rendered.
     pub fn rendered(&self) -> u64 {
-        self.by_claim.iter().sum::<u64>() + self.out_of_budget
+        self.by_claim.iter().sum::<u64>() + self.out_of_budget + self.not_finite
     }
 
     /// All pixels.
@@ -84,6 +88,7 @@ impl Add for Tally {
             out_of_budget: self.out_of_budget + other.out_of_budget,
             wider: self.wider + other.wider,
             not_found: self.not_found + other.not_found,
+            not_finite: self.not_finite + other.not_finite,
             not_rendered: self.not_rendered + other.not_rendered,
         }
     }
@@ -99,6 +104,7 @@ impl Serialize for Tally {
         map.serialize_entry("out_of_budget", &self.out_of_budget)?;
         map.serialize_entry("wider", &self.wider)?;
         map.serialize_entry("not_found", &self.not_found)?;
+        map.serialize_entry("not_finite", &self.not_finite)?;
         map.serialize_entry("not_rendered", &self.not_rendered)?;
         map.end()
     }
@@ -123,12 +129,13 @@ mod tests {
             (Claim::Calibrated, Stop::Budget),
             (Claim::None, Stop::Budget),
             (Claim::None, Stop::NotFound),
+            (Claim::Exact, Stop::NotFinite),
             (Claim::None, Stop::SampleCount),
             (Claim::None, Stop::NotRendered),
         ]);
         assert_eq!(Claim::ALL.map(|claim| found.of(claim)), [2, 1, 0, 2, 0, 0]);
-        assert_eq!((found.claiming(), found.out_of_budget, found.wider, found.silent()), (3, 2, 1, 3));
-        assert_eq!((found.not_found, found.rendered(), found.pixels()), (1, 7, 8));
+        assert_eq!((found.claiming(), found.out_of_budget, found.wider, found.silent()), (3, 2, 1, 4));
+        assert_eq!((found.not_found, found.not_finite, found.rendered(), found.pixels()), (1, 1, 8, 9));
     }
 
     #[test]
@@ -136,7 +143,8 @@ mod tests {
         let json = serde_json::to_value(tally(&[(Claim::Certified, Stop::RuleMet)])).unwrap();
         let expected = serde_json::json!({
             "none": 0, "exact": 0, "published": 0, "calibrated": 0, "certified": 1, "audited": 0,
-            "out_of_budget": 0, "wider": 0, "not_found": 0, "not_rendered": 0,
+            "out_of_budget": 0, "wider": 0, "not_found": 0, "not_finite": 0,
+            "not_rendered": 0,
         });
         assert_eq!(json, expected);
     }

@@ -131,7 +131,9 @@ impl Truth {
         let half_width = of_errors(paths + NEIGHBOURHOOD_WEIGHT - 1.0) * variance.sqrt();
         let is_found =
             paths > 0.0 && found.importance_not_found <= NEGLIGIBLE * tolerance.of(luminance) * paths;
-        let interval = is_found.then(|| [(luminance - half_width).max(0.0), luminance + half_width]);
+        // What is not finite is no truth.
+        let is_known = is_found && luminance.is_finite() && half_width.is_finite();
+        let interval = is_known.then(|| [(luminance - half_width).max(0.0), luminance + half_width]);
         AuditedPixel { pixel: *pixel, interval }
     }
 }
@@ -181,6 +183,10 @@ mod tests {
         };
         assert!(missing(0.0) && missing(0.24) && !missing(0.26));
         assert_eq!(half_width(0, 1.0, |_| {}), None);
+        for path in [f64::NAN, f64::INFINITY] {
+            assert_eq!(half_width(64, 1.0, |found| found.luminance.push(path)), None);
+            assert_eq!(half_width(64, path, |_| {}), None, "nor where the paths around it are not");
+        }
     }
 
     /// As many paths as the half-width of the stage takes, at least so many, and not more than the most.

@@ -39,7 +39,7 @@ impl AuditedPixel {
     /// The largest distance that the pixel may have from its truth.
     pub fn distance(&self, luminance: f64) -> f64 {
         let of = |[low, high]: [f64; 2]| (luminance - low).abs().max((luminance - high).abs());
-        self.interval.map_or(f64::INFINITY, of)
+        self.interval.filter(|_| luminance.is_finite()).map_or(f64::INFINITY, of)
     }
 
     /// Whether the pixel is within, wherever in its interval the truth is.
@@ -48,8 +48,12 @@ impl AuditedPixel {
             .is_some_and(|ends| ends.iter().all(|truth| (luminance - truth).abs() <= tolerance.of(*truth)))
     }
 
-    /// Whether it is not within, though it may be for some truth in its interval.
+    /// Whether it is not within, though it may be for some truth in its interval; a pixel that is not
+    /// finite is within for none.
     pub fn is_open(&self, luminance: f64, tolerance: &Tolerance) -> bool {
+        if !luminance.is_finite() {
+            return false;
+        }
         let may_be = self.interval.is_none_or(|[low, high]| {
             let nearest = luminance.clamp(low, high);
             (luminance - nearest).abs() <= tolerance.of(nearest)
@@ -227,12 +231,12 @@ pub(super) fn luminance_at(pixel: [u32; 2], window: &Window, radiance: &[Rgb]) -
 }
 
 /// Whether a pixel of a film shows more than a constant background, which would be right in any
-/// picture and say nothing of the others.
+/// picture and say nothing of the others. A pixel that is not finite does: it is wrong.
 pub(super) fn shown(film: &Film) -> Vec<bool> {
     let read = RenderFilm::of(film);
     let is_shown = |(x, y)| {
-        let PixelRecord { coverage, standard_error, .. } = read.at(x, y);
-        coverage > 0.0 || standard_error > 0.0
+        let PixelRecord { radiance, coverage, standard_error, .. } = read.at(x, y);
+        coverage > 0.0 || standard_error > 0.0 || !radiance.is_finite()
     };
     film.window().pixels().map(is_shown).collect()
 }
@@ -256,5 +260,10 @@ mod tests {
         assert!(at(None).is_open(1.0, &tolerance));
         assert_eq!(known.distance(0.9), 1.04 - 0.9);
         assert_eq!(at(None).distance(0.9), f64::INFINITY);
+        for pixel in [f64::NAN, f64::INFINITY] {
+            assert!(!known.is_within(pixel, &tolerance) && !known.is_open(pixel, &tolerance));
+            assert!(!at(None).is_open(pixel, &tolerance), "no truth helps");
+            assert_eq!(known.distance(pixel), f64::INFINITY);
+        }
     }
 }
