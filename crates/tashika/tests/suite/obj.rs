@@ -337,7 +337,6 @@ fn errors_name_the_line_the_value_and_what_is_expected() {
             "scene.obj:11: vertex index -5 in \"-5\"; expected -1 to -4, as there are 4 vertices (v) so far",
         ),
         ("f 0/0/0 1/1/1 2/2/2", "scene.obj:11: vertex index 0 in \"0/0/0\"; expected an index from 1, or"),
-        ("f 1//0 2 3", "scene.obj:11: normal index 0 in \"1//0\"; expected an index from 1, or"),
         (
             "f 1 2 99999999999999999999",
             "scene.obj:11: vertex index 99999999999999999999; expected an index of at most",
@@ -377,6 +376,20 @@ fn indices_of_attributes_that_the_whole_file_lacks_are_left_out() {
     assert!(mesh.uvs().is_empty() && mesh.normals().is_empty() && mesh.triangles().len() == 1);
     assert_eq!(note(&scene, "without any vn").unwrap().first.line, Some(4));
     assert_eq!(note(&scene, "without any vt").unwrap().count, 3);
+}
+
+/// Exporters write 0 for a texture coordinate or a normal that is not there.
+#[test]
+fn corners_with_index_zero_go_without_the_attribute() {
+    let scene = load_obj(&format!("{POINTS}f 1/0/1 2/0/1 3/0/1\nf 1/1/0 3/3/0 4/4/0\n"));
+    let mesh = &scene.meshes()[0];
+    assert_eq!(mesh.triangles().len(), 2);
+    let said = note(&scene, "index 0 of a texture coordinate or normal").unwrap();
+    assert_eq!((said.kind, said.first.line, said.count), (NoteKind::Repaired, Some(11), 6));
+    let of_first = mesh.triangles()[0].map(|i| mesh.normals()[i as usize]);
+    assert_eq!(of_first, [Vec3::Z; 3], "normals that are there are kept");
+    let of_second = mesh.triangles()[1].map(|i| mesh.normals()[i as usize]);
+    assert_eq!(of_second, [Vec3::ZERO; 3], "the normal of the face stands in");
 }
 
 #[test]

@@ -251,12 +251,18 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    /// `v`, `v/t`, `v//n` or `v/t/n`; a trailing slash with nothing behind it is tolerated.
-    fn corner(&self, line: u32, word: &[u8]) -> Result<Corner> {
+    /// `v`, `v/t`, `v//n` or `v/t/n`; a trailing slash with nothing behind it is tolerated, and so is
+    /// an index 0, as exporters write it for texture coordinates or normals that are not there.
+    fn corner(&mut self, line: u32, word: &[u8]) -> Result<Corner> {
         let g = &self.geometry;
         let mut parts = word.split(|&b| b == b'/');
+        let mut zeros = 0;
         let mut next = |kind: Kind, available: usize| match parts.next() {
             None | Some(b"") => Ok(NONE),
+            Some(digits) if !matches!(kind, Kind::Position) && integer(digits) == Some(0) => {
+                zeros += 1;
+                Ok(NONE)
+            }
             Some(digits) => self.index(line, word, digits, kind, available),
         };
         let corner = Corner {
@@ -266,6 +272,10 @@ impl<'a> Parser<'a> {
         };
         if corner.position == NONE || parts.next().is_some() {
             return Err(self.malformed(line, word));
+        }
+        if zeros > 0 {
+            let message = "face corners with index 0 of a texture coordinate or normal: without it";
+            self.tally.add(NoteKind::Repaired, message, line);
         }
         Ok(corner)
     }

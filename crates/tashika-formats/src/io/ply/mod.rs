@@ -5,7 +5,8 @@
 //! (`nx ny nz`) and texture coordinates (`u v`, `s t`, `texture_u texture_v`,
 //! `texture_s texture_t`) where there are, as the file has them; triangles from the lists
 //! `vertex_indices` or `vertex_index` of the element `face`. Other elements and properties are
-//! passed over.
+//! skipped, as pbrt and Mitsuba skip them; texture coordinates that belong to the corners of faces
+//! get a note.
 //!
 //! # Guarantee
 //! Any bytes give a mesh whose indices are in range, or an error with line or row. Memory is
@@ -45,7 +46,8 @@ const MAX_EXPANSION: u64 = 256;
 /// are there for all vertices or none.
 ///
 /// # Errors
-/// [`Error::Invalid`] for whatever is no PLY file, has no vertices or faces, or contradicts itself.
+/// [`Error::Invalid`] for a file that is not PLY, has no vertices, or contradicts itself. A cloud of
+/// points without faces is an empty mesh, with a note.
 pub(super) fn read(
     bytes: &[u8],
     options: &LoadOptions,
@@ -60,6 +62,14 @@ pub(super) fn read(
         Format::LittleEndian => elements(&header, Binary::<false>::new(body), at)?,
         Format::BigEndian => elements(&header, Binary::<true>::new(body), at)?,
     };
+    let Some(faces) = faces else {
+        notes.push(NoteKind::Ignored, "meshes of points without faces: left out", at.clone());
+        return Ok(MeshData::default());
+    };
+    if vertices.uvs.is_empty() && faces.has_uvs {
+        let message = "texture coordinates of the corners of faces: left out, those of vertices are read";
+        notes.push(NoteKind::Ignored, message, at.clone());
+    }
     let triangles = triangles(&vertices, &faces, notes, at);
     let Vertices { positions, origin, normals, uvs } = vertices;
     Ok(MeshData { name: String::new(), positions, origin, normals, uvs, triangles })
@@ -87,14 +97,14 @@ fn unpacked<'a>(bytes: &'a [u8], options: &LoadOptions, at: &Location) -> Result
     Ok(Cow::Owned(unpacked))
 }
 
-/// All elements in the order of the file.
-fn elements<N: Numbers>(header: &Header, mut numbers: N, at: &Location) -> Result<(Vertices, Faces)> {
-    let missing = |name: &str| {
-        let found = format!("a header without element {name:?}");
+/// All elements in the order of the file; no faces if there is no such element.
+fn elements<N: Numbers>(header: &Header, mut numbers: N, at: &Location) -> Result<(Vertices, Option<Faces>)> {
+    let missing = || {
+        let found = "a header without element \"vertex\"";
         Error::invalid(at.clone(), found, "elements \"vertex\" and \"face\"")
     };
     let (mut vertices, mut faces) = (None, None);
-    let points = header.elements.iter().find(|e| e.name == "vertex").ok_or_else(|| missing("vertex"))?.rows;
+    let points = header.elements.iter().find(|e| e.name == "vertex").ok_or_else(missing)?.rows;
     for element in &header.elements {
         rows::check_count(element, &numbers, at)?;
         match element.name.as_str() {
@@ -107,7 +117,7 @@ fn elements<N: Numbers>(header: &Header, mut numbers: N, at: &Location) -> Resul
             _ => rows::skip(element, &mut numbers, at)?,
         }
     }
-    Ok((vertices.ok_or_else(|| missing("vertex"))?, faces.ok_or_else(|| missing("face"))?))
+    Ok((vertices.ok_or_else(missing)?, faces))
 }
 
 /// The triangles of faces, whose corners are vertices that are there.

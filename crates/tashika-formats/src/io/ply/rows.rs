@@ -132,6 +132,8 @@ pub(super) struct Faces {
     pub corners: Vec<u32>,
     /// Corners of each.
     pub sizes: Vec<u32>,
+    /// True if the file has texture coordinates of each corner, which are skipped.
+    pub has_uvs: bool,
 }
 
 impl Faces {
@@ -148,8 +150,9 @@ impl Faces {
             let found = "faces without a list of vertices";
             return Err(Error::invalid(at.clone(), found, "a list property vertex_indices"));
         };
+        let has_uvs = element.properties.iter().any(|p| p.count.is_some() && p.name == "texcoord");
         let rows = element.rows as usize;
-        let mut faces = Self { corners: Vec::with_capacity(rows), sizes: Vec::with_capacity(rows) };
+        let mut faces = Self { corners: Vec::with_capacity(rows), sizes: Vec::with_capacity(rows), has_uvs };
         for row in 0..element.rows {
             for (i, property) in element.properties.iter().enumerate() {
                 let read = match property.count {

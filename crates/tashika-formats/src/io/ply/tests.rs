@@ -5,6 +5,7 @@ use std::io::Write;
 use glam::{Vec2, Vec3};
 
 use super::*;
+use crate::scene::Note;
 
 fn mesh_with_notes(bytes: &[u8]) -> (Result<MeshData>, Notes) {
     let mut notes = Notes::default();
@@ -179,6 +180,25 @@ fn polygons_are_triangulated_and_odd_ones_noted() {
     let notes: Vec<String> = notes.iter().map(|n| n.message).collect();
     assert_eq!(notes.len(), 2, "{notes:?}");
     assert!(notes[0].contains("fewer than three") && notes[1].contains("cross themselves"), "{notes:?}");
+}
+
+/// As scanners write them (points alone) and MeshLab does (texture coordinates of corners).
+#[test]
+fn points_without_faces_and_coordinates_of_corners_are_noted() {
+    let cloud = TEXT.split("element face").next().unwrap().to_owned() + "end_header\n0 0 5 0 0 1 255 0 0\n";
+    let (result, notes) = mesh_with_notes(cloud.replace("vertex 4", "vertex 1").as_bytes());
+    let mesh = result.unwrap();
+    assert!(mesh.triangles.is_empty() && mesh.positions.is_empty());
+    let said: Vec<Note> = notes.iter().collect();
+    assert!(said.len() == 1 && said[0].message.contains("without faces"), "{said:?}");
+    assert_eq!(said[0].kind, NoteKind::Ignored);
+    let corners = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+        property float z\nelement face 1\nproperty list uchar int vertex_indices\n\
+        property list uchar float texcoord\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0 1 0 0 1\n";
+    let (result, notes) = mesh_with_notes(corners.as_bytes());
+    assert_eq!(result.unwrap().triangles, [[0, 1, 2]]);
+    let said: Vec<Note> = notes.iter().collect();
+    assert!(said.len() == 1 && said[0].message.contains("corners of faces"), "{said:?}");
 }
 
 #[test]
