@@ -126,6 +126,7 @@ impl Parameter {
     pub(super) fn bytes(&self) -> usize {
         let values = match &self.values {
             Values::Numbers(values) => 4 * values.len(),
+            Values::Places(values) => 8 * values.len(),
             Values::Integers(values) => 4 * values.len(),
             Values::Strings(values) => values.iter().map(|value| size_of::<String>() + value.len()).sum(),
             Values::Booleans(values) => values.len(),
