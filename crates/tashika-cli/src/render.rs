@@ -176,7 +176,11 @@ fn image(
     let tally = done.rendered.totals.tally;
     let contradicted = done.audit.as_ref().is_some_and(|audit| audit.contradicts);
     let accepts_budget = plan.accept_budget || done.method.is_picture();
-    let ended = outcome(accepts_budget, done.rendered.complete, contradicted, &tally);
+    let ended = match outcome(accepts_budget, done.rendered.complete, contradicted, &tally) {
+        // Of shares of a job the merged image says it.
+        Outcome::NotFinite if plan.accept_budget && !plan.asked.share.is_whole() => Outcome::Done,
+        ended => ended,
+    };
     let report = report(plan, stage, outputs, &done, ended, watcher.seconds());
     let facts = RenderFacts {
         name: outputs.exr.display().to_string(),
@@ -207,11 +211,9 @@ fn beside(exr: &Path, trouble: &Error) -> Failure {
 
 fn outcome(accepts_budget: bool, complete: bool, contradicted: bool, tally: &Tally) -> Outcome {
     let fallen_short = tally.out_of_budget + tally.not_found;
-    // Of shares of a job the merged image says it.
-    let is_of_a_job = plan.accept_budget && !plan.asked.share.is_whole();
     match (complete, fallen_short) {
         (false, _) => Outcome::Interrupted,
-        (true, _) if tally.not_finite > 0 && !is_of_a_job => Outcome::NotFinite,
+        (true, _) if tally.not_finite > 0 => Outcome::NotFinite,
         (true, _) if contradicted => Outcome::Contradicted,
         (true, 0) => Outcome::Done,
         (true, _) if accepts_budget => Outcome::Done,

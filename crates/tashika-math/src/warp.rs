@@ -8,10 +8,18 @@ use glam::{Vec2, Vec3};
 use crate::math::elementary::{atan2, sin_cos};
 
 /// Weight of a strategy of density `this` beside another of density `other`: the balance heuristic
-/// (Veach 1997, section 9.2). One where `this` is infinite.
+/// (Veach 1997, section 9.2). One where `this` is infinite; a half where both are zero, too small for
+/// numbers.
 #[inline]
 pub fn balance(this: f32, other: f32) -> f32 {
-    if this.is_infinite() { 1.0 } else { this / (this + other) }
+    let sum = this + other;
+    match sum {
+        _ if this.is_infinite() => 1.0,
+        0.0 => 0.5,
+        // The densities are finite, their sum is not.
+        f32::INFINITY if other < f32::INFINITY => 0.25 * this / (0.25 * this + 0.25 * other),
+        _ => this / sum,
+    }
 }
 
 /// Unit disk, uniform, by the concentric map of Shirley and Chiu (1997). Density `1/π`.
@@ -135,6 +143,17 @@ mod tests {
     fn mean(n: u32, mut f: impl FnMut([f32; 2]) -> f32) -> f64 {
         let mut s = Stream::new(11, Purpose::Test, 0);
         (0..n).map(|_| f64::from(f(s.uniform_2()))).sum::<f64>() / f64::from(n)
+    }
+
+    /// At the ends of the numbers, too: weights of two strategies sum to 1, and none is no number.
+    #[test]
+    fn weights_of_two_strategies_sum_to_one() {
+        let densities = [0.0, f32::from_bits(1), f32::MIN_POSITIVE, 1e-20, 0.3, 7.0, 1e20, f32::MAX];
+        for (one, other) in densities.iter().flat_map(|one| densities.map(|other| (*one, other))) {
+            let weights = [balance(one, other), balance(other, one)];
+            assert!((weights[0] + weights[1] - 1.0).abs() < 1e-6, "{one} {other}: {weights:?}");
+        }
+        assert_eq!((balance(f32::INFINITY, 1.0), balance(1.0, f32::INFINITY)), (1.0, 0.0));
     }
 
     /// Pearson's statistic of counts in equal areas: sides by rings by sectors of a side.

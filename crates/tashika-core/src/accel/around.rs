@@ -53,7 +53,7 @@ impl OfEmitters {
         if !has_solid_glass(scene) {
             return None;
         }
-        let factor = |index: f32| index.powi(2).recip();
+        let factor = |index: f32| (index * index).recip();
         let of_instance = |instance: InstanceId| match scene.material_of(instance).emission {
             None => 1.0,
             Some(_) => {

@@ -11,7 +11,7 @@ use crate::error::Location;
 use crate::rng::{Purpose, Stream};
 use crate::scene::{
     Alpha, AlphaMode, Emission, Emitter, Environment, Falloff, FalloffShape, Image, Material, MeshData,
-    MeshShape, Pixels, Scene, SceneBuilder, Surface, builtin,
+    MeshShape, Pixels, SceneBuilder, Surface, builtin,
 };
 use crate::stats::Moments;
 

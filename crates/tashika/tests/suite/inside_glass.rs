@@ -8,7 +8,7 @@ use tashika::color::Rgb;
 use tashika::film::{Film, RenderFilm};
 use tashika::math::Vec3;
 use tashika::math::elementary::{exp_f64, sin_cos};
-use tashika::request::{ClaimName, MethodName};
+use tashika::request::MethodName;
 use tashika::scene::{Camera, Emitter, Environment, Material, SceneBuilder, Surface};
 use tashika::stats::Moments;
 
@@ -58,7 +58,6 @@ fn films(tracer: &Tracer) -> Vec<(String, Film)> {
         "calibrated paths".into(),
         plain().method(MethodName::Path).error(0.2).render().unwrap().film,
     ));
-    films.push(("audited".into(), plain().error(0.2).claim(ClaimName::Audited).render().unwrap().film));
     films
 }
 

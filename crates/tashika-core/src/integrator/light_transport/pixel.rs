@@ -299,6 +299,10 @@ impl<'a, 'v> Pixel<'a, 'v> {
             if self.is_met {
                 break Ended::Met;
             }
+            if !found.mean.total().is_finite() {
+                // No work makes it finite.
+                break Ended::OutOfBudget;
+            }
             // A cut may have fewer than it may have.
             let used = pairs + paths;
             if used >= most {

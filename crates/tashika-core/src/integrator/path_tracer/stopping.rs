@@ -160,6 +160,10 @@ impl<'a> Looking<'a> {
     /// * `moments`: of them, by part of what is controlled; `mean`: of their radiances.
     /// * `gathers`: whether any met what scatters light.
     pub fn look(&mut self, moments: &[Moments], mean: &RgbSum, gathers: bool) -> Next {
+        // No further path makes it finite.
+        if !mean.total().is_finite() {
+            return Next::End { claim: Claim::None, half_width: f64::NAN, stop: Stop::NotFinite };
+        }
         match self.stop {
             PathStop::Count(_) => Next::End { claim: Claim::None, half_width: 0.0, stop: Stop::SampleCount },
             PathStop::Until { options, most, .. } => {
@@ -294,6 +298,27 @@ mod tests {
                 Next::End { claim, half_width, stop } => {
                     return (claim, half_width, stop, moments[0].mean(), moments[0].count());
                 }
+            }
+        }
+    }
+
+    /// Whatever the rule, with the paths of the first look.
+    #[test]
+    fn a_mean_that_is_not_finite_ends_at_once() {
+        let (options, most) = (options(0.1), 1 << 20);
+        for stop in
+            [PathStop::Count(9), PathStop::until(options, most), PathStop::Calibrated { options, most }]
+        {
+            for value in [f64::NAN, f64::INFINITY] {
+                let (mut looking, first) = Looking::new(stop, &[]);
+                let mut moments = Moments::default();
+                (0..first).for_each(|k| moments.push(if k == 3 { value } else { 1.0 }));
+                let mut mean = RgbSum::default();
+                mean.add(Rgb::gray(value as f32));
+                let Next::End { claim, half_width, stop } = looking.look(&[moments], &mean, true) else {
+                    panic!("{value} is looked at again");
+                };
+                assert!(claim == Claim::None && half_width.is_nan() && stop == Stop::NotFinite);
             }
         }
     }
