@@ -215,11 +215,11 @@ fn published_claims_are_told_as_such_and_none_is_called_kept() {
         film.plane_mut(planes::CLAIM).unwrap().set_u32(x, y, &[Claim::Published.id()]);
         film.plane_mut(planes::STOP).unwrap().set_u32(x, y, &[Stop::RuleMet.id()]);
     }
-    let published = "all 10 pixels claim, as their method was published, to be within 2 % at 95 % confidence";
+    let published = "all 10 pixels claim, as their method was published, to be within 2 % of the sum over its VPLs at 95 % confidence";
     assert!(headline(&film).ends_with(published), "{}", headline(&film));
     film.metadata_mut().set(keys::ERROR_ABSOLUTE, 0.5);
     film.metadata_mut().set(keys::CONTROL, "channels");
-    let dark = "within 2 %, or 0.5 W·m⁻²·sr⁻¹ where it is dark, in each channel at 95 % confidence";
+    let dark = "within 2 % of the sum over its VPLs, or 0.5 W·m⁻²·sr⁻¹ where it is dark, in each channel at 95 % confidence";
     assert!(headline(&film).ends_with(dark), "{}", headline(&film));
     let body = rendered(&film);
     let told = body.split("<script").next().unwrap();
