@@ -1,8 +1,12 @@
 //! What can go wrong, and whose fault it is.
 
+mod nearest;
+
 use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
+
+pub use nearest::nearest_name;
 
 /// Result of everything that reads or writes files.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -126,9 +130,7 @@ pub enum Error {
         instead: String,
     },
     /// The input names a file outside of its folder, where none is read.
-    #[error(
-        "{at}: {reference:?} is outside of the folder of the scene file; the option allow-outside permits it"
-    )]
+    #[error("{at}: {reference:?} is outside of the folder of the scene file; --allow-outside permits it")]
     Outside {
         /// Where.
         at: Location,
@@ -137,7 +139,7 @@ pub enum Error {
     },
     /// The input names files that are not there or must not be read.
     #[error(
-        "{}: names files that cannot be had (the option allow-missing goes on without them):{}",
+        "{}: names files that cannot be had (--allow-missing goes on without them):{}",
         shown(scene),
         in_lines(files)
     )]
@@ -172,6 +174,11 @@ impl Error {
     /// The input at `at` says `found` where `expected` was expected.
     pub fn invalid(at: Location, found: impl Into<String>, expected: impl Into<String>) -> Self {
         Self::Invalid { at, found: found.into(), expected: expected.into() }
+    }
+
+    /// The input at `at` names `found`, of that kind, where `known` was probably meant.
+    pub fn misspelt(at: Location, kind: &str, found: &str, known: &str) -> Self {
+        Self::invalid(at, format!("{kind} {found:?}"), format!("a known name: did you mean {known:?}?"))
     }
 
     /// The input at `at` asks for `what`; the user can do `instead`.

@@ -20,9 +20,15 @@ mod classes {
     pyo3::import_exception!(tashika._errors, OptionError);
 }
 
+/// A message of the library with the keywords of Python in place of the options of the program.
+pub fn in_python(message: &str) -> String {
+    let keywords = ["missing", "outside"].map(|of| (format!("--allow-{of}"), format!("allow_{of}=True")));
+    keywords.iter().fold(message.to_owned(), |said, (option, keyword)| said.replace(option, keyword))
+}
+
 /// What is raised for an error of the library.
 pub fn raised(error: Error) -> PyErr {
-    let message = error.to_string();
+    let message = in_python(&error.to_string());
     match error {
         Error::Io { .. } | Error::Outside { .. } | Error::Missing { .. } => {
             classes::FileError::new_err(message)

@@ -14,7 +14,7 @@ use tashika::request::Request;
 use tashika::scene::{self, builtin as made};
 
 use crate::building::{Camera, Light, Mesh, Parts, build};
-use crate::errors::{option, raised};
+use crate::errors::{in_python, option, raised};
 use crate::materials::Material;
 
 /// A scene: surfaces, lights and cameras, ready to be rendered.
@@ -203,7 +203,7 @@ impl Scene {
     fn notes(&self) -> Vec<String> {
         let line = |note: scene::Note| {
             let times = if note.count == 1 { String::new() } else { format!(" ({} times)", note.count) };
-            format!("{}: {}{times}", note.first, note.message)
+            in_python(&format!("{}: {}{times}", note.first, note.message))
         };
         self.scene.notes().iter().map(line).collect()
     }

@@ -368,8 +368,9 @@ impl<'s> EmitterSampler<'s> {
                 let b = warp::triangle(v);
                 let area = self.area_at(share, instance, triangle, area);
                 let p = self.scene.surface_point_at(share, instance, triangle, b);
+                let is_unseen = self.scene.shines_unseen(instance);
                 // A ray meets a partly transparent surface as often as it is opaque there.
-                let opacity = self.scene.opacity(instance, triangle, b);
+                let opacity = if is_unseen { 1.0 } else { self.scene.opacity(instance, triangle, b) };
                 let back = two_sided && rest < 0.5;
                 let normal = if back { -p.geometric_normal } else { p.geometric_normal };
                 let pdf = probability / (area * if two_sided { 2.0 } else { 1.0 });
@@ -379,7 +380,7 @@ impl<'s> EmitterSampler<'s> {
                     intensity: self.tracer.emitted(&p, normal) * (opacity / pdf),
                     kind: VplKind::Oriented,
                 };
-                LightSample { light, pdf: Some(pdf) }
+                LightSample { light, pdf: (!is_unseen).then_some(pdf) }
             }
             Source::Punctual(e) => {
                 let mut light = punctual(&e);

@@ -216,7 +216,7 @@ pub(super) fn reason(error: &Error) -> String {
         Error::Io { source, .. } if source.kind() == ErrorKind::NotFound => "no such file".to_owned(),
         Error::Io { source, .. } => source.kind().to_string(),
         Error::Outside { .. } => {
-            "outside of the folder of the scene file; the option allow-outside permits it".to_owned()
+            "outside of the folder of the scene file; --allow-outside permits it".to_owned()
         }
         Error::Invalid { found, expected, .. } => format!("{found}; expected {expected}"),
         Error::Unsupported { what, instead, .. } => format!("{what} is not supported; {instead}"),

@@ -8,9 +8,12 @@
 //! `suite::features`: every row, in a small scene of its own, gives the note that it promises and
 //! no other; the guide's tables are these.
 
-use super::notes::quoted;
-use crate::error::{Error, Location, Result};
+use super::notes::{excerpt, quoted};
+use crate::error::{Error, Location, Result, nearest_name};
 use crate::scene::{NoteKind, Notes};
+
+/// Longest name that is repeated (characters); chosen.
+const LONGEST: usize = 80;
 
 /// How far something is understood.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +75,19 @@ impl Feature {
         notes: &mut Notes,
     ) -> Result<bool> {
         Self::find(rows, kind, name).map_or(Ok(false), |row| row.met(at, notes).map(|()| true))
+    }
+
+    /// Refuses a name that is in no row and is a slip of one that is.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] with the name that was probably meant.
+    pub(super) fn refuse_slip(rows: &'static [Self], [kind, name]: [&str; 2], at: &Location) -> Result<()> {
+        // Rows with blanks are about parts of things.
+        let known = rows.iter().filter(|row| row.kind == kind && !row.name.contains(' '));
+        match nearest_name(name, known.map(|row| row.name)) {
+            Some(near) => Err(Error::misspelt(at.clone(), kind, &excerpt(name, LONGEST), near)),
+            None => Ok(()),
+        }
     }
 
     /// What a note says of a thing that is in no row.

@@ -7,6 +7,7 @@
 """
 
 from collections.abc import Mapping as _Mapping
+from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 from ._errors import Error, FileError, InputError, OptionError, UnsupportedError
 from ._tashika import (
@@ -32,6 +33,13 @@ from ._tashika import (
 )
 
 _Mapping.register(Image)
+
+if not _TYPE_CHECKING:
+    from ._names import suggesting as _suggesting
+
+    builtin, compare, coverage, exact, load, merge, read, render, vpls = map(
+        _suggesting, (builtin, compare, coverage, exact, load, merge, read, render, vpls)
+    )
 
 __all__ = [
     "Camera",

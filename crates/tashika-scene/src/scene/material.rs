@@ -222,6 +222,8 @@ pub enum AlphaMode {
     },
     /// The fraction of light that is stopped.
     Blend,
+    /// Nothing is there, whatever the value, and what it emits shines in full.
+    Unseen,
 }
 
 /// Opacity of a surface.
@@ -240,6 +242,7 @@ impl Alpha {
         match self.mode {
             AlphaMode::Mask { cutoff } => f32::from(value >= cutoff),
             AlphaMode::Blend => value.clamp(0.0, 1.0),
+            AlphaMode::Unseen => 0.0,
         }
     }
 }

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3, Vec3A};
 use super::facets::tangent;
 use super::normal_map::{Corners, perturbed};
 use super::part::Look;
-use super::{Back, Instance, InstanceId, Material, Part, Scene};
+use super::{AlphaMode, Back, Instance, InstanceId, Material, Part, Scene};
 use crate::color::Rgb;
 use crate::math::{Frame, GAMMA_4, GAMMA_7, offset_from_surface};
 
@@ -257,6 +257,12 @@ impl Scene {
     pub fn may_be_transparent(&self, instance: InstanceId) -> bool {
         let material = self.mesh_of(instance).material;
         self.materials[material.index()].has_holes() || self.glassy[material.index()]
+    }
+
+    /// Returns true if the surface emits in full, though no ray meets it.
+    #[inline]
+    pub fn shines_unseen(&self, instance: InstanceId) -> bool {
+        self.material_of(instance).alpha.is_some_and(|alpha| alpha.mode == AlphaMode::Unseen)
     }
 
     /// Fraction of a surface that is there at a point, 0 to 1: the rest is holes.

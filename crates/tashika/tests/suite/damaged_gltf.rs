@@ -469,7 +469,6 @@ fn values_that_are_not_finite_are_repaired_or_refused() {
         ("/materials/0/emissiveFactor/0", "materials[0].emissiveFactor"),
         ("/materials/0/pbrMetallicRoughness/roughnessFactor", "roughnessFactor"),
         ("/materials/0/alphaCutoff", "materials[0].alphaCutoff"),
-        ("/cameras/0/perspective/yfov", "cameras[0].perspective.yfov"),
         ("/extensions/KHR_lights_punctual/lights/0/intensity", "lights[0]"),
     ] {
         let text = invalid(with(path, json!(1e300)).load());
@@ -478,6 +477,7 @@ fn values_that_are_not_finite_are_repaired_or_refused() {
     for (path, message) in [
         ("/nodes/0/scale/0", "transform that cannot be inverted"),
         ("/nodes/0/rotation/0", "rotations that are no quaternion"),
+        ("/cameras/0/perspective/yfov", "fields of view outside 0 to π"),
         ("/extensions/KHR_lights_punctual/lights/0/spot/outerConeAngle", "brought into order"),
     ] {
         let scene = with(path, json!(1e300)).load().unwrap();

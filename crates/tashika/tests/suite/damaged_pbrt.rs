@@ -91,7 +91,7 @@ fn mutated_bytes_do_not_panic() {
         }
         errors += usize::from(load(&folder, &mutated).is_err());
     }
-    assert!((300..2900).contains(&errors), "{errors}: the mutations are neither harmless nor all fatal");
+    assert!((300..2990).contains(&errors), "{errors}: the mutations are neither harmless nor all fatal");
 }
 
 #[test]

@@ -99,7 +99,6 @@ fn environments_of_missing_or_damaged_faces_are_left_out_with_a_note() {
 #[test]
 fn environments_that_make_no_sense_are_refused_with_their_place() {
     for (fields, part) in [
-        (json!({ "intensity": -1 }), ".intensity: -1"),
         (json!({ "rotation": [0, 0, 0, 0] }), ".rotation: [0,0,0,0]"),
         (json!({ "rotation": [0, 0, 1] }), ".rotation: [0,0,1]"),
         (json!({ "rotation": [1e300, 0, 0, 0] }), ".rotation"),
@@ -135,7 +134,9 @@ fn no_value_in_place_of_another_does_harm() {
             let mut d = under_sky(json!({ "rotation": [0, 0, 0, 1], "intensity": 1 }));
             *d.json.pointer_mut(&place).unwrap() = value.clone();
             match d.load() {
-                Ok(scene) => assert!(scene.environment().unwrap().mean().is_valid(), "{place}: {value}"),
+                Ok(scene) => {
+                    assert!(scene.environment().is_none_or(|e| e.mean().is_valid()), "{place}: {value}")
+                }
                 Err(error) => assert!(error.to_string().contains("EXT_lights"), "{place}: {value}: {error}"),
             }
         }

@@ -131,20 +131,25 @@ fn profiles_that_are_missing_or_damaged_are_noted_and_their_lamps_left_out() {
 
 #[test]
 fn lamps_that_make_no_sense_are_refused_with_their_place() {
-    let flat = json!({ "scale": [1, 1, 0] });
     for (lamp, node, part) in [
         (json!({}), json!({}), "nodes[1].extensions.EXT_lights_ies.light: nothing"),
         (json!({ "light": 1 }), json!({}), "the index of one of 1 light profiles"),
         (json!({ "light": -1 }), json!({}), "-1; expected the index"),
         (json!({ "light": "a" }), json!({}), "the index of one of 1"),
-        (json!({ "light": 0, "multiplier": -1 }), json!({}), ".multiplier: -1"),
         (json!({ "light": 0, "multiplier": 1e300 }), json!({}), "finite numbers"),
         (json!({ "light": 0, "color": [1, 1] }), json!({}), ".color: [1,1]; expected three numbers"),
         (json!({ "light": 0, "color": [1, 1, null] }), json!({}), ".color: null"),
-        (json!({ "light": 0 }), flat, "loses its direction"),
     ] {
         let error = with_lamp(embedded(IES), lamp, node).load().unwrap_err().to_string();
         assert!(error.contains(part), "{error}: {part}");
+    }
+    let flat = json!({ "scale": [1, 1, 0] });
+    for (lamp, node, part) in [
+        (json!({ "light": 0, "multiplier": -1 }), json!({}), "negative intensity or colour: 0"),
+        (json!({ "light": 0 }), flat, "loses their place or direction: left out"),
+    ] {
+        let scene = with_lamp(embedded(IES), lamp, node).load().unwrap();
+        assert!(notes(&scene)[0].1.contains(part) && scene.emitters().is_empty(), "{:?}", notes(&scene));
     }
     let scene = with_lamp(json!({ "bufferView": 99 }), json!({ "light": 0 }), json!({})).load().unwrap();
     assert!(notes(&scene)[0].1.contains("99; expected the index of one of"), "{:?}", notes(&scene));

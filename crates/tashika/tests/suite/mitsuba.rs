@@ -552,7 +552,7 @@ fn emission_spectra_keep_their_unit() {
         scene.environment().unwrap().mean().to_array()
     };
     let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a / b - 1.0).abs() < 0.02);
-    assert_eq!(radiance("<spectrum name=\"radiance\" value=\"2\"/>"), [2.0; 3]);
+    assert_eq!(radiance("<float name=\"radiance\" value=\"2\"/>"), [2.0; 3]);
     assert_eq!(radiance("<rgb name=\"radiance\" value=\"1 2 3\"/>"), [1.0, 2.0, 3.0]);
     // Mitsuba 3.9 in its RGB mode, and Planck's law at 555 nm and 5000 K: 12.4 kW·m⁻²·sr⁻¹·nm⁻¹.
     let samples = radiance("<spectrum name=\"radiance\" value=\"400:0, 500:8, 600:15.6, 700:18.4\"/>");
@@ -678,8 +678,23 @@ fn what_is_not_used_is_noted() {
     assert!(all.iter().all(|(kind, m)| *kind == NoteKind::Ignored && m.contains("is unknown")));
 }
 
+/// The files of [`example`].
+pub fn files_of_examples() -> Vec<(&'static str, Vec<u8>)> {
+    vec![
+        ("a.png", four_colours()),
+        ("alpha.png", png([[9, 9, 9, 0]; 4])),
+        ("wide.png", textures::wide()),
+        ("a.tx", textures::TX.to_vec()),
+        ("u.1001.png", four_colours()),
+        ("m.obj", OBJ.to_vec()),
+        ("m.ply", PLY.to_vec()),
+        ("m.serialized", serialized()),
+        ("a.vol", vol([1, 2, 1], 1, &[0.5, 0.25])),
+    ]
+}
+
 /// What stands inside of a scene that names the thing of a row.
-fn example(kind: &str, name: &str) -> String {
+pub fn example(kind: &str, name: &str) -> String {
     let bitmap = |slot: &str, inside: &str| {
         format!(
             "<texture type=\"bitmap\" name=\"{slot}\"><string name=\"filename\" value=\"a.png\"/>{inside}</texture>"
@@ -776,26 +791,15 @@ fn example(kind: &str, name: &str) -> String {
 
 #[test]
 fn every_feature_gives_the_note_that_its_row_promises() {
-    let (picture, holes, mesh) = (four_colours(), png([[9, 9, 9, 0]; 4]), serialized());
-    let (wide, volume) = (textures::wide(), vol([1, 2, 1], 1, &[0.5, 0.25]));
-    let files: Files<'_> = &[
-        ("a.png", &picture),
-        ("alpha.png", &holes),
-        ("wide.png", &wide),
-        ("a.tx", textures::TX),
-        ("u.1001.png", &picture),
-        ("m.obj", OBJ),
-        ("m.ply", PLY),
-        ("m.serialized", &mesh),
-        ("a.vol", &volume),
-    ];
+    let files = files_of_examples();
+    let files: Vec<_> = files.iter().map(|(name, bytes)| (*name, &bytes[..])).collect();
     let table = features().into_iter().find(|f| f.format == "Mitsuba").unwrap();
     assert!(table.rows.len() > 100);
     for row in table.rows {
         let (kind, name) = (row.kind, row.name);
         // Media of a named substance are of the older versions alone.
         let version = if name == "homogeneous material" { "0.6.0" } else { "3.0.0" };
-        let scene = load_version(version, &example(kind, name), files);
+        let scene = load_version(version, &example(kind, name), &files);
         let promised = match row.support {
             Support::Full => None,
             Support::Approximated => Some(NoteKind::Approximated),
@@ -838,4 +842,38 @@ fn shapes_without_a_bsdf_are_grey_and_lamps_black() {
         let material = &scene.materials()[scene.meshes()[0].material.index()];
         assert_eq!(material.surface, Surface::Lambert { reflectance: color(Rgb::gray(reflectance)) });
     }
+}
+
+/// The numbers are those that Mitsuba 3.9.1 renders in its RGB variants, to four digits.
+#[test]
+fn a_spectrum_of_one_number_is_equal_energy_in_emitters_since_version_3() {
+    let spectrum = "<spectrum name=\"radiance\" value=\"2\"/>";
+    let float = "<float name=\"radiance\" value=\"2\"/>";
+    for (version, value, expected) in [
+        ("3.0.0", spectrum, [1.2048, 0.9483, 0.9089]),
+        ("3.0.0", float, [1.0; 3]),
+        ("2.0.0", spectrum, [1.0; 3]),
+        ("0.6.0", spectrum, [1.0; 3]),
+    ] {
+        let body = format!("<shape type=\"rectangle\"><emitter type=\"area\">{value}</emitter></shape>");
+        let scene = load_version(version, &body, &[]);
+        let found = scene.materials()[0].emission.unwrap().radiance.factor.to_array();
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((0.5 * found - expected).abs() < 1e-4, "{version} {value}: {found} for {expected}");
+        }
+    }
+    // A reflectance is white adapted, and a number a number.
+    let body = "<shape type=\"rectangle\"><bsdf type=\"roughplastic\"><spectrum name=\"diffuse_reflectance\" value=\"0.25\"/>\
+                <spectrum name=\"alpha\" value=\"0.5\"/></bsdf></shape>";
+    let Surface::Coated { reflectance, facets, .. } = load(body).materials()[0].surface else { panic!() };
+    assert!(reflectance.factor == Rgb::gray(0.25) && (facets.alpha.factor - 0.5).abs() < 1e-6);
+}
+
+#[test]
+fn a_missing_image_is_told_at_the_line_that_names_it() {
+    let body = "<shape type=\"rectangle\"><bsdf type=\"diffuse\"><texture type=\"bitmap\" name=\"reflectance\">\n\
+                <string name=\"filename\" value=\"gone.png\"/></texture></bsdf></shape>";
+    let scene = load(body);
+    let note = scene.notes().iter().find(|n| n.kind == NoteKind::Missing).unwrap();
+    assert_eq!(note.first.line, Some(3), "{}", note.message);
 }

@@ -635,3 +635,51 @@ fn equal_files_give_equal_scenes() {
     assert_eq!(a.normals(), b.normals());
     assert_eq!(a.triangles(), b.triangles());
 }
+
+#[test]
+fn a_missing_image_is_told_at_the_line_of_its_statement() {
+    let scene = load_material("Kd 1 1 1\nNs 2\nmap_Kd gone.png\n", &[]);
+    let told = note(&scene, "gone.png").unwrap();
+    assert_eq!((told.kind, told.first.line), (NoteKind::Missing, Some(4)));
+    assert_eq!(told.first.item.as_deref(), Some("newmtl m"));
+    // The same material twice, on other lines, is no other material.
+    let twice = "map_Kd a.png\nnewmtl m\n\nmap_Kd a.png\n";
+    assert!(note(&load_material(twice, &[]), "defined again").is_none());
+}
+
+#[test]
+fn a_slip_is_refused_with_the_name_that_was_meant() {
+    let refusal = |obj: &str, mtl: &str| {
+        let files = [("scene.obj", obj.as_bytes()), ("scene.mtl", mtl.as_bytes())];
+        let error = load_in(&files).1.unwrap_err();
+        assert!(matches!(error, Error::Invalid { .. }), "{error}");
+        error.to_string()
+    };
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for (obj, mtl, expected) in [
+        (
+            format!("{triangle}usemlt m\nf 1 2 3\n"),
+            "",
+            "scene.obj:4: statement \"usemlt\"; expected a known name: did you mean \"usemtl\"?",
+        ),
+        (
+            format!("mtllib scene.mtl\n{triangle}f 1 2 3\n"),
+            "newmtl m\nilum 2\n",
+            "scene.mtl:2: material statement \"ilum\"",
+        ),
+        (
+            format!("mtllib scene.mtl\n{triangle}usemtl glas\nf 1 2 3\n"),
+            "newmtl glass\n",
+            "did you mean \"glass\"?",
+        ),
+    ] {
+        let said = refusal(&obj, mtl);
+        assert!(said.contains(expected), "{said}");
+    }
+    // Numbered names, and keywords that differ by what they mean, are notes.
+    let scene = load(&[
+        ("scene.obj", format!("mtllib scene.mtl\n{triangle}usemtl wall_2\nf 1 2 3\n").as_bytes()),
+        ("scene.mtl", b"newmtl wall_1\nmap_Tr a.png\n"),
+    ]);
+    assert!(note(&scene, "\"wall_2\" is not defined").is_some() && note(&scene, "map_Tr").is_some());
+}

@@ -538,7 +538,7 @@ fn materials_have_textured_roughness_bumps_and_normal_maps() {
 const ONE_CELL: &str = "\"float density\" 2";
 
 /// A scene that names a thing of the feature table, and no other that is not fully understood.
-fn scene_with(feature: &Feature) -> String {
+pub fn scene_with(feature: &Feature) -> String {
     let Feature { kind, name, .. } = feature;
     let of_v3 = [
         "matte",
@@ -631,8 +631,8 @@ fn scene_with(feature: &Feature) -> String {
     format!("{head} {body} {TRIANGLE} {end}")
 }
 
-#[test]
-fn every_feature_gives_the_note_of_its_row() {
+/// A folder with the files of [`scene_with`].
+pub fn folder_of_features() -> Folder {
     let folder = Folder::new();
     folder.write("a.png", png(255));
     folder.write("wide.png", textures::wide());
@@ -642,6 +642,12 @@ fn every_feature_gives_the_note_of_its_row() {
     let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
         element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     folder.write("a.ply", ply);
+    folder
+}
+
+#[test]
+fn every_feature_gives_the_note_of_its_row() {
+    let folder = folder_of_features();
     let rows = features().into_iter().find(|format| format.format == "pbrt").unwrap().rows;
     assert!(rows.len() > 60);
     for row in rows {
@@ -669,4 +675,24 @@ fn every_feature_gives_the_note_of_its_row() {
         assert_eq!(notes(&scene).len(), 1, "{unknown}: {:?}", notes(&scene));
         assert!(notes(&scene)[0].1.contains("is unknown"));
     }
+}
+
+#[test]
+fn a_missing_file_is_told_at_the_line_that_names_it() {
+    for (text, line) in [
+        ("Texture \"t\" \"spectrum\" \"imagemap\"\n\"string filename\" \"gone.png\"", 3),
+        ("Shape \"plymesh\"\n\n\"string filename\" \"gone.ply\"", 4),
+        ("LightSource \"infinite\"\n\"string filename\" \"gone.exr\"", 3),
+        ("LightSource \"goniometric\"\n\"string filename\" \"gone.exr\"", 3),
+        ("AreaLightSource \"diffuse\"\n\"string filename\" \"gone.exr\"", 3),
+        ("Material \"diffuse\"\n\"string normalmap\" \"gone.png\"", 3),
+        ("MakeNamedMedium \"m\" \"string type\" \"nanovdb\"\n\"string filename\" \"gone.nvdb\"", 3),
+    ] {
+        let scene = scene(&format!("{V4}{text}"));
+        let note = scene.notes().iter().find(|n| n.kind == NoteKind::Missing).unwrap();
+        assert_eq!(note.first.line, Some(line), "{text}: {}", note.message);
+    }
+    let scene = scene(&format!("{V4}Material \"diffuse\"\n\"texture reflectance\" \"gone\""));
+    let note = scene.notes().iter().find(|n| n.message.contains("is not defined")).unwrap();
+    assert_eq!(note.first.line, Some(3));
 }

@@ -12,18 +12,23 @@
 use std::collections::BTreeSet;
 use std::f32::consts::PI;
 
-use glam::DAffine3;
 use gltf::json::camera::Type;
 use gltf::json::validation::Checked;
 
 use super::exposure::Exposure;
 use super::nodes::PlacedNode;
 use super::source::Source;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::io::cameras::{rigid, unique};
 use crate::io::notes::shown;
 use crate::math::motion::Track;
-use crate::scene::{Camera, Projection, SceneBuilder};
+use crate::scene::{Camera, NoteKind, Projection, SceneBuilder};
+
+/// Vertical fields of view are kept in this range (rad).
+const YFOV: (f32, f32) = (1e-4, PI - 1e-2);
+
+/// That of cameras whose own is no number (rad); chosen.
+const DEFAULT_YFOV: f32 = 0.8;
 
 /// Adds the node's camera, if it has one, under a name that is not among `names` yet.
 pub(super) fn add(
@@ -39,40 +44,47 @@ pub(super) fn add(
     let at = |field: &str| source.at(format!("cameras[{index}]{field}"));
     let projection = match (camera.type_, &camera.perspective, &camera.orthographic) {
         (Checked::Valid(Type::Perspective), Some(perspective), _) => {
-            if !(perspective.yfov > 0.0 && perspective.yfov < PI) {
-                let found = format!("{}", perspective.yfov);
-                return Err(Error::invalid(at(".perspective.yfov"), found, "an angle between 0 and π"));
+            let said = perspective.yfov;
+            let vertical_fov = if said.is_finite() { said.clamp(YFOV.0, YFOV.1) } else { DEFAULT_YFOV };
+            if !(said > 0.0 && said < PI) {
+                let message = "fields of view outside 0 to π: the nearer end";
+                builder.note(NoteKind::Repaired, message, at(".perspective.yfov"));
             }
-            Projection::Perspective { vertical_fov: perspective.yfov }
+            Projection::Perspective { vertical_fov }
         }
         (Checked::Valid(Type::Orthographic), _, Some(orthographic)) => {
             // Some exporters write it negative, which would turn the picture upside down.
-            let height = 2.0 * orthographic.ymag.abs();
+            let mut height = 2.0 * orthographic.ymag.abs();
             if !(height > 0.0 && height.is_finite()) {
-                let found = format!("{}", orthographic.ymag);
-                return Err(Error::invalid(at(".orthographic.ymag"), found, "a finite number other than 0"));
+                let message = "orthographic cameras of height 0 or without end: ymag 1";
+                builder.note(NoteKind::Repaired, message, at(".orthographic.ymag"));
+                height = 2.0;
             }
             Projection::Orthographic { height }
         }
         _ => {
-            let expected = "the object perspective or orthographic, as its type says";
-            return Err(Error::invalid(at(""), "a camera without its projection", expected));
+            let message = "cameras without the projection that their type names: left out";
+            builder.note(NoteKind::Repaired, message, at(""));
+            return Ok(());
         }
     };
-    let pose = |to_world: &DAffine3| {
-        rigid(to_world).ok_or_else(|| {
-            let at = source.at(format!("nodes[{}]", placed.index));
-            let found = "a camera with a transform of rank below 2";
-            Error::invalid(at, found, "one that keeps directions")
-        })
+    let of_node = || source.at(format!("nodes[{}]", placed.index));
+    let Some(to_world) = rigid(&placed.to_world) else {
+        let message = "cameras with a transform that loses their directions: left out";
+        builder.note(NoteKind::Repaired, message, of_node());
+        return Ok(());
     };
-    let to_world = pose(&placed.to_world)?;
     let name = camera.name.as_deref().or(node.name.as_deref()).filter(|n| !n.is_empty());
     let name = unique(name.map_or_else(|| format!("camera-{index}"), shown), names);
     let camera = Camera::new(name, to_world.as_affine3a(), projection);
     let Some(exposure) = exposure else { return builder.add_camera_at(camera, to_world) };
     let keys = exposure.of(source, placed.index).into_iter();
-    let keys = keys.map(|(seconds, to_world)| Ok((seconds, pose(&to_world)?))).collect::<Result<Vec<_>>>()?;
+    let keys = keys.map(|(seconds, to_world)| Some((seconds, rigid(&to_world)?)));
+    let Some(keys) = keys.collect::<Option<Vec<_>>>() else {
+        let message = "cameras that lose their directions at a time: where they are first";
+        builder.note(NoteKind::Repaired, message, of_node());
+        return builder.add_camera_at(camera, to_world);
+    };
     match Track::new(keys).filter(|track| track.moves_between(exposure.shutter)) {
         Some(track) => builder.add_camera(camera.moving(track, exposure.shutter)),
         None => builder.add_camera_at(camera, to_world),

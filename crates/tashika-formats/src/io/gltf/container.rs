@@ -31,6 +31,7 @@ use serde::Deserialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
 
 use super::extensions;
+use super::schema::Unknown;
 use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
 
@@ -44,6 +45,8 @@ pub(super) struct Parsed<'a> {
     pub animations: Vec<serde_json::Value>,
     /// What morph targets move beside positions, normals and tangents, and the first place of each.
     pub other_targets: BTreeMap<String, String>,
+    /// Properties and extensions that no table knows.
+    pub unknown: Unknown,
     /// The binary chunk of a `.glb`.
     pub binary: Option<&'a [u8]>,
 }
@@ -193,7 +196,8 @@ pub(super) fn parse<'a>(bytes: &'a [u8], file: &Location) -> Result<Parsed<'a>> 
         if has_targets { from_json::<Targets>(text, file)?.others() } else { BTreeMap::new() };
     let is_any_far = root.nodes.iter().any(is_far);
     let places = if is_any_far { from_json::<WidePlaces>(text, file)?.nodes } else { Vec::new() };
-    Ok(Parsed { root, places, animations: body.animations, other_targets, binary })
+    let unknown = Unknown::of(text);
+    Ok(Parsed { root, places, animations: body.animations, other_targets, unknown, binary })
 }
 
 /// The JSON and the binary chunk of a `.glb`; both lie inside `bytes`.

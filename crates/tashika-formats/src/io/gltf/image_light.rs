@@ -37,7 +37,7 @@ pub(super) fn add(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<()>
     let place = source.at(format!("scenes[{scene}].extensions.{NAME}.light"));
     let (index, light) = chosen(source, NAME, given, "lights", place)?;
     let at = |field: &str| source.at(format!("extensions.{NAME}.lights[{index}]{field}"));
-    let intensity = light.get("intensity").map_or(Ok(1.0), |v| number(v, &at(".intensity")))?;
+    let intensity = light.get("intensity").map_or(Ok(1.0), |v| number(v, &at(".intensity"), builder))?;
     let rotation = light.get("rotation").map_or(Some(Quat::IDENTITY), quaternion).ok_or_else(|| {
         let found = shown(&light["rotation"].to_string());
         Error::invalid(at(".rotation"), found, "four numbers that are not all 0")

@@ -17,6 +17,7 @@ use glam::{DMat3, DVec3, Mat3};
 use gltf::json;
 use serde_json::Value;
 
+use super::lights::NEGATIVE;
 use super::nodes::PlacedNode;
 use super::source::Source;
 use super::uri;
@@ -25,7 +26,7 @@ use crate::error::{Error, Location, Result};
 use crate::io::assets::{kind, reason};
 use crate::io::ies;
 use crate::io::notes::shown;
-use crate::scene::{IntensityMap, SceneBuilder};
+use crate::scene::{IntensityMap, NoteKind, SceneBuilder};
 
 const NAME: &str = "EXT_lights_ies";
 
@@ -50,12 +51,12 @@ impl Profiles {
         builder.begin_light(node.name.as_deref().unwrap_or_default());
         let (index, profile) = chosen(source, NAME, lamp, "light profiles", at(".light"))?;
         let multiplier = match lamp.get("multiplier") {
-            Some(given) => number(given, &at(".multiplier"))?,
+            Some(given) => number(given, &at(".multiplier"), builder)?,
             None => 1.0,
         };
         let color = match lamp.get("color").map(|v| (v, v.as_array().map(Vec::as_slice))) {
             Some((_, Some([r, g, b]))) => {
-                let channel = |v| Ok(number(v, &at(".color"))?.min(1.0));
+                let mut channel = |v| Ok(number(v, &at(".color"), builder)?.min(1.0));
                 Rgb::new(channel(r)?, channel(g)?, channel(b)?)
             }
             Some((other, _)) => {
@@ -66,11 +67,9 @@ impl Profiles {
         let position = placed.to_world.translation.as_vec3();
         let (true, Some(to_world)) = (position.is_finite(), turned(placed.to_world.matrix3)) else {
             let at = source.at(format!("nodes[{}]", placed.index));
-            return Err(Error::invalid(
-                at,
-                "a lamp with a transform that loses its direction",
-                "one that keeps it",
-            ));
+            let message = "lights with a transform that loses their place or direction: left out";
+            builder.note(NoteKind::Repaired, message, at);
+            return Ok(());
         };
         let map = self.0.entry(index).or_insert_with(|| {
             let at = source.at(format!("extensions.{NAME}.lights[{index}]"));
@@ -135,11 +134,16 @@ pub(super) fn chosen<'s>(
     })
 }
 
-/// A finite number of at least 0.
-pub(super) fn number(value: &Value, at: &Location) -> Result<f32> {
-    let number = value.as_f64().map(|v| v as f32).filter(|v| v.is_finite() && *v >= 0.0);
-    number
-        .ok_or_else(|| Error::invalid(at.clone(), shown(&value.to_string()), "finite numbers of at least 0"))
+/// A finite number of at least 0: 0, with a note, for one below.
+pub(super) fn number(value: &Value, at: &Location, builder: &mut SceneBuilder) -> Result<f32> {
+    let number = value.as_f64().map(|v| v as f32).filter(|v| v.is_finite());
+    let number = number.ok_or_else(|| {
+        Error::invalid(at.clone(), shown(&value.to_string()), "finite numbers of at least 0")
+    })?;
+    if number < 0.0 {
+        builder.note(NoteKind::Repaired, NEGATIVE, at.clone());
+    }
+    Ok(number.max(0.0))
 }
 
 /// The map's frame, of which `+y` is up and `+x` is `C = 0°`, turned as the node is, without its

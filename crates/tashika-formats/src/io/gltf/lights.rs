@@ -13,7 +13,7 @@
 
 use std::f32::consts::FRAC_PI_2;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use gltf::json::extensions::scene::khr_lights_punctual::{Light, Type};
 use gltf::json::validation::Checked;
 
@@ -28,6 +28,9 @@ use crate::scene::{Emitter, Falloff, FalloffShape, NoteKind, SceneBuilder};
 /// Smallest difference of the cosines of a spot's two angles; from the extension's sample code.
 const MIN_COS_DIFFERENCE: f32 = 1e-3;
 
+/// What is told of lights that would take light away.
+pub(super) const NEGATIVE: &str = "lights of a negative intensity or colour: 0 in its place";
+
 /// Adds the node's light, if it has one.
 pub(super) fn add(source: &Source<'_>, placed: &PlacedNode, builder: &mut SceneBuilder) -> Result<()> {
     let node = &source.root.nodes[placed.index];
@@ -37,36 +40,38 @@ pub(super) fn add(source: &Source<'_>, placed: &PlacedNode, builder: &mut SceneB
     let index = of_node.light.value();
     let light = &all.lights[index];
     let at = |field: &str| source.at(format!("extensions.KHR_lights_punctual.lights[{index}]{field}"));
-    let color = Rgb::from(light.color) * light.intensity;
-    if !color.is_valid() {
+    let mut color = Rgb::from(light.color) * light.intensity;
+    if !color.is_finite() {
         let found = format!("color {:?} of intensity {}", light.color, light.intensity);
-        return Err(Error::invalid(at(""), found, "finite numbers of at least 0"));
+        return Err(Error::invalid(at(""), found, "finite numbers"));
+    }
+    if !color.is_valid() {
+        builder.note(NoteKind::Repaired, NEGATIVE, at(""));
+        color = color.map(|v| v.max(0.0));
     }
     if light.range.is_some() {
         met("KHR_lights_punctual", "range", at(".range"), builder)?;
     }
     let position = placed.to_world.translation.as_vec3();
-    let axis = || {
-        let axis = placed.to_world.transform_vector3(DVec3::NEG_Z).try_normalize().map(|a| a.as_vec3());
-        axis.ok_or_else(|| {
-            let at = source.at(format!("nodes[{}]", placed.index));
-            Error::invalid(at, "a light with a transform that loses its direction", "one that keeps it")
-        })
-    };
-    if !position.is_finite() {
+    let axis = placed.to_world.transform_vector3(DVec3::NEG_Z).try_normalize().map(|a| a.as_vec3());
+    let is_turned = !matches!(light.type_, Checked::Valid(Type::Point));
+    if !position.is_finite() || (is_turned && axis.is_none()) {
         let at = source.at(format!("nodes[{}]", placed.index));
-        return Err(Error::invalid(at, format!("a light at {position}"), "a finite position"));
+        let message = "lights with a transform that loses their place or direction: left out";
+        builder.note(NoteKind::Repaired, message, at);
+        return Ok(());
     }
+    let axis = axis.unwrap_or(Vec3::NEG_Z);
     let emitter = match light.type_ {
         Checked::Valid(Type::Point) => Emitter::Point { position, intensity: color },
-        Checked::Valid(Type::Directional) => Emitter::Directional { direction: axis()?, irradiance: color },
+        Checked::Valid(Type::Directional) => Emitter::Directional { direction: axis, irradiance: color },
         Checked::Valid(Type::Spot) => {
             let (falloff, in_order) = falloff(light);
             if !in_order {
                 let message = "spot lights whose inner angle is not below the outer one, or that reach beyond 90°: brought into order";
                 builder.note(NoteKind::Repaired, message, at(".spot"));
             }
-            Emitter::Spot { position, axis: axis()?, intensity: color, falloff }
+            Emitter::Spot { position, axis, intensity: color, falloff }
         }
         Checked::Invalid => {
             return Err(Error::invalid(at(".type"), "an unknown type", "point, spot or directional"));

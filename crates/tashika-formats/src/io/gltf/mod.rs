@@ -6,6 +6,7 @@
 //! |---|---|
 //! | [`container`] | bytes into a checked document |
 //! | [`features`], [`extensions`] | the table, and what it says about extensions |
+//! | [`schema`] | properties that no table knows |
 //! | [`source`], [`uri`], [`accessor`] | the bytes that the document refers to |
 //! | [`nodes`], [`animations`], [`instancing`] | what stands where |
 //! | [`exposure`] | what moves while the shutter is open |
@@ -43,6 +44,7 @@ mod materials;
 mod meshes;
 mod morphs;
 mod nodes;
+mod schema;
 mod shapes;
 mod skins;
 mod source;
@@ -75,6 +77,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let mut parsed = container::parse(&bytes, &file)?;
     let mut builder = SceneBuilder::new(files.name(), file.clone());
     extensions::note_unhandled(&parsed.root, &file, &mut builder)?;
+    parsed.unknown.tell(&parsed.root.extensions_used, &file, &mut builder)?;
     morphs::tell_others(&file, std::mem::take(&mut parsed.other_targets), &mut builder)?;
     let animated = std::mem::take(&mut parsed.animations);
     let source = Source::new(files, parsed);

@@ -3,7 +3,7 @@
 //! | value | as a reflectance | as a radiance |
 //! |---|---|---|
 //! | `rgb` | itself, clamped to 0 to 1 | itself |
-//! | `spectrum`, one number `c` | grey `c` | grey `c`, as in Mitsuba 0.6 to 3.5 |
+//! | `spectrum`, one number `c` | grey `c` | before version 3 grey `c`, since then equal energy, `c (1.205, 0.948, 0.909)` |
 //! | `spectrum`, samples | colour under equal energy, white adapted | integral with the CIE's observer of 1931, not adapted |
 //! | `blackbody` | | Planck's law in W·m⁻²·sr⁻¹·nm⁻¹, as `spectrum` |
 //!
@@ -34,6 +34,9 @@ pub(super) const GREY: Rgb = Rgb::gray(mixes::GREY);
 
 /// Wavelengths at which Planck's law is sampled (nm): first, last, step.
 const BLACKBODY_NM: [u16; 3] = [360, 830, 5];
+
+/// Equal energy, `X = Y = Z = 1`, in linear Rec. 709 (ITU-R BT.709-6).
+const EQUAL_ENERGY: Rgb = Rgb::new(1.204_784, 0.948_301, 0.908_843);
 
 /// What a colour stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -164,7 +167,7 @@ impl Translation<'_> {
                 textures::checkerboard(&mut self.builder, even, odd, transform)?.into()
             }
             "gridtexture" | "wireframe" => {
-                object.accept_all();
+                object.accept_known();
                 let names = if object.plugin == "wireframe" {
                     ["interior_color", "color1"]
                 } else {
@@ -197,12 +200,12 @@ impl Translation<'_> {
             "d65" => Rgb::gray(object.float("scale").unwrap_or(1.0).max(0.0) as f32).into(),
             "regular" | "irregular" => spectrum_object(object, quantity)?.into(),
             "blackbody" => {
-                let temperature = object.float_in("temperature", 0.0..=1e6)?.unwrap_or(5000.0);
+                let temperature = object.float_in("temperature", 0.0..=1e6).unwrap_or(5000.0);
                 let value = Value::Blackbody(temperature, object.float("scale").unwrap_or(1.0));
                 rgb_of(&value, quantity).unwrap_or(GREY).into()
             }
             _ => {
-                object.accept_all();
+                object.accept_known();
                 GREY.into()
             }
         })
@@ -230,7 +233,8 @@ impl Translation<'_> {
         let transform = uv_transform(object);
         let Lookup { sampling, wrap } = self.lookup(object)?;
         let reference = self.find(reference, object);
-        let Some(image) = self.images.load(&reference, encoding, &object.at, &mut self.builder)? else {
+        let at = object.line_of("filename");
+        let Some(image) = self.images.load(&reference, encoding, at, &mut self.builder)? else {
             return Ok(GREY.into());
         };
         let channel = match object.text("channel") {
@@ -265,7 +269,8 @@ impl Translation<'_> {
             object.text("filename").filter(|_| object.plugin == "bitmap" && object.text("channel").is_none());
         let Some(reference) = reference else { return Ok(false) };
         let reference = self.find(reference, object);
-        let image = self.images.load(&reference, encoding(object), &object.at, &mut self.builder)?;
+        let image =
+            self.images.load(&reference, encoding(object), object.line_of("filename"), &mut self.builder)?;
         Ok(image.is_some_and(|image| self.images.has_opacity(image)))
     }
 
@@ -298,7 +303,12 @@ pub(super) fn rgb_of(value: &Value, quantity: Quantity) -> Option<Rgb> {
     match value {
         Value::Rgb(c) => Some(*c),
         Value::Integer(i) => Some(Rgb::gray(*i as f32)),
-        Value::Float(f) | Value::Spectrum(Spectrum::Constant(f)) => Some(Rgb::gray(*f as f32)),
+        Value::Spectrum(Spectrum::Uniform(f)) if quantity == Quantity::Radiance => {
+            Some(EQUAL_ENERGY * *f as f32)
+        }
+        Value::Float(f) | Value::Spectrum(Spectrum::Constant(f) | Spectrum::Uniform(f)) => {
+            Some(Rgb::gray(*f as f32))
+        }
         Value::Spectrum(Spectrum::Samples(all)) => samples(all),
         Value::Blackbody(temperature, scale) => {
             let [first, last, step] = BLACKBODY_NM;

@@ -21,7 +21,7 @@ use super::object::{Class, Object};
 use super::sun::{self, PlaceAndTime};
 use super::{Translation, transforms};
 use crate::color::Rgb;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::io::images::Encoding;
 use crate::math::elementary::sin_cos;
 use crate::scene::sky::{MAX_TURBIDITY, MIN_TURBIDITY, Sky};
@@ -41,8 +41,12 @@ impl<'a> Translation<'a> {
             object.accept_all();
             return Ok(());
         }
-        if !self.meet("light", object, "left out")? || self.is_left_out("light", object) {
+        if !self.meet("light", object, "left out")? {
             object.accept_all();
+            return Ok(());
+        }
+        if self.is_left_out("light", object) {
+            object.accept_known();
             return Ok(());
         }
         object.accept(&["sampling_weight", "shadow_rays"]);
@@ -62,7 +66,7 @@ impl<'a> Translation<'a> {
                 let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
                 let own = object.vector("direction");
                 let direction = own.unwrap_or_else(|| to_world.transform_vector3(DVec3::Z));
-                let direction = unit(direction, object)?;
+                let direction = unit(direction, object);
                 let irradiance = self.radiance(object, "irradiance", Rgb::WHITE)?;
                 self.builder.add_emitter(Emitter::Directional { direction, irradiance })
             }
@@ -74,7 +78,7 @@ impl<'a> Translation<'a> {
             "envmap" => self.environment_map(object),
             "sky" | "sun" | "sunsky" => self.daylight(object),
             _ => {
-                object.accept_all();
+                object.accept_known();
                 Ok(())
             }
         }
@@ -96,8 +100,8 @@ impl<'a> Translation<'a> {
     fn spot(&mut self, object: &Object) -> Result<()> {
         let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
         let intensity = self.radiance(object, "intensity", Rgb::WHITE)?;
-        let cutoff = object.float_in("cutoff_angle", 0.0..=180.0)?.unwrap_or(20.0);
-        let beam = object.float_in("beam_width", 0.0..=360.0)?.unwrap_or(cutoff * 0.75).min(cutoff);
+        let cutoff = object.float_in("cutoff_angle", 0.0..=180.0).unwrap_or(20.0);
+        let beam = object.float_in("beam_width", 0.0..=360.0).unwrap_or(cutoff * 0.75).min(cutoff);
         let cos = |degrees: f64| sin_cos(degrees.to_radians() as f32).1;
         let cos_outer = cos(cutoff).clamp(-1.0, 1.0 - MIN_FADING);
         let cos_inner = cos(beam).clamp(cos_outer + MIN_FADING, 1.0);
@@ -107,13 +111,13 @@ impl<'a> Translation<'a> {
         }
         let place = to_world.transform_point3(DVec3::ZERO);
         let position = place.as_vec3();
-        let axis = unit(to_world.transform_vector3(DVec3::Z), object)?;
+        let axis = unit(to_world.transform_vector3(DVec3::Z), object);
         self.builder.add_emitter_at(Emitter::Spot { position, axis, intensity, falloff }, place)
     }
 
     fn environment_map(&mut self, object: &Object) -> Result<()> {
         object.accept(&["cache", "mis_compensation", "gamma"]);
-        let scale = object.float_in("scale", 0.0..=1e30)?.unwrap_or(1.0) as f32;
+        let scale = object.float_in("scale", 0.0..=1e30).unwrap_or(1.0) as f32;
         let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
         let reference = object.text("filename").or(object.text("bitmap"));
         let Some(reference) = reference else {
@@ -125,10 +129,11 @@ impl<'a> Translation<'a> {
             return self.feature("light", "second environment", &object.at).map(drop);
         }
         let reference = self.find(reference, object);
-        let image = self.images.read(&reference, Encoding::Srgb, &object.at, &mut self.builder)?;
+        let image =
+            self.images.read(&reference, Encoding::Srgb, object.line_of("filename"), &mut self.builder)?;
         let Some(image) = image else { return Ok(()) };
         let half_turn = Mat3::from_diagonal(Vec3::new(-1.0, 1.0, -1.0));
-        let frame = rigid(&to_world, object)? * half_turn;
+        let frame = rigid(&to_world, object) * half_turn;
         self.environments.map = Some(Environment::lat_long(image, Rgb::gray(scale), frame));
         Ok(())
     }
@@ -143,21 +148,21 @@ impl<'a> Translation<'a> {
             "complex_sun",
             "extend",
         ]);
-        let turbidity = object.float_in("turbidity", 0.0..=100.0)?.unwrap_or(3.0) as f32;
+        let turbidity = object.float_in("turbidity", 0.0..=100.0).unwrap_or(3.0) as f32;
         if !(MIN_TURBIDITY..=MAX_TURBIDITY).contains(&turbidity) {
             let message = format!("turbidity outside of {MIN_TURBIDITY} to {MAX_TURBIDITY}: moved into it");
             self.builder.note(NoteKind::Approximated, message, object.place_of("turbidity"));
         }
-        let scale = |name: &str| -> Result<f32> {
-            let all = object.float_in("scale", 0.0..=1e30)?.unwrap_or(1.0);
-            Ok((object.float_in(name, 0.0..=1e30)?.unwrap_or(1.0) * all) as f32)
+        let scale = |name: &str| {
+            let all = object.float_in("scale", 0.0..=1e30).unwrap_or(1.0);
+            (object.float_in(name, 0.0..=1e30).unwrap_or(1.0) * all) as f32
         };
-        let (sky_scale, sun_scale) = (scale("sky_scale")?, scale("sun_scale")?);
+        let (sky_scale, sun_scale) = (scale("sky_scale"), scale("sun_scale"));
         let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
-        let frame = rigid(&to_world, object)? * self.upright();
+        let frame = rigid(&to_world, object) * self.upright();
         let direction = match object.vector("sun_direction") {
-            Some(world) => frame.transpose() * unit(world, object)?,
-            None => self.by_place_and_time(sun::direction(&place_and_time(object)?).as_vec3()),
+            Some(world) => frame.transpose() * unit(world, object),
+            None => self.by_place_and_time(sun::direction(&place_and_time(object)).as_vec3()),
         };
         if direction.y < 0.0 {
             let message = "the sun is below the horizon: moved up to it";
@@ -202,32 +207,36 @@ impl<'a> Translation<'a> {
     }
 }
 
-fn place_and_time(object: &Object) -> Result<PlaceAndTime> {
+fn place_and_time(object: &Object) -> PlaceAndTime {
     let d = sun::DEFAULT;
     let whole = |name: &str, missing: i64| object.integer(name).unwrap_or(missing);
-    let hour = object.float_in("hour", 0.0..=24.0)?.unwrap_or(d.hour);
-    let minute = object.float_in("minute", 0.0..=60.0)?.unwrap_or(0.0);
-    let second = object.float_in("second", 0.0..=60.0)?.unwrap_or(0.0);
-    Ok(PlaceAndTime {
-        latitude: object.float_in("latitude", -90.0..=90.0)?.unwrap_or(d.latitude),
-        longitude: object.float_in("longitude", -360.0..=360.0)?.unwrap_or(d.longitude),
-        timezone: object.float_in("timezone", -24.0..=24.0)?.unwrap_or(d.timezone),
+    let hour = object.float_in("hour", 0.0..=24.0).unwrap_or(d.hour);
+    let minute = object.float_in("minute", 0.0..=60.0).unwrap_or(0.0);
+    let second = object.float_in("second", 0.0..=60.0).unwrap_or(0.0);
+    PlaceAndTime {
+        latitude: object.float_in("latitude", -90.0..=90.0).unwrap_or(d.latitude),
+        longitude: object.float_in("longitude", -360.0..=360.0).unwrap_or(d.longitude),
+        timezone: object.float_in("timezone", -24.0..=24.0).unwrap_or(d.timezone),
         year: whole("year", d.year).clamp(-4000, 10_000),
         month: whole("month", d.month).clamp(1, 12),
         day: whole("day", d.day).clamp(1, 31),
         hour: hour + minute / 60.0 + second / 3600.0,
+    }
+}
+
+/// The unit vector along `v`; `+z`, with a note, if that has no direction.
+pub(super) fn unit(v: DVec3, object: &Object) -> Vec3 {
+    v.try_normalize().map(|v| v.as_vec3().normalize()).unwrap_or_else(|| {
+        object.repaired("to_world", "lights without direction: along +z".to_owned());
+        Vec3::Z
     })
 }
 
-pub(super) fn unit(v: DVec3, object: &Object) -> Result<Vec3> {
-    let unit = v.try_normalize().map(|v| v.as_vec3().normalize());
-    unit.ok_or_else(|| Error::invalid(object.place(), format!("the direction {v}"), "one that is not zero"))
-}
-
-/// The rotation (or reflection) of a transform, without its scale.
-pub(super) fn rigid(m: &DMat4, object: &Object) -> Result<Mat3> {
-    let axes = transforms::orthonormal(m);
-    axes.ok_or_else(|| {
-        Error::invalid(object.place(), "a transform that flattens space", "one that can be inverted")
+/// The rotation (or reflection) of a transform, without its scale; none, with a note, if that flattens
+/// space.
+pub(super) fn rigid(m: &DMat4, object: &Object) -> Mat3 {
+    transforms::orthonormal(m).unwrap_or_else(|| {
+        object.repaired("to_world", "lights with a transform that flattens space: not turned".to_owned());
+        Mat3::IDENTITY
     })
 }

@@ -168,7 +168,7 @@ impl Translation<'_> {
                 self.coat(object, inner)
             }
             "null" | "polarizer" | "retarder" | "circular" => {
-                object.accept_all();
+                object.accept_known();
                 Ok(invisible(name))
             }
             plugin => {

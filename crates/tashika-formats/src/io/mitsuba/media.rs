@@ -81,10 +81,12 @@ impl<'a> Translation<'a> {
         let is_known = self.meet("medium", object, "vacuum")?;
         let made = if is_known && ["homogeneous", "heterogeneous"].contains(&object.plugin.as_str()) {
             let medium = self.made_of(object)?;
-            object.note_unused(self.builder.notes_mut());
+            object.note_unused(self.builder.notes_mut())?;
             Some(self.builder.add_medium(medium)?)
         } else {
-            object.accept_all();
+            if is_known {
+                self.without_effect(object)?;
+            }
             None
         };
         Ok(self.media.finish(object.index, made))
@@ -149,8 +151,11 @@ impl<'a> Translation<'a> {
         let mut found = document.children(object, Class::Medium).filter(|(name, _)| phases.contains(name));
         let Some((_, phase)) = found.next() else { return Ok(HenyeyGreenstein::default()) };
         let is_known = self.meet("phase function", phase, "isotropic")?;
-        if !is_known || phase.plugin != "hg" {
-            phase.accept_all();
+        if !is_known {
+            return Ok(HenyeyGreenstein::default());
+        }
+        if phase.plugin != "hg" {
+            self.without_effect(phase)?;
             return Ok(HenyeyGreenstein::default());
         }
         let asymmetry = HenyeyGreenstein { asymmetry: phase.float("g").unwrap_or(ASYMMETRY) as f32 };
@@ -158,7 +163,7 @@ impl<'a> Translation<'a> {
             let found = format!("g = {}", asymmetry.asymmetry);
             return Err(Error::invalid(phase.place_of("g"), found, "a number between -1 and 1"));
         }
-        phase.note_unused(self.builder.notes_mut());
+        phase.note_unused(self.builder.notes_mut())?;
         Ok(asymmetry)
     }
 }

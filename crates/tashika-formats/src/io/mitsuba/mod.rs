@@ -7,7 +7,7 @@
 //! | module | what it does |
 //! |---|---|
 //! | [`reader`], [`steps`], [`text`] | XML into objects: defaults, includes, references, transforms |
-//! | [`object`] | objects, their parameters and children |
+//! | [`object`], [`known`] | objects, their parameters and children, and which there may be |
 //! | [`values`], [`transforms`], [`paths`] | text into numbers, matrices, places of files |
 //! | [`inputs`] | colours, numbers and textures |
 //! | [`materials`], [`surfaces`] | bsdfs |
@@ -32,6 +32,7 @@
 
 mod features;
 mod inputs;
+mod known;
 mod lights;
 mod materials;
 mod media;
@@ -65,7 +66,7 @@ use super::assets::ImageCache;
 use super::features::{Feature, Support};
 use super::lights::Surroundings;
 use super::limits::Budget;
-use crate::error::{Error, Location, Result};
+use crate::error::{Error, Location, Result, nearest_name};
 use crate::io::notes::shown;
 use crate::scene::{
     Material, MaterialId, MediumId, MeshId, NoteKind, Notes, Scene, SceneBuilder, TurnedAway,
@@ -75,6 +76,12 @@ pub(super) use features::FEATURES;
 
 /// How deep objects may refer to each other.
 const MAX_DEPTH: usize = 64;
+
+/// After so many references that lead nowhere, slips are not looked for; chosen.
+const MAX_SLIPS: usize = 100;
+
+/// A slip is looked for among so many ids at most; chosen.
+const MAX_COMPARED: usize = 10_000;
 
 /// Reads a scene file and what it refers to.
 ///
@@ -110,14 +117,14 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         blurred: Vec::new(),
         depth: 0,
     };
-    translation.note_missing();
+    translation.note_missing()?;
     for &root in &document.roots {
         translation.add(&document.objects[root])?;
     }
     translation.finish_environments()?;
     translation.finish_media();
     translation.note_stopped();
-    translation.note_unused();
+    translation.note_unused()?;
     translation.builder.build()
 }
 
@@ -183,10 +190,7 @@ impl<'a> Translation<'a> {
             Class::Emitter => self.add_light(object),
             Class::Sensor => self.add_sensor(object),
             // How the picture is made is the user's business here.
-            Class::Integrator | Class::Film | Class::Sampler | Class::Filter => {
-                object.accept_all();
-                Ok(())
-            }
+            Class::Integrator | Class::Film | Class::Sampler | Class::Filter => self.without_effect(object),
             // Taken where something refers to them.
             Class::Bsdf | Class::Texture | Class::Medium => Ok(()),
         }
@@ -208,9 +212,16 @@ impl<'a> Translation<'a> {
         if self.feature(kind, &object.plugin, &object.at)? {
             return Ok(true);
         }
+        Feature::refuse_slip(FEATURES, [kind, &object.plugin], &object.at)?;
         let message = Feature::unknown([kind, &object.plugin], instead);
         self.builder.note(NoteKind::Ignored, message, object.at.clone());
         Ok(false)
+    }
+
+    /// Tells which parameters are unknown of what has no effect on the picture.
+    fn without_effect(&mut self, object: &Object) -> Result<()> {
+        object.accept_known();
+        object.note_unused(self.builder.notes_mut())
     }
 
     /// Tells what the table says about a name; returns whether it is in the table.
@@ -236,24 +247,36 @@ impl<'a> Translation<'a> {
     }
 
     /// Tells which references lead nowhere.
-    fn note_missing(&mut self) {
+    ///
+    /// # Errors
+    /// If one is a slip of an id that is defined.
+    fn note_missing(&mut self) -> Result<()> {
+        let mut missing = 0;
         for child in self.document.objects.iter().flat_map(|o| &o.children) {
             if let object::Target::Id(id) = &child.target
                 && self.document.resolve(child).is_none()
             {
+                missing += 1;
+                let known = self.document.ids.keys().take(MAX_COMPARED).map(String::as_str);
+                let near = if missing > MAX_SLIPS { None } else { nearest_name(id, known) };
+                if let Some(near) = near {
+                    return Err(Error::misspelt(child.at.clone(), "reference to", &shown(id), near));
+                }
                 let message = format!("reference to {:?}, which is not defined: left out", shown(id));
                 self.builder.note(NoteKind::Repaired, message, child.at.clone());
             }
         }
+        Ok(())
     }
 
     /// Tells what of the objects in use was not asked for.
-    fn note_unused(&mut self) {
+    fn note_unused(&mut self) -> Result<()> {
         for object in &self.document.objects {
             if self.was_used(object) {
-                object.note_unused(self.builder.notes_mut());
+                object.note_unused(self.builder.notes_mut())?;
             }
         }
+        Ok(())
     }
 
     fn was_used(&self, object: &Object) -> bool {
@@ -265,7 +288,7 @@ impl<'a> Translation<'a> {
             Class::Bsdf => self.materials.0.contains_key(&object.index),
             Class::Texture => textured(),
             Class::Emitter => !Self::is_shape_light(object),
-            Class::Shape => object.plugin != "shapegroup",
+            Class::Shape => object.plugin != "shapegroup" || self.shapes.0.contains_key(&object.index),
             Class::Sensor => true,
             _ => false,
         }

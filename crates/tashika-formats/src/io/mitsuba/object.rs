@@ -7,14 +7,15 @@
 //!
 //! Tested by `suite::mitsuba::what_is_not_used_is_noted` and the tests of the formats' parts.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
 use glam::{DMat4, DVec3};
 
+use super::known;
 use super::values::{self, Spectrum};
 use crate::color::Rgb;
-use crate::error::{Error, Location, Result};
+use crate::error::{Error, Location, Result, nearest_name};
 use crate::io::notes::shown;
 use crate::math::motion::Track;
 use crate::scene::{NoteKind, Notes};
@@ -143,6 +144,9 @@ pub(super) struct Object {
     pub(super) folder: String,
     pub(super) parameters: Vec<Parameter>,
     pub(super) children: Vec<Child>,
+    pub(super) accepts_known: Cell<bool>,
+    /// Notes about parameters that were moved into their range.
+    pub(super) repairs: RefCell<Vec<(String, Location)>>,
 }
 
 impl Object {
@@ -166,6 +170,11 @@ impl Object {
         Some(value)
     }
 
+    /// The line of a parameter, or of the object if it has none of that name.
+    pub(super) fn line_of(&self, name: &str) -> &Location {
+        self.parameters.iter().rev().find(|p| p.name == name).map_or(&self.at, |p| &p.at)
+    }
+
     /// The place of a parameter, or of the object if it has none of that name.
     pub(super) fn place_of(&self, name: &str) -> Location {
         let parameter = self.parameters.iter().rev().find(|p| p.name == name);
@@ -177,14 +186,24 @@ impl Object {
         self.take(name, as_float)
     }
 
-    /// A number in a range, or an error that names it.
-    pub(super) fn float_in(&self, name: &str, range: std::ops::RangeInclusive<f64>) -> Result<Option<f64>> {
-        let Some(value) = self.float(name) else { return Ok(None) };
-        if range.contains(&value) {
-            return Ok(Some(value));
+    /// A number in a range: moved into it, with a note, where it is outside.
+    pub(super) fn float_in(&self, name: &str, range: std::ops::RangeInclusive<f64>) -> Option<f64> {
+        let value = self.float(name)?;
+        let moved = value.clamp(*range.start(), *range.end());
+        if moved != value {
+            let (class, plugin) = (self.class.name(), shown(&self.plugin));
+            self.repaired(name, format!("{class} {plugin:?}: {name} = {value} is out of range: {moved}"));
         }
-        let expected = format!("a number from {} to {}", range.start(), range.end());
-        Err(Error::invalid(self.place_of(name), format!("{name} = {value}"), expected))
+        Some(moved)
+    }
+
+    /// Keeps a note about a parameter until what is not used is told.
+    pub(super) fn repaired(&self, name: &str, message: String) {
+        let repair = (message, self.line_of(name).clone());
+        let mut repairs = self.repairs.borrow_mut();
+        if !repairs.contains(&repair) {
+            repairs.push(repair);
+        }
     }
 
     pub(super) fn integer(&self, name: &str) -> Option<i64> {
@@ -242,34 +261,64 @@ impl Object {
         }
     }
 
-    /// Counts everything as used: what stands inside of something that is left out needs no notes
-    /// of its own.
+    /// Counts nested objects as used, and parameters that the plugin knows: those of something that
+    /// is left out change nothing here.
+    pub(super) fn accept_known(&self) {
+        self.accepts_known.set(true);
+        self.children.iter().for_each(|c| c.used.set(true));
+    }
+
+    /// Counts everything as used: what stands inside of something that is unknown needs no notes of
+    /// its own.
     pub(super) fn accept_all(&self) {
         self.parameters.iter().for_each(|p| p.used.set(true));
         self.children.iter().for_each(|c| c.used.set(true));
     }
 
-    /// Tells what nobody asked for.
-    pub(super) fn note_unused(&self, notes: &mut Notes) {
+    /// Tells what nobody asked for, and which parameters were moved into their range.
+    ///
+    /// # Errors
+    /// If the name of one is a slip of one that the plugin knows.
+    pub(super) fn note_unused(&self, notes: &mut Notes) -> Result<()> {
+        for (message, at) in self.repairs.take() {
+            notes.push(NoteKind::Repaired, message, at);
+        }
         let (class, plugin) = (self.class.name(), shown(&self.plugin));
         for parameter in self.parameters.iter().filter(|p| !p.used.get()) {
+            if self.accepts_known.get() && known::has(self.class, &self.plugin, &parameter.name) {
+                continue;
+            }
+            self.refuse_slip("parameter", &parameter.name, &parameter.at)?;
             let name = shown(&parameter.name);
             let message = format!("{class} {plugin:?}: parameter {name:?} is not used");
             notes.push(NoteKind::Ignored, message, parameter.at.clone());
         }
         for child in self.children.iter().filter(|c| !c.used.get()) {
+            self.refuse_slip("nested object", &child.name, &child.at)?;
             let name =
                 if child.name.is_empty() { String::new() } else { format!(" {:?}", shown(&child.name)) };
             let message = format!("{class} {plugin:?}: nested object{name} is not used");
             notes.push(NoteKind::Ignored, message, child.at.clone());
         }
+        Ok(())
+    }
+
+    fn refuse_slip(&self, what: &str, name: &str, at: &Location) -> Result<()> {
+        let near = if known::is_name(name) {
+            None
+        } else {
+            nearest_name(name, known::names(self.class, &self.plugin))
+        };
+        let Some(near) = near else { return Ok(()) };
+        let what = format!("{} {:?}: {what}", self.class.name(), shown(&self.plugin));
+        Err(Error::misspelt(at.clone(), &what, &shown(name), near))
     }
 }
 
 fn as_float(value: &Value) -> Option<f64> {
     match value {
         Value::Integer(i) => Some(*i as f64),
-        Value::Float(f) | Value::Spectrum(Spectrum::Constant(f)) => Some(*f),
+        Value::Float(f) | Value::Spectrum(Spectrum::Constant(f) | Spectrum::Uniform(f)) => Some(*f),
         Value::Text(text) => values::number(text),
         Value::Rgb(c) if c.r == c.g && c.g == c.b => Some(f64::from(c.r)),
         _ => None,

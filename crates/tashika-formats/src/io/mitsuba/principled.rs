@@ -85,10 +85,10 @@ impl Translation<'_> {
     /// Refractive index of the dielectric part: `eta`, or that which reflects `0.08 specular` at
     /// normal incidence.
     fn principled_ior(&mut self, object: &Object) -> Result<f32> {
-        let eta = match object.float_in("eta", 0.1..=10.0)? {
+        let eta = match object.float_in("eta", 0.1..=10.0) {
             Some(eta) => eta,
             None => {
-                let specular = object.float_in("specular", 0.0..=1.0)?.unwrap_or(0.5);
+                let specular = object.float_in("specular", 0.0..=1.0).unwrap_or(0.5);
                 let amplitude = (0.08 * specular).sqrt();
                 (1.0 + amplitude) / (1.0 - amplitude)
             }

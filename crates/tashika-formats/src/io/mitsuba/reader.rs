@@ -16,7 +16,7 @@
 //! Held to this by `suite::mitsuba`, `suite::damaged_mitsuba`.
 
 use std::borrow::Cow;
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::path::Path;
@@ -26,8 +26,8 @@ use roxmltree::Node;
 use super::object::{Child, Class, Document, Object, Parameter, Target, Value};
 use super::paths;
 use super::text::{MAX_ATTRIBUTE, Unreplaced, substitute};
-use super::values;
-use crate::error::{Error, Location, Result};
+use super::values::{self, Spectrum};
+use crate::error::{Error, Location, Result, nearest_name};
 use crate::io::SceneFiles;
 use crate::io::files::folder_of;
 use crate::io::limits::{Budget, Includes};
@@ -44,6 +44,42 @@ const MAX_INCLUDE_DEPTH: usize = 17;
 const MAX_INCLUDES: usize = 4096;
 /// Bytes of all attributes in which names were replaced; chosen.
 const MAX_REPLACED: u64 = 1 << 26;
+/// All elements but the root and those of transforms, for slips.
+const ELEMENTS: [&str; 32] = [
+    "alias",
+    "animation",
+    "blackbody",
+    "boolean",
+    "bsdf",
+    "camera",
+    "default",
+    "emitter",
+    "film",
+    "float",
+    "include",
+    "integer",
+    "integrator",
+    "luminaire",
+    "medium",
+    "path",
+    "phase",
+    "point",
+    "ref",
+    "rfilter",
+    "rgb",
+    "sampler",
+    "sensor",
+    "shape",
+    "spectrum",
+    "srgb",
+    "string",
+    "subsurface",
+    "texture",
+    "transform",
+    "vector",
+    "volume",
+];
+
 /// How many folders are searched for files.
 const MAX_PATHS: usize = 64;
 
@@ -230,6 +266,8 @@ impl Reader<'_> {
             folder,
             parameters,
             children,
+            accepts_known: Cell::new(false),
+            repairs: RefCell::default(),
         });
         Ok(Item::Child(Child::new(values::snake_case(&name), Target::Object(index), at)))
     }
@@ -323,6 +361,9 @@ impl Reader<'_> {
             "integer" | "float" | "boolean" | "string" | "rgb" | "srgb" | "spectrum" | "point" | "vector" => {
             }
             _ => {
+                if let Some(near) = nearest_name(tag, ELEMENTS) {
+                    return Err(Error::misspelt(at.clone(), "element", &shown(tag), near));
+                }
                 let message = format!("element <{}> is unknown: left out", shown(tag));
                 self.notes.push(NoteKind::Ignored, message, at.clone());
                 return Ok(None);
@@ -354,7 +395,13 @@ impl Reader<'_> {
                 return self.spectrum_file(&text, source, at).map(Some);
             }
             "spectrum" => (
-                values::spectrum(&text).map(|s| s.map_or_else(Value::Rgb, Value::Spectrum)),
+                values::spectrum(&text).map(|s| match s {
+                    // Mitsuba 3 takes a number as equal energy, those before as white.
+                    Ok(Spectrum::Constant(value)) if self.document.version.0 >= 3 => {
+                        Value::Spectrum(Spectrum::Uniform(value))
+                    }
+                    other => other.map_or_else(Value::Rgb, Value::Spectrum),
+                }),
                 "a finite number, \"wavelength:value, …\", or the name of a .spd file",
             ),
             _ => (values::vector(&text).map(Value::Vector), "three finite numbers"),

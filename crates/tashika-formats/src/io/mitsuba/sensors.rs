@@ -54,28 +54,31 @@ impl<'a> Translation<'a> {
         }
         let document = self.document;
         if self.is_left_out("camera", object) {
-            object.accept_all();
+            object.accept_known();
             return Ok(());
         }
         if object.plugin == "batch" {
-            object.accept_all();
+            object.accept_known();
             return self.nested(object, |inside| {
                 for (_, nested) in document.children(object, Class::Sensor) {
                     inside.add_sensor(nested)?;
-                    nested.note_unused(inside.builder.notes_mut());
                 }
                 Ok(())
             });
         }
         object.accept(&["near_clip", "far_clip", "kc", "x", "y", "srf", "radial_distortion"]);
-        document.children(object, Class::Sampler).for_each(|(_, sampler)| sampler.accept_all());
+        for (_, sampler) in document.children(object, Class::Sampler) {
+            self.without_effect(sampler)?;
+        }
         let medium = self.medium_about(object)?;
         let ([width, height], crop) = self.film(object)?;
         let (width_f, height_f) = (f64::from(width), f64::from(height));
         let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
         if to_world.determinant() == 0.0 {
-            let found = "a transform that flattens space";
-            return Err(Error::invalid(object.place_of("to_world"), found, "one that can be inverted"));
+            let message = "cameras with a transform that flattens space: left out";
+            self.builder.note(NoteKind::Repaired, message, object.line_of("to_world").clone());
+            object.accept_known();
+            return Ok(());
         }
         let half_turn = DMat4::from_scale(DVec3::new(-1.0, 1.0, -1.0));
         let to_world = transforms::affine_f64(&(to_world * half_turn));
@@ -88,9 +91,8 @@ impl<'a> Translation<'a> {
         } else {
             Projection::Perspective { vertical_fov: self.vertical_fov(object, width_f, height_f)? }
         };
-        let offset =
-            |name: &str| -> Result<f32> { Ok(object.float_in(name, -1e3..=1e3)?.unwrap_or(0.0) as f32) };
-        let shift = Vec2::new(offset("principal_point_offset_x")?, -offset("principal_point_offset_y")?);
+        let offset = |name: &str| object.float_in(name, -1e3..=1e3).unwrap_or(0.0) as f32;
+        let shift = Vec2::new(offset("principal_point_offset_x"), -offset("principal_point_offset_y"));
         let lens = self.lens(object)?;
         let name = self.camera_name(object);
         let resolution = Some([width, height]);
@@ -109,11 +111,12 @@ impl<'a> Translation<'a> {
     /// The camera while the shutter is open, as was asked for or as the file says; `axes` are its own,
     /// beside Mitsuba's.
     fn exposed(&mut self, object: &Object, camera: Camera, axes: &DAffine3) -> Result<Camera> {
-        let time = |name: &str| object.float_in(name, -1e30..=1e30).map(|seconds| seconds.unwrap_or(0.0));
-        let own = [time("shutter_open")?, time("shutter_close")?];
+        let time = |name: &str| object.float_in(name, -1e30..=1e30).unwrap_or(0.0);
+        let mut own = [time("shutter_open"), time("shutter_close")];
         if own[0] > own[1] {
-            let found = format!("shutter_close = {}, before shutter_open = {}", own[1], own[0]);
-            return Err(Error::invalid(object.place_of("shutter_close"), found, "a time not before it"));
+            let message = "shutters that close before they open: the other way around";
+            object.repaired("shutter_close", message.to_owned());
+            own.reverse();
         }
         let (Some((track, at)), Some(shutter)) =
             (object.track("to_world"), self.files.options().exposure(Some(own)))
@@ -137,17 +140,18 @@ impl<'a> Translation<'a> {
             return [0.0; 2];
         };
         let time = |name: &str| first.float(name).filter(|seconds| seconds.abs() <= 1e30).unwrap_or(0.0);
-        [time("shutter_open"), time("shutter_close")]
+        let [open, close] = [time("shutter_open"), time("shutter_close")];
+        [open.min(close), open.max(close)]
     }
 
     fn lens(&mut self, object: &Object) -> Result<Lens> {
         let pinhole = Lens::PINHOLE;
-        let focus_distance = object.float_in("focus_distance", 1e-30..=1e30)?;
+        let focus_distance = object.float_in("focus_distance", 1e-30..=1e30);
         if object.plugin != "thinlens" {
             object.accept(&["aperture_radius"]);
             return Ok(pinhole);
         }
-        let radius = object.float_in("aperture_radius", 0.0..=1e30)?.unwrap_or(0.0) as f32;
+        let radius = object.float_in("aperture_radius", 0.0..=1e30).unwrap_or(0.0) as f32;
         match focus_distance {
             Some(distance) => Ok(Lens::round(radius, distance as f32)),
             None if radius == 0.0 => Ok(pinhole),
@@ -162,7 +166,7 @@ impl<'a> Translation<'a> {
     /// The vertical field of view (radians) of a camera or projector with an image of this size.
     pub(super) fn vertical_fov(&mut self, object: &Object, width: f64, height: f64) -> Result<f32> {
         let diagonal = (width * width + height * height).sqrt();
-        let (half, extent) = match (object.float_in("fov", 1e-3..=179.999)?, object.text("focal_length")) {
+        let (half, extent) = match (object.float_in("fov", 1e-3..=179.999), object.text("focal_length")) {
             (Some(degrees), _) => {
                 let extent = match object.text("fov_axis").unwrap_or("x") {
                     "y" => height,
@@ -199,34 +203,33 @@ impl<'a> Translation<'a> {
             return Ok((DEFAULT_SIZE, None));
         };
         self.meet("film", film, "its size and window")?;
-        let size = |name: &str, missing: i64, least: i64| -> Result<u32> {
+        let size = |name: &str, missing: i64, least: i64| {
             let value = film.integer(name).unwrap_or(missing);
-            let expected = || format!("a whole number from {least} to {MAX_SIZE}");
-            let valid = u32::try_from(value).ok().filter(|_| (least..=MAX_SIZE).contains(&value));
-            valid.ok_or_else(|| Error::invalid(film.place_of(name), format!("{name} = {value}"), expected()))
+            let moved = value.clamp(least, MAX_SIZE);
+            if moved != value {
+                film.repaired(name, format!("film: {name} = {value} is out of range: {moved}"));
+            }
+            moved as u32
         };
         let [width, height] = DEFAULT_SIZE.map(i64::from);
-        let (width, height) = (size("width", width, 1)?, size("height", height, 1)?);
+        let (width, height) = (size("width", width, 1), size("height", height, 1));
         let window = Window {
-            x: size("crop_offset_x", 0, 0)?,
-            y: size("crop_offset_y", 0, 0)?,
-            width: size("crop_width", i64::from(width), 1)?,
-            height: size("crop_height", i64::from(height), 1)?,
+            x: size("crop_offset_x", 0, 0),
+            y: size("crop_offset_y", 0, 0),
+            width: size("crop_width", i64::from(width), 1),
+            height: size("crop_height", i64::from(height), 1),
         };
-        if window.x + window.width > width || window.y + window.height > height {
-            let found = format!(
-                "a window of {}×{} pixels at {}, {}",
-                window.width, window.height, window.x, window.y
-            );
-            return Err(Error::invalid(
-                film.place(),
-                found,
-                format!("one inside of the film, {width}×{height}"),
-            ));
+        let whole = Window { x: 0, y: 0, width, height };
+        let is_inside = window.x + window.width <= width && window.y + window.height <= height;
+        let window = if is_inside { window } else { whole };
+        if !is_inside {
+            film.repaired("crop_width", "film: the crop reaches beyond the film: the whole film".to_owned());
         }
         // What the file says about its image file is the user's business here.
-        film.accept_all();
-        let whole = Window { x: 0, y: 0, width, height };
+        for (_, filter) in document.children(film, Class::Filter) {
+            self.without_effect(filter)?;
+        }
+        self.without_effect(film)?;
         Ok(([width, height], (window != whole).then_some(window)))
     }
 

@@ -117,8 +117,12 @@ impl<'a> Translation<'a> {
     }
 
     fn convert_shape(&mut self, object: &Object) -> Result<Vec<Placement>> {
-        if !self.meet("shape", object, "left out")? || self.is_left_out("shape", object) {
+        if !self.meet("shape", object, "left out")? {
             object.accept_all();
+            return Ok(Vec::new());
+        }
+        if self.is_left_out("shape", object) {
+            object.accept_known();
             return Ok(Vec::new());
         }
         let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
@@ -136,14 +140,14 @@ impl<'a> Translation<'a> {
             _ => false,
         };
         if is_invisible && interface.is_none() {
-            object.accept_all();
+            object.accept_known();
             return Ok(Vec::new());
         }
         let material = if is_invisible { self.boundary()? } else { self.shape_material(bsdf, light)? };
         let made_of = (material, interface);
         let placement = match object.plugin.as_str() {
             "obj" | "ply" | "serialized" => self.mesh_file(object, made_of, to_world)?,
-            _ => self.primitive(object, made_of, to_world).map(Some)?,
+            _ => self.primitive(object, made_of, to_world)?,
         };
         Ok(placement.into_iter().collect())
     }
@@ -155,7 +159,7 @@ impl<'a> Translation<'a> {
             if matches!(light.plugin.as_str(), "area" | "directionalarea") {
                 self.meet("light", light, "left out")?;
                 let emission = self.emission(light)?;
-                light.note_unused(self.builder.notes_mut());
+                light.note_unused(self.builder.notes_mut())?;
                 return Ok(Some((light, emission)));
             }
             let message = format!("light {:?} on a shape: left out", shown(&light.plugin));
@@ -200,9 +204,9 @@ impl<'a> Translation<'a> {
     }
 
     /// A mesh of unit size and the transform that gives it its size.
-    fn primitive(&mut self, object: &Object, made_of: MadeOf, to_world: DMat4) -> Result<Placement> {
+    fn primitive(&mut self, object: &Object, made_of: MadeOf, to_world: DMat4) -> Result<Option<Placement>> {
         let at = object.place();
-        let radius = object.float_in("radius", 1e-30..=1e30)?.unwrap_or(1.0);
+        let radius = object.float_in("radius", 0.0..=1e30).unwrap_or(1.0);
         let flipped = object.boolean("flip_normals").unwrap_or(false);
         let (make, size): (fn(&Location) -> Result<MeshData>, DMat4) = match object.plugin.as_str() {
             "sphere" => {
@@ -212,21 +216,18 @@ impl<'a> Translation<'a> {
             "cylinder" => {
                 let p0 = object.vector("p0").unwrap_or(DVec3::ZERO);
                 let p1 = object.vector("p1").unwrap_or(DVec3::Z);
-                (
-                    unit_cylinder,
-                    cylinder_frame(p0, p1, radius).ok_or_else(|| {
-                        Error::invalid(
-                            at.clone(),
-                            format!("a cylinder from {p0} to {p1}"),
-                            "two different points",
-                        )
-                    })?,
-                )
+                // Of length 0 it is no surface.
+                (unit_cylinder, cylinder_frame(p0, p1, radius).unwrap_or(DMat4::ZERO))
             }
             "disk" => (unit_disk, DMat4::from_scale(DVec3::splat(radius))),
             "cube" => (|_| Ok(shapes::cube()), DMat4::IDENTITY),
             _ => (|_| Ok(shapes::rectangle()), DMat4::IDENTITY),
         };
+        if size.determinant() == 0.0 {
+            let message = format!("shapes {:?} without extent: left out", object.plugin);
+            self.builder.note(NoteKind::Repaired, message, object.at.clone());
+            return Ok(None);
+        }
         let key = (format!("{} {flipped}", object.plugin), made_of);
         let mesh = match self.meshes.get(&key) {
             Some(&mesh) => mesh,
@@ -239,7 +240,7 @@ impl<'a> Translation<'a> {
                 self.add_mesh(key, data, &at)?
             }
         };
-        Ok(Placement { mesh, to_world: to_world * size })
+        Ok(Some(Placement { mesh, to_world: to_world * size }))
     }
 
     /// The mesh of a file; `None`, with a note, if the file is not there.
@@ -268,7 +269,7 @@ impl<'a> Translation<'a> {
             Err(error @ (Error::Io { .. } | Error::Outside { .. })) => {
                 let why = reason(&error);
                 let message = format!("mesh {:?} could not be read ({why}): left out", shown(&reference));
-                self.builder.note(kind(&error), message, object.at.clone());
+                self.builder.note(kind(&error), message, object.line_of("filename").clone());
                 return Ok(None);
             }
             Err(other) => return Err(other),

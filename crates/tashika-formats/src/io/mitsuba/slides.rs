@@ -38,7 +38,7 @@ const WIDEST: f64 = 89.0;
 impl Translation<'_> {
     /// A projector.
     pub(super) fn projector(&mut self, object: &Object) -> Result<()> {
-        let scale = object.float_in("scale", 0.0..=1e30)?.unwrap_or(1.0) as f32;
+        let scale = object.float_in("scale", 0.0..=1e30).unwrap_or(1.0) as f32;
         let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
         let (image, lookup) = self.slide(object, "irradiance")?;
         let (width, height) = (f64::from(image.width), f64::from(image.height));
@@ -46,7 +46,7 @@ impl Translation<'_> {
         let tan = [half * (width / height) as f32, half];
         let intensity = Rgb::gray(std::f32::consts::PI * scale);
         let turned = Mat3::from_diagonal(Vec3::new(-1.0, -1.0, 1.0));
-        let frame = rigid(&to_world, object)? * turned;
+        let frame = rigid(&to_world, object) * turned;
         let spread = Spread::Slide { tan, weight: SlideWeight::Screen };
         let place = to_world.transform_point3(DVec3::ZERO);
         self.add_slide(object, IntensityMap::new(image, spread, lookup), place, intensity, frame)
@@ -65,14 +65,14 @@ impl Translation<'_> {
         if cutoff > WIDEST {
             let message = "textures of spots with a cutoff beyond 89°: left out";
             self.builder.note(NoteKind::Approximated, message, object.place_of("cutoff_angle"));
-            let axis = unit(to_world.transform_vector3(DVec3::Z), object)?;
+            let axis = unit(to_world.transform_vector3(DVec3::Z), object);
             let position = place.as_vec3();
             return self.builder.add_emitter_at(Emitter::Spot { position, axis, intensity, falloff }, place);
         }
         let (image, lookup) = self.slide(object, texture)?;
         let half = tan(cutoff.to_radians() as f32);
         let spread = Spread::Slide { tan: [half; 2], weight: SlideWeight::Spot(falloff) };
-        let frame = rigid(&to_world, object)?;
+        let frame = rigid(&to_world, object);
         self.add_slide(object, IntensityMap::new(image, spread, lookup), place, intensity, frame)
     }
 
@@ -111,7 +111,7 @@ impl Translation<'_> {
         };
         let reference = self.find(reference, texture);
         let encoding = encoding(texture);
-        let image = self.images.read(&reference, encoding, &texture.at, &mut self.builder)?;
+        let image = self.images.read(&reference, encoding, texture.line_of("filename"), &mut self.builder)?;
         let Some(image) = image else { return Ok(constant(GREY)) };
         let bytes = image.pixels.len() as u64 * BYTES_OF_TEXEL;
         self.slides.take(bytes, &object.place())?;

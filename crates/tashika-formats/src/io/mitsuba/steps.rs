@@ -11,7 +11,7 @@ use super::object::Value;
 use super::reader::{MAX_NESTING, Reader, Source};
 use super::transforms;
 use super::values;
-use crate::error::{Error, Location, Result};
+use crate::error::{Error, Location, Result, nearest_name};
 use crate::io::notes::shown;
 use crate::math::motion::Track;
 use crate::scene::NoteKind;
@@ -95,8 +95,11 @@ impl Reader<'_> {
             "rotate" => {
                 let axis = self.coordinates(node, 0.0, at)?;
                 let angle = self.number(node, "angle", at)?.unwrap_or(0.0);
-                transforms::rotation(axis.into(), angle)
-                    .ok_or_else(|| invalid(format!("rotation about {axis:?}"), "an axis that is not zero"))?
+                let Some(rotation) = transforms::rotation(axis.into(), angle) else {
+                    self.notes.push(NoteKind::Repaired, "rotations without axis: left out", at.clone());
+                    return Ok(None);
+                };
+                rotation
             }
             "matrix" => {
                 let Some(text) = self.attribute(node, "value", at)? else { return Ok(None) };
@@ -107,10 +110,11 @@ impl Reader<'_> {
                 let origin = self.point(node, ["origin", "ox", "oy", "oz"], [0.0; 3], at)?;
                 let target = self.point(node, ["target", "tx", "ty", "tz"], [0.0, 0.0, 1.0], at)?;
                 let up = self.point(node, ["up", "ux", "uy", "uz"], [0.0, 1.0, 0.0], at)?;
-                let (matrix, replaced) = transforms::look_at(origin.into(), target.into(), up.into())
-                    .ok_or_else(|| {
-                        invalid(format!("lookat from {origin:?} to {target:?}"), "two different points")
-                    })?;
+                let looking = transforms::look_at(origin.into(), target.into(), up.into());
+                let Some((matrix, replaced)) = looking else {
+                    self.notes.push(NoteKind::Repaired, "lookat without direction: left out", at.clone());
+                    return Ok(None);
+                };
                 if replaced {
                     let message = "lookat with up along the view: another direction is up";
                     self.notes.push(NoteKind::Repaired, message, at.clone());
@@ -118,6 +122,9 @@ impl Reader<'_> {
                 matrix
             }
             _ => {
+                if let Some(near) = nearest_name(tag, ["translate", "scale", "rotate", "matrix", "lookat"]) {
+                    return Err(Error::misspelt(at.clone(), "transform step", &shown(tag), near));
+                }
                 let message = format!("transform step <{}> is unknown: left out", shown(tag));
                 self.notes.push(NoteKind::Ignored, message, at.clone());
                 return Ok(None);

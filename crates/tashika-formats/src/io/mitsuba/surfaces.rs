@@ -87,7 +87,7 @@ impl Translation<'_> {
             "phong" => {
                 let diffuse = self.reflectance(object, "diffuse_reflectance", GREY)?;
                 let specular = self.reflectance(object, "specular_reflectance", Rgb::gray(0.2))?;
-                let exponent = object.float_in("exponent", 0.0..=f64::MAX)?.unwrap_or(30.0);
+                let exponent = object.float_in("exponent", 0.0..=f64::MAX).unwrap_or(30.0);
                 Ok(Surface::Phong { diffuse, specular, exponent: exponent.min(MAX_EXPONENT) as f32 })
             }
             "ward" => {
@@ -106,18 +106,18 @@ impl Translation<'_> {
                 Ok(Surface::Translucent { reflectance: Rgb::BLACK.into(), transmittance })
             }
             "hk" => {
-                object.accept_all();
+                object.accept_known();
                 Ok(Surface::Translucent {
                     reflectance: Rgb::gray(0.25).into(),
                     transmittance: Rgb::gray(0.25).into(),
                 })
             }
             "hair" => {
-                object.accept_all();
+                object.accept_known();
                 Ok(Surface::Lambert { reflectance: Rgb::gray(0.2).into() })
             }
             _ => {
-                object.accept_all();
+                object.accept_known();
                 Ok(grey())
             }
         }
@@ -154,7 +154,7 @@ impl Translation<'_> {
 
     /// A refractive index, as a number or by the material's name.
     fn index(&mut self, object: &Object, parameter: &str, missing: &str) -> Result<f64> {
-        if let Some(index) = object.float_in(parameter, 0.1..=10.0)? {
+        if let Some(index) = object.float_in(parameter, 0.1..=10.0) {
             return Ok(index);
         }
         let name = object.text(parameter).unwrap_or(missing);

@@ -13,8 +13,10 @@ use crate::color::{Rgb, srgb_decode};
 /// A spectrum as the file gives it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Spectrum {
-    /// The same at all wavelengths.
+    /// The same at all wavelengths; emitted, white.
     Constant(f64),
+    /// The same at all wavelengths; emitted, as reddish as equal energy is.
+    Uniform(f64),
     /// Wavelength (nm) and value, by increasing wavelength.
     Samples(Vec<(f32, f32)>),
 }

@@ -54,6 +54,9 @@ impl<'a> Translation<'a> {
             return Ok(None);
         }
         let color = holder.take(name, |value| rgb_of(value, Quantity::Number));
+        if let Some(volume) = volume {
+            volume.note_unused(self.builder.notes_mut())?;
+        }
         match color {
             Some(color) if color.is_valid() => Ok(Some(Volume::Constant(color))),
             _ => {
@@ -83,7 +86,8 @@ impl<'a> Translation<'a> {
         let Some(reference) = object.text("filename") else {
             let message = format!("volume \"gridvolume\" without a file: {instead}");
             self.builder.note(crate::scene::NoteKind::Repaired, message, object.at.clone());
-            object.accept_all();
+            object.accept_known();
+            object.note_unused(self.builder.notes_mut())?;
             return Ok(None);
         };
         let reference = self.find(reference, object);
@@ -93,8 +97,9 @@ impl<'a> Translation<'a> {
             Err(error @ (Error::Io { .. } | Error::Outside { .. })) => {
                 let why = reason(&error);
                 let message = format!("volume {:?} could not be read ({why}): {instead}", shown(&reference));
-                self.builder.note(kind(&error), message, object.at.clone());
-                object.accept_all();
+                self.builder.note(kind(&error), message, object.line_of("filename").clone());
+                object.accept_known();
+                object.note_unused(self.builder.notes_mut())?;
                 return Ok(None);
             }
             Err(other) => return Err(other),
@@ -124,7 +129,7 @@ impl<'a> Translation<'a> {
             samples: if is_old { VolumeSamples::Corners } else { VolumeSamples::Centers },
             edges: VolumeEdges::Held,
         };
-        object.note_unused(self.builder.notes_mut());
+        object.note_unused(self.builder.notes_mut())?;
         VolumeGrid::new(data, &file).map(Some)
     }
 }

@@ -18,11 +18,23 @@ use super::text::{name, number, split_keyword, trim, words};
 use crate::io::textures::upward;
 use crate::scene::{Channel, UvTransform, Wrap};
 
+/// Line of a statement. It is no part of what the statement says: all are equal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line(pub(super) u32);
+
+impl PartialEq for Line {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
 /// What a texture statement says.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Map {
     /// File, as it is written.
     pub(super) name: String,
+    /// Where it stands, from 1.
+    pub(super) line: Line,
     /// `-o`.
     offset: [f32; 2],
     /// `-s`.
@@ -36,10 +48,11 @@ pub(super) struct Map {
 }
 
 impl Map {
-    /// Reads what follows the keyword; nothing if there is no name.
-    pub(super) fn parse(rest: &[u8]) -> Option<Self> {
+    /// Reads what follows the keyword on a line; nothing if there is no name.
+    pub(super) fn parse(rest: &[u8], line: u32) -> Option<Self> {
         let mut map = Self {
             name: String::new(),
+            line: Line(line),
             offset: [0.0; 2],
             scale: [1.0; 2],
             clamp: false,
@@ -156,7 +169,7 @@ mod tests {
     use super::*;
 
     fn parse(text: &str) -> Map {
-        Map::parse(text.as_bytes()).unwrap()
+        Map::parse(text.as_bytes(), 1).unwrap()
     }
 
     #[test]
@@ -180,7 +193,7 @@ mod tests {
             assert_eq!(parse(text).name, name, "{text}");
         }
         for empty in ["", "  ", "-clamp on", "\"\"", "-s"] {
-            assert_eq!(Map::parse(empty.as_bytes()), None, "{empty:?}");
+            assert_eq!(Map::parse(empty.as_bytes(), 1), None, "{empty:?}");
         }
     }
 

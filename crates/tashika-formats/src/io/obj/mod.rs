@@ -45,12 +45,15 @@ use glam::Affine3A;
 use super::SceneFiles;
 use super::mixes::{GREY, grey};
 use super::notes::Named;
-use crate::error::{Location, Result};
+use crate::error::{Error, Location, Result, nearest_name};
 use crate::scene::{Material, MeshData, NoteKind, Notes, Scene, SceneBuilder};
 pub(super) use features::FEATURES;
 use mtl::Definitions;
 use parse::Reference;
 use references::Textures;
+
+/// A slip is looked for among so many names at most; chosen.
+const MAX_COMPARED: usize = 10_000;
 
 /// How many different materials that are not defined are named.
 const MAX_UNDEFINED: usize = 100;
@@ -80,11 +83,12 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
         definitions,
         textures: Textures::new(files),
         undefined: Named::new(MAX_UNDEFINED),
+        missing: 0,
         files,
     };
     for mesh in meshes {
         let reference = &names[mesh.material as usize];
-        let material = materials.material(reference, &mut builder);
+        let material = materials.material(reference, &mut builder)?;
         let material = builder.add_material(material)?;
         let mesh = builder.add_mesh(mesh.data, material)?;
         builder.add_instance(mesh, Affine3A::IDENTITY)?;
@@ -110,24 +114,38 @@ struct Materials<'a> {
     definitions: Definitions,
     textures: Textures<'a>,
     undefined: Named,
+    /// How many names were not defined.
+    missing: usize,
     files: &'a SceneFiles,
 }
 
 impl Materials<'_> {
-    fn material(&mut self, used: &Reference, builder: &mut SceneBuilder) -> Material {
+    /// The material of a name.
+    ///
+    /// # Errors
+    /// If no library defines it, and it is a slip of one that is defined.
+    fn material(&mut self, used: &Reference, builder: &mut SceneBuilder) -> Result<Material> {
         let Reference { name, line } = used;
         if let Some(definition) = self.definitions.get(name) {
-            return materials::convert(name, definition, &mut self.textures, builder);
+            return Ok(materials::convert(name, definition, &mut self.textures, builder));
         }
         let at = Location::line(self.files.path(), *line);
         if name.is_empty() {
             let message = format!("faces without material: grey of reflectance {GREY}");
             builder.note(NoteKind::Defaulted, message, at);
-            return Material::new("without material", grey());
+            return Ok(Material::new("without material", grey()));
+        }
+        self.missing += 1;
+        if self.missing <= MAX_UNDEFINED {
+            let mut known: Vec<&str> = self.definitions.keys().map(String::as_str).collect();
+            known.sort_unstable();
+            if let Some(near) = nearest_name(name, known.into_iter().take(MAX_COMPARED)) {
+                return Err(Error::misspelt(at, "material", name, near));
+            }
         }
         let message = format!("material {name:?} is not defined: grey of reflectance {GREY}");
         let further = "further materials are not defined: grey";
         self.undefined.add(NoteKind::Repaired, message, further, at, builder.notes_mut());
-        Material::new(name.as_str(), grey())
+        Ok(Material::new(name.as_str(), grey()))
     }
 }

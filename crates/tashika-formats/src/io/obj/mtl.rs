@@ -25,7 +25,7 @@ use super::parse::MAX_UNKNOWN;
 use super::tally::Tally;
 use super::text::{Lines, excerpt, name, number, split_keyword, values, words};
 use crate::color::Rgb;
-use crate::error::{Error, Location, Result};
+use crate::error::{Error, Location, Result, nearest_name};
 use crate::io::notes::Named;
 use crate::scene::{NoteKind, Notes};
 
@@ -169,7 +169,7 @@ impl Parser<'_> {
                     b"map_pm" => &mut definition.map_pm,
                     _ => &mut definition.norm,
                 };
-                match Map::parse(rest) {
+                match Map::parse(rest, line) {
                     None => self.tally.add(NoteKind::Ignored, "texture statements without a file name", line),
                     Some(map) => {
                         if map.modified {
@@ -189,6 +189,11 @@ impl Parser<'_> {
                 met(SHEEN);
             }
             _ => {
+                let word = name(keyword);
+                if let Some(near) = nearest_name(&word, ["newmtl", "illum"]) {
+                    let at = Location::line(self.file, line);
+                    return Err(Error::misspelt(at, MATERIAL, &excerpt(keyword), near));
+                }
                 let message = format!("material statements {:?}, which are not known", excerpt(keyword));
                 let further = "further material statements that are not known";
                 let at = Location::line(self.file, line);

@@ -22,7 +22,7 @@ use glam::{DVec3, Vec2, Vec3};
 use super::features::{COMMANDS, DISPLAY, FREE_FORM, OUTER_MAPS, STATEMENT, VERTEX_COLORS};
 use super::tally::Tally;
 use super::text::{Lines, excerpt, name, number, split_keyword, values, wide_number};
-use crate::error::{Error, Location, Result};
+use crate::error::{Error, Location, Result, nearest_name};
 use crate::io::notes::Named;
 use crate::math::LocalPlaces;
 use crate::scene::{NoteKind, Notes};
@@ -182,6 +182,11 @@ impl<'a> Parser<'a> {
             _ => {
                 let word = excerpt(keyword);
                 let at = Location::line(self.file, line);
+                // Bytes that are no text at all are told as that.
+                let near = nearest_name(&word, ["usemtl", "mtllib"]).filter(|_| self.known_statements);
+                if let Some(near) = near {
+                    return Err(Error::misspelt(at, STATEMENT, &word, near));
+                }
                 let message = format!("statements {word:?}, which are not of the format");
                 let further = "further statements that are not of the format";
                 self.unknown.add(NoteKind::Ignored, message, further, at, notes);

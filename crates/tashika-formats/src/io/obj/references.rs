@@ -232,7 +232,8 @@ impl<'a> Textures<'a> {
             Err((kind, reason)) => {
                 let message = unreadable_image(&map.name, &reason, FACTOR_ALONE);
                 let further = "further images could not be read";
-                self.unreadable.add(kind, message, further, definition.at.clone(), builder.notes_mut());
+                let at = Location { line: Some(map.line.0), ..definition.at.clone() };
+                self.unreadable.add(kind, message, further, at, builder.notes_mut());
                 None
             }
         }
@@ -245,7 +246,7 @@ impl<'a> Textures<'a> {
         content: Content,
         builder: &mut SceneBuilder,
     ) -> Result<Result<Picture, Unreadable>> {
-        let at = &definition.at;
+        let at = &Location { line: Some(map.line.0), ..definition.at.clone() };
         let found = find(self.files, &definition.folder, &map.name, at)?;
         note_moved(&map.name, &found, &mut self.moved, at, builder.notes_mut());
         if content == Content::Opacity

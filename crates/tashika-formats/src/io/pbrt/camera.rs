@@ -124,7 +124,7 @@ impl Film {
                 loading.note(NoteKind::Ignored, format!("{name} of films: left out"), p.at());
             }
         }
-        loading.note_unused(&format!("film {class:?}"), p);
+        loading.note_unused("film", class, p)?;
         Ok(film)
     }
 
@@ -205,7 +205,7 @@ pub(super) fn add(
     let (projection, lens) = match class {
         "orthographic" => (Projection::Orthographic { height: size.y }, lens(p)),
         "realistic" => {
-            p.accept_all();
+            p.accept_known();
             let height = size.y / size.x.min(size.y) * 2.0;
             (perspective(loading, p, REALISTIC_FOV, height), Lens::PINHOLE)
         }
@@ -215,7 +215,7 @@ pub(super) fn add(
     let shift = Vec2::new(0.5 * (x0 + x1), 0.5 * (y0 + y1)) / size;
     let camera = Camera { shift, lens, medium: stand.medium, ..film.camera(stand.pose, projection) };
     let camera = exposed(loading, p, camera, stand, DAffine3::IDENTITY);
-    loading.note_unused(&format!("camera {class:?}"), p);
+    loading.note_unused("camera", class, p)?;
     loading.builder.add_camera_at(camera, stand.pose)
 }
 
@@ -247,7 +247,7 @@ fn add_spherical(
     let to_world = stand.pose * axes;
     let camera = Camera { medium: stand.medium, ..film.camera(to_world, Projection::Spherical { map }) };
     let camera = exposed(loading, p, camera, stand, axes);
-    loading.note_unused(&format!("camera {class:?}"), p);
+    loading.note_unused("camera", class, p)?;
     loading.builder.add_camera_at(camera, to_world)
 }
 

@@ -142,7 +142,7 @@ fn map(
     if let Some(known) = loading.maps.get(&key) {
         return Ok(known.clone());
     }
-    let at = p.at();
+    let at = p.place_of(if loading.version == Version::V3 { "mapname" } else { "filename" });
     let image = loading.images.read(name, Encoding::Srgb, &at, &mut loading.builder)?;
     let mut found = None;
     if let Some(image) = image {

@@ -6,16 +6,21 @@
 //!
 //! Tested by `suite::pbrt`, `suite::damaged_pbrt`.
 
+mod objects;
+
 use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat4, DVec3};
 
+use self::objects::Instance;
 use super::camera::{self, Film, Stand};
+use super::known;
 use super::lexer::{Lexer, Token, unescape, wide_number};
 use super::lights;
 use super::loading::Loading;
 use super::materials::Materials;
 use super::media::{self, Media};
+use super::names::{Definition, Named};
 use super::parameters::{Parameter, Parameters};
 use super::place::Place;
 use super::shapes::{Part, Request, Shapes};
@@ -25,19 +30,60 @@ use super::text::{Text, Texts};
 use super::textures::Textures;
 use super::transform;
 use super::version::Version;
-use crate::error::{Error, Location, Result};
+use crate::error::{Error, Location, Result, nearest_name};
 use crate::io::SceneFiles;
 use crate::io::lights::Surroundings;
 use crate::io::notes::excerpt;
 use crate::math::motion::Track;
 use crate::scene::{NoteKind, Scene};
 
-/// Most placements of meshes: a small text can ask for a product of large numbers. Those that move
-/// count as often as they take up the memory of one that stands.
-const MAX_INSTANCES: usize = 1 << 22;
-
-/// Memory of one that stands, roughly.
-const INSTANCE_BYTES: usize = 150;
+/// All directives, for slips.
+const DIRECTIVES: [&str; 44] = [
+    "Accelerator",
+    "ActiveTransform",
+    "AreaLightSource",
+    "Attribute",
+    "AttributeBegin",
+    "AttributeEnd",
+    "Camera",
+    "ColorSpace",
+    "ConcatTransform",
+    "CoordinateSystem",
+    "CoordSysTransform",
+    "Film",
+    "Filter",
+    "Identity",
+    "Import",
+    "Include",
+    "Integrator",
+    "LightSource",
+    "LookAt",
+    "MakeNamedMaterial",
+    "MakeNamedMedium",
+    "Material",
+    "MediumInterface",
+    "NamedMaterial",
+    "ObjectBegin",
+    "ObjectEnd",
+    "ObjectInstance",
+    "Option",
+    "PixelFilter",
+    "Renderer",
+    "ReverseOrientation",
+    "Rotate",
+    "Sampler",
+    "Scale",
+    "Shape",
+    "SurfaceIntegrator",
+    "Texture",
+    "Transform",
+    "TransformBegin",
+    "TransformEnd",
+    "TransformTimes",
+    "Translate",
+    "WorldBegin",
+    "WorldEnd",
+];
 
 /// The scene as far as it is read.
 pub(super) struct Interpreter<'f> {
@@ -50,6 +96,8 @@ pub(super) struct Interpreter<'f> {
     shapes: Shapes,
     sky: Surroundings,
     objects: BTreeMap<String, Vec<Part>>,
+    /// Instances of objects that are not defined before them.
+    waiting: Vec<Instance>,
     /// The object between `ObjectBegin` and `ObjectEnd`.
     object: Option<(String, Vec<Part>)>,
     instances: usize,
@@ -76,6 +124,7 @@ impl<'f> Interpreter<'f> {
             shapes: Shapes::default(),
             sky: Surroundings::default(),
             objects: BTreeMap::new(),
+            waiting: Vec::new(),
             object: None,
             instances: 0,
             camera: None,
@@ -140,6 +189,8 @@ impl<'f> Interpreter<'f> {
         if self.object.is_some() || self.states.depth() > 0 {
             self.note(NoteKind::Repaired, "attributes or objects without end: ended with the scene", at);
         }
+        self.place_waiting()?;
+        self.refuse_slips()?;
         if let Some((class, parameters, stand)) = self.camera.take() {
             camera::add(&mut self.loading, &class, &parameters, &stand, &self.film)?;
         }
@@ -254,19 +305,33 @@ impl<'f> Interpreter<'f> {
             }
             b"Option" => {
                 // One parameter, which changes how pbrt runs, not what it shows.
-                self.own_parameters(lexer, place)?;
+                let parameters = self.own_parameters(lexer, place)?;
+                parameters.accept_known();
+                self.loading.note_unused("option", "", &parameters)?;
             }
             b"Texture" => {
                 let name = string(lexer, "the name of a texture")?;
                 let value_type = string(lexer, "the type of a texture's values")?;
                 let class = string(lexer, "the type of a texture")?;
                 let parameters = self.parameters(lexer, place, "texture")?;
-                self.textures.define(&mut self.loading, [&name, &value_type, &class], &parameters)?;
+                let of = match value_type.as_str() {
+                    "float" => Named::Float,
+                    "color" | "spectrum" => Named::Color,
+                    _ => {
+                        let types = [&*name, &*value_type, &*class];
+                        return self.textures.define(&mut self.loading, types, &parameters);
+                    }
+                };
+                self.meet(Definition { of, name, class, parameters: parameters.into(), to_world: None })?;
             }
             b"Attribute" => {
                 let target = string(lexer, "shape, light, material, medium or texture")?;
                 let at = place.location();
                 let parameters = self.own_parameters(lexer, place)?;
+                for parameter in parameters.unused().filter(|p| !known::is_name(&p.name)) {
+                    let known = known::names_of_kind(&target).chain(known::names_of_kind("area light"));
+                    self.loading.note_unknown(&format!("attribute {target:?}"), known, parameter)?;
+                }
                 let defaults = &mut self.states.current.defaults;
                 defaults.entry(target).or_default().extend(parameters.into_list());
                 let bytes: usize = defaults.values().flatten().map(Parameter::bytes).sum();
@@ -290,8 +355,13 @@ impl<'f> Interpreter<'f> {
             b"Camera" | b"Film" | b"Sampler" | b"PixelFilter" | b"Filter" | b"Accelerator"
             | b"Integrator" | b"SurfaceIntegrator" | b"VolumeIntegrator" | b"Renderer" | b"Volume" => "",
             _ => {
-                let found = Token::Word(word).shown();
-                return Err(Error::invalid(place.location(), found, "a directive of pbrt"));
+                let name = String::from_utf8_lossy(word);
+                return Err(match nearest_name(&name, DIRECTIVES) {
+                    Some(near) => Error::misspelt(place.location(), "directive", &name, near),
+                    None => {
+                        Error::invalid(place.location(), Token::Word(word).shown(), "a directive of pbrt")
+                    }
+                });
             }
         };
         let class = string(lexer, "the name of a type")?;
@@ -305,8 +375,9 @@ impl<'f> Interpreter<'f> {
                     materials.define(&mut self.loading, textures, &class, &parameters)?;
             }
             b"MakeNamedMaterial" => {
-                let (textures, materials) = (&self.textures, &mut self.materials);
-                materials.define_named(&mut self.loading, textures, &class, &parameters)?;
+                let (name, class) = (class, String::new());
+                let parameters = parameters.into();
+                self.meet(Definition { of: Named::Material, name, class, parameters, to_world: None })?;
             }
             b"LightSource" => {
                 self.motion(true, &at());
@@ -322,14 +393,81 @@ impl<'f> Interpreter<'f> {
             b"Film" => self.film = Film::read(&mut self.loading, &class, &parameters)?,
             b"MakeNamedMedium" => {
                 self.loading.met("directive", "MakeNamedMedium", "left out", &at())?;
-                self.media.define(&mut self.loading, &class, &parameters, self.states.affine())?;
+                let (name, class, to_world) = (class, String::new(), self.states.affine());
+                self.meet(Definition {
+                    of: Named::Medium,
+                    name,
+                    class,
+                    parameters: parameters.into(),
+                    to_world,
+                })?;
             }
             b"Volume" => self.loading.met("directive", "Volume", "left out", &at())?,
-            b"Integrator" => self.integrator = Some(class),
+            b"Integrator" => {
+                self.without_effect("integrator", &class, &parameters)?;
+                self.integrator = Some(class);
+            }
             // How pbrt samples and filters is not what is in the picture.
+            b"Sampler" => self.without_effect("sampler", &class, &parameters)?,
+            b"PixelFilter" | b"Filter" => self.without_effect("filter", &class, &parameters)?,
+            b"Accelerator" => self.without_effect("accelerator", &class, &parameters)?,
+            // Of version 2.
             _ => {}
         }
         Ok(())
+    }
+
+    /// Tells which parameters are unknown of what has no effect on the picture.
+    fn without_effect(&mut self, kind: &str, class: &str, parameters: &Parameters) -> Result<()> {
+        parameters.accept_known();
+        self.loading.note_unused(kind, class, parameters)
+    }
+
+    /// Carries out a definition, unless that was done before the reading began.
+    fn meet(&mut self, definition: Definition) -> Result<()> {
+        if self.loading.names.was_ahead(&definition) {
+            return Ok(());
+        }
+        self.define(&definition)?;
+        if self.loading.version == Version::V4 {
+            self.loading.names.keep(definition);
+        }
+        Ok(())
+    }
+
+    fn define(&mut self, definition: &Definition) -> Result<()> {
+        let Definition { of, name, class, parameters, to_world } = definition;
+        let (loading, textures) = (&mut self.loading, &mut self.textures);
+        match of {
+            Named::Float => textures.define(loading, [name, "float", class], parameters),
+            Named::Color => textures.define(loading, [name, "spectrum", class], parameters),
+            Named::Material => self.materials.define_named(loading, textures, name, parameters),
+            Named::Medium => self.media.define(loading, name, parameters, *to_world),
+            // These have no definition of one directive.
+            Named::Object => Ok(()),
+        }
+    }
+
+    /// What a second reading has to begin with; empty if this one was enough.
+    pub(super) fn needed_ahead(&self) -> Vec<Definition> {
+        self.loading.names.needed_ahead()
+    }
+
+    /// Carries out definitions before the reading.
+    pub(super) fn begin_with(&mut self, ahead: &[Definition]) -> Result<()> {
+        self.loading.names.begin_with(ahead);
+        ahead.iter().try_for_each(|definition| self.define(definition))
+    }
+
+    /// Refuses names that are slips of those that the scene defines.
+    fn refuse_slips(&self) -> Result<()> {
+        self.loading.names.refuse_slips(|of| match of {
+            Named::Float => self.textures.names(true),
+            Named::Color => self.textures.names(false),
+            Named::Material => self.materials.names(),
+            Named::Medium => self.media.names(),
+            Named::Object => self.objects.keys().cloned().collect(),
+        })
     }
 
     /// Parameters, without the defaults of `Attribute`.
@@ -374,6 +512,7 @@ impl<'f> Interpreter<'f> {
 
     fn name_material(&mut self, name: &str, at: Location) {
         self.states.current.material = self.materials.named(name).unwrap_or_else(|| {
+            self.loading.names.miss(Named::Material, name, &at);
             let message = format!("material {:?} is not defined: grey", excerpt(name, 60));
             self.loading.note_named(NoteKind::Repaired, message, "materials are not defined", at);
             self.materials.default_id()
@@ -474,80 +613,6 @@ impl<'f> Interpreter<'f> {
                 self.add_instance(&part, &DAffine3::IDENTITY, None, &parameters.at())?;
             }
         }
-        Ok(())
-    }
-
-    /// Places a part in the world; `track` is of `to_world` if that moves.
-    fn add_instance(
-        &mut self,
-        part: &Part,
-        to_world: &DAffine3,
-        track: Option<&Track>,
-        at: &Location,
-    ) -> Result<()> {
-        let track = transform::product([to_world, &part.to_object], [track, part.track.as_ref()]);
-        self.instances += 1 + track.as_ref().map_or(0, Track::bytes) as usize / INSTANCE_BYTES;
-        if self.instances > MAX_INSTANCES {
-            let found = format!("{} placements of shapes", self.instances);
-            return Err(Error::invalid(at.clone(), found, format!("at most {MAX_INSTANCES}")));
-        }
-        if let Some(track) = track
-            && let Some(shutter) = self.shutter()
-        {
-            return self.loading.builder.add_moving_instance(part.mesh, track, shutter).map(|_| ());
-        }
-        let placed = *to_world * part.to_object;
-        match transform::placeable(&placed) {
-            Some(_) => self.loading.builder.add_instance(part.mesh, placed).map(|_| ()),
-            None => {
-                self.note(
-                    NoteKind::Repaired,
-                    "instances with a transform that cannot be inverted: left out",
-                    at.clone(),
-                );
-                Ok(())
-            }
-        }
-    }
-
-    fn begin_object(&mut self, name: String, place: &Place) -> Result<()> {
-        self.save(SavedBy::Object, place)?;
-        if let Some((outer, parts)) = self.object.take() {
-            self.note(NoteKind::Repaired, "objects in objects: the outer one ends there", place.location());
-            self.objects.insert(outer, parts);
-        }
-        self.object = Some((name, Vec::new()));
-        Ok(())
-    }
-
-    fn end_object(&mut self, at: Location) {
-        match self.object.take() {
-            Some((name, parts)) => {
-                self.objects.insert(name, parts);
-                self.restore(SavedBy::Object, at);
-            }
-            None => self.note(NoteKind::Repaired, "ObjectEnd without ObjectBegin: passed over", at),
-        }
-    }
-
-    fn instance(&mut self, name: &str, at: Location) -> Result<()> {
-        if self.object.is_some() {
-            self.note(NoteKind::Ignored, "instances inside objects, which pbrt does not allow: left out", at);
-            return Ok(());
-        }
-        let track = self.motion(false, &at);
-        let Some(to_world) = self.place(&at)? else { return Ok(()) };
-        // Taken out while its parts are placed, so that nothing is copied.
-        let Some((name, parts)) = self.objects.remove_entry(name) else {
-            let message = format!("object {:?} is not defined: left out", excerpt(name, 60));
-            self.loading.note_named(NoteKind::Repaired, message, "objects are not defined", at);
-            return Ok(());
-        };
-        self.loading.builder.begin_unnamed_object(&name);
-        for part in &parts {
-            self.add_instance(part, &to_world, track.as_ref(), &at)?;
-        }
-        self.objects.insert(name, parts);
         Ok(())
     }
 }

@@ -69,7 +69,7 @@ pub(super) fn area_light(
     if loading.version == Version::V4
         && let Some(name) = p.string("filename")
     {
-        let at = p.at();
+        let at = p.place_of("filename");
         if let Some(image) = loading.images.load(name, Encoding::Srgb, &at, &mut loading.builder)? {
             let texture = loading.builder.add_texture(image.texture(|all| all))?;
             radiance.texture = Some(texture);
@@ -77,7 +77,7 @@ pub(super) fn area_light(
     }
     let power = if loading.version == Version::V4 { p.float("power").filter(|&p| p > 0.0) } else { None };
     let two_sided = p.boolean("twosided").unwrap_or(false);
-    loading.note_unused("area light \"diffuse\"", p);
+    loading.note_unused("area light", "diffuse", p)?;
     Ok(Some(AreaLight { radiance, two_sided, power }))
 }
 
@@ -89,6 +89,8 @@ pub(super) fn light(
     to_world: &DAffine3,
     sky: &mut Surroundings,
 ) -> Result<()> {
+    // Version 2 has two of them.
+    let class = if class == "exinfinite" { "infinite" } else { class };
     loading.met("light", class, "left out", &p.at())?;
     p.accept(&["nsamples", "samples"]);
     match class {
@@ -108,13 +110,12 @@ pub(super) fn light(
             let direction = direction(loading, p, to_world, to - from);
             add(loading, p, Emitter::Directional { direction, irradiance }, DVec3::ZERO)?;
         }
-        "infinite" | "exinfinite" => infinite(loading, p, to_world, sky)?,
+        "infinite" => infinite(loading, p, to_world, sky)?,
         "goniometric" => image_lights::goniometric(loading, p, to_world)?,
         "projection" => image_lights::projection(loading, p, to_world)?,
         _ => return Ok(()),
     }
-    loading.note_unused(&format!("light {class:?}"), p);
-    Ok(())
+    loading.note_unused("light", class, p)
 }
 
 /// Adds an emitter at a place, if that is finite.
@@ -188,7 +189,8 @@ fn infinite(
         loading.note(NoteKind::Ignored, "further maps of infinite lights: left out", at);
         return Ok(());
     }
-    let image = loading.images.read(name, Encoding::Srgb, &at, &mut loading.builder)?;
+    let named = p.place_of(if loading.version == Version::V3 { "mapname" } else { "filename" });
+    let image = loading.images.read(name, Encoding::Srgb, &named, &mut loading.builder)?;
     let Some(image) = image else {
         let message = "infinite lights whose map cannot be read: a constant of their L";
         loading.note(NoteKind::Repaired, message, at);

@@ -2,12 +2,14 @@
 
 use super::features::FEATURES;
 use super::image_lights::Maps;
-use super::parameters::Parameters;
+use super::known;
+use super::names::Names;
+use super::parameters::{Parameter, Parameters};
 use super::version::Version;
-use crate::error::{Location, Result};
+use crate::error::{Error, Location, Result, nearest_name};
 use crate::io::assets::ImageCache;
 use crate::io::limits::Budget;
-use crate::io::notes::Named;
+use crate::io::notes::{Named, excerpt};
 use crate::io::{Feature, SceneFiles};
 use crate::scene::{NoteKind, SceneBuilder, TurnedAway};
 
@@ -27,6 +29,8 @@ pub(super) struct Loading<'f> {
     /// The maps of lights.
     pub(super) maps: Maps,
     named: Named,
+    /// The names that the scene defines and uses.
+    pub(super) names: Names,
     /// For meshes, maps of lights, and grids of media: a small text can ask for the same large thing
     /// again and again.
     pub(super) geometry: Budget,
@@ -46,6 +50,7 @@ impl<'f> Loading<'f> {
             images: ImageCache::new(files),
             maps: Maps::new(),
             named: Named::new(MAX_NAMED),
+            names: Names::default(),
             geometry: Budget::new(files.options().max_file_bytes, "geometry"),
         }
     }
@@ -65,9 +70,10 @@ impl<'f> Loading<'f> {
     /// `unknown` says.
     ///
     /// # Errors
-    /// If the feature is refused.
+    /// If the feature is refused, or the name is a slip of one that is in the table.
     pub(super) fn met(&mut self, kind: &'static str, name: &str, unknown: &str, at: &Location) -> Result<()> {
         if !Feature::look_up(FEATURES, [kind, name], at, self.builder.notes_mut())? {
+            Feature::refuse_slip(FEATURES, [kind, name], at)?;
             let message = Feature::unknown([kind, name], unknown);
             self.note_named(NoteKind::Ignored, message, "unknown names", at.clone());
         }
@@ -79,11 +85,43 @@ impl<'f> Loading<'f> {
         Feature::find(FEATURES, kind, name).is_some()
     }
 
-    /// Tells which parameters nothing looked at; `owner` says whose they are.
-    pub(super) fn note_unused(&mut self, owner: &str, parameters: &Parameters) {
+    /// Tells which parameters of a `kind`, of type `class` if that has types, nothing looked at.
+    ///
+    /// # Errors
+    /// If the name of one is a slip of one that is known there.
+    pub(super) fn note_unused(&mut self, kind: &str, class: &str, parameters: &Parameters) -> Result<()> {
+        let owner = if class.is_empty() && kind != "material" {
+            kind.to_owned()
+        } else {
+            format!("{kind} {class:?}")
+        };
         for parameter in parameters.unused() {
-            let message = format!("parameter {:?} of {owner} is not used", parameter.declaration);
-            self.note_named(NoteKind::Ignored, message, "parameters are not used", parameter.at());
+            let is_known = known::names(kind, class).any(|known| known == parameter.name);
+            if is_known && parameters.accepts_known() {
+                continue;
+            }
+            self.note_unknown(&owner, known::names(kind, class), parameter)?;
         }
+        Ok(())
+    }
+
+    /// Tells that nothing looks at a parameter of an owner that knows parameters of those names.
+    ///
+    /// # Errors
+    /// If its name is a slip of one of them.
+    pub(super) fn note_unknown(
+        &mut self,
+        owner: &str,
+        known: impl Iterator<Item = &'static str>,
+        parameter: &Parameter,
+    ) -> Result<()> {
+        let (name, at) = (&parameter.name, parameter.at());
+        let near = if known::is_name(name) { None } else { nearest_name(name, known) };
+        if let Some(near) = near {
+            return Err(Error::misspelt(at, &format!("{owner}: parameter"), &excerpt(name, 60), near));
+        }
+        let message = format!("parameter {:?} of {owner} is not used", parameter.declaration);
+        self.note_named(NoteKind::Ignored, message, "parameters are not used", at);
+        Ok(())
     }
 }

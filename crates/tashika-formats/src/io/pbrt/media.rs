@@ -23,6 +23,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 
 use super::loading::Loading;
+use super::names::Named;
 use super::parameters::{Parameters, Values};
 use super::spectra::{self, Quantity};
 use super::transform;
@@ -79,6 +80,11 @@ impl Sides {
 }
 
 impl Media {
+    /// All names.
+    pub(super) fn names(&self) -> Vec<String> {
+        self.named.keys().cloned().collect()
+    }
+
     /// `MakeNamedMedium name`, of which a grid is placed by `to_world`.
     ///
     /// # Errors
@@ -93,7 +99,8 @@ impl Media {
     ) -> Result<()> {
         let Some(class) = p.string("type").map(str::to_owned) else {
             loading.note(NoteKind::Repaired, "media without type: vacuum", p.at());
-            p.accept_all();
+            p.accept_known();
+            loading.note_unused("medium", "", p)?;
             self.named.insert(name.to_owned(), None);
             return Ok(());
         };
@@ -101,15 +108,18 @@ impl Media {
         let medium = match class.as_str() {
             "homogeneous" | "heterogeneous" | "uniformgrid" | "rgbgrid" | "nanovdb" => {
                 match made_of(loading, &class, name, p, to_world)? {
-                    Some(medium) => {
-                        loading.note_unused(&format!("medium {class:?}"), p);
-                        Some(loading.builder.add_medium(medium)?)
-                    }
+                    Some(medium) => Some(loading.builder.add_medium(medium)?),
                     None => None,
                 }
             }
             _ => None,
         };
+        if Loading::knows("medium", &class) {
+            if medium.is_none() {
+                p.accept_known();
+            }
+            loading.note_unused("medium", &class, p)?;
+        }
         self.named.insert(name.to_owned(), medium);
         Ok(())
     }
@@ -120,6 +130,7 @@ impl Media {
             _ if name.is_empty() => None,
             Some(known) => *known,
             None => {
+                loading.names.miss(Named::Medium, name, at);
                 let message = format!("medium {:?} is not defined: vacuum", excerpt(name, 60));
                 loading.note_named(NoteKind::Repaired, message, "media are not defined", at.clone());
                 None
@@ -194,7 +205,7 @@ fn grid_of_file(
     let at = p.at();
     let Some(reference) = p.string("filename").map(str::to_owned) else {
         loading.note(NoteKind::Repaired, "medium \"nanovdb\" without a file: vacuum", at);
-        p.accept_all();
+        p.accept_known();
         return Ok(None);
     };
     let file = Location::file(loading.files.beside(&reference));
@@ -207,8 +218,9 @@ fn grid_of_file(
         Err(error @ (Error::Io { .. } | Error::Outside { .. } | Error::Unsupported { .. })) => {
             let why = reason(&error);
             let message = format!("grid {:?} could not be read ({why}): vacuum", excerpt(&reference, 60));
+            let at = p.place_of("filename");
             loading.note_named(kind(&error), message, "grids that could not be read", at);
-            p.accept_all();
+            p.accept_known();
             return Ok(None);
         }
         Err(error) => return Err(error),

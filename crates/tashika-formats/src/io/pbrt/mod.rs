@@ -7,7 +7,8 @@
 //! | module | what it does |
 //! |---|---|
 //! | [`lexer`], [`place`] | tokens and where they stand |
-//! | [`parameters`] | parameter lists |
+//! | [`parameters`], [`known`] | parameter lists, and what may stand in them |
+//! | [`names`] | what a scene defines, before or after it is used |
 //! | [`text`], [`version`] | included files; which of the two formats it is |
 //! | [`interpreter`], [`state`], [`transform`] | directives in order, saved states, matrices |
 //! | [`camera`] | camera and film |
@@ -36,11 +37,13 @@ mod camera;
 mod features;
 mod image_lights;
 mod interpreter;
+mod known;
 mod lexer;
 mod lights;
 mod loading;
 mod materials;
 mod media;
+mod names;
 mod parameters;
 mod place;
 mod roughness;
@@ -71,5 +74,13 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let version = text::version(files, &main);
     let mut interpreter = Interpreter::new(files, texts, version);
     interpreter.run(&main, 1)?;
+    let ahead = interpreter.needed_ahead();
+    if !ahead.is_empty() {
+        let mut texts = Texts::new(files);
+        let main = texts.main()?;
+        interpreter = Interpreter::new(files, texts, version);
+        interpreter.begin_with(&ahead)?;
+        interpreter.run(&main, 1)?;
+    }
     interpreter.finish()
 }

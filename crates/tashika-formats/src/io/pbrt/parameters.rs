@@ -152,12 +152,13 @@ impl Parameter {
 }
 
 /// The parameters of a directive.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Parameters {
     list: Vec<Parameter>,
     /// What holds for names that are not in the list.
     defaults: Vec<Parameter>,
     place: Place,
+    accepts_known: Cell<bool>,
 }
 
 impl Parameters {
@@ -172,12 +173,18 @@ impl Parameters {
             let place = lexer.place();
             list.push(parameter(lexer, &utf8_or_latin1(declaration), primaries, place)?);
         }
-        Ok(Self { list, defaults: Vec::new(), place })
+        Ok(Self { list, defaults: Vec::new(), place, accepts_known: Cell::new(false) })
     }
 
     /// Where the directive stands.
     pub(super) fn at(&self) -> Location {
         self.place.location()
+    }
+
+    /// Where a parameter of that name is declared, else where the directive stands.
+    pub(super) fn place_of(&self, name: &str) -> Location {
+        let named = self.defaults.iter().chain(&self.list).rev().find(|p| p.name == name);
+        named.map_or_else(|| self.at(), Parameter::at)
     }
 
     /// Adds what holds for parameters that are not there; it is not missed if nothing uses it.
@@ -208,9 +215,26 @@ impl Parameters {
         self.list.iter().filter(|p| names.contains(&p.name.as_str())).for_each(|p| p.used.set(true));
     }
 
-    /// Marks every parameter as known.
-    pub(super) fn accept_all(&self) {
-        self.list.iter().for_each(|p| p.used.set(true));
+    /// Marks every parameter that is known there, by [`known`](super::known), as one that changes
+    /// nothing here.
+    pub(super) fn accept_known(&self) {
+        self.accepts_known.set(true);
+    }
+
+    /// True if known parameters that nothing looked at change nothing here.
+    pub(super) fn accepts_known(&self) -> bool {
+        self.accepts_known.get()
+    }
+
+    /// Marks every parameter as one that nothing has looked at.
+    pub(super) fn forget_uses(&self) {
+        self.list.iter().chain(&self.defaults).for_each(|p| p.used.set(false));
+        self.accepts_known.set(false);
+    }
+
+    /// All parameters of a declared type, without a look at them.
+    pub(super) fn of_kind(&self, kind: Kind) -> impl Iterator<Item = &Parameter> {
+        self.defaults.iter().chain(&self.list).filter(move |p| p.kind == kind)
     }
 
     /// Whether any is given by a texture.

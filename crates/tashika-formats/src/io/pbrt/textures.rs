@@ -22,6 +22,7 @@
 use std::collections::BTreeMap;
 
 use super::loading::Loading;
+use super::names::Named;
 use super::parameters::Parameters;
 use super::spectra::{self, Quantity};
 use super::version::Version;
@@ -42,6 +43,11 @@ pub(super) struct Textures {
 }
 
 impl Textures {
+    /// All names of textures of numbers, or of colours.
+    pub(super) fn names(&self, of_numbers: bool) -> Vec<String> {
+        if of_numbers { self.floats.keys().cloned().collect() } else { self.colors.keys().cloned().collect() }
+    }
+
     /// `Texture name type class`: defines a texture.
     pub(super) fn define(
         &mut self,
@@ -66,7 +72,7 @@ impl Textures {
             }
         }
         if Loading::knows("texture", class) {
-            loading.note_unused(&format!("texture {class:?}"), parameters);
+            loading.note_unused("texture", class, parameters)?;
         }
         Ok(())
     }
@@ -81,7 +87,7 @@ impl Textures {
         if let Some(texture) = parameters.texture(name) {
             let found = self.colors.get(texture).copied();
             if found.is_none() {
-                missing(loading, texture, parameters.at());
+                missing(loading, Named::Color, texture, parameters.place_of(name));
             }
             return Ok(found);
         }
@@ -98,7 +104,7 @@ impl Textures {
         if let Some(texture) = parameters.texture(name) {
             let found = self.floats.get(texture).copied();
             if found.is_none() {
-                missing(loading, texture, parameters.at());
+                missing(loading, Named::Float, texture, parameters.place_of(name));
             }
             return found;
         }
@@ -155,7 +161,7 @@ impl Textures {
             }
             "dots" => {
                 let ends = [operand("inside", 1.0)?, operand("outside", 0.0)?];
-                p.accept_all();
+                p.accept_known();
                 (ends, Rgb::gray(0.5).into())
             }
             _ => return Ok(None),
@@ -192,15 +198,15 @@ impl Textures {
                     let value = spectra::color(loading, p, name, Quantity::Factor)?;
                     sum += value.unwrap_or(Rgb::gray(default));
                 }
-                p.accept_all();
+                p.accept_known();
                 (sum * 0.25).into()
             }
             "marble" => {
-                p.accept_all();
+                p.accept_known();
                 MARBLE.into()
             }
             _ => {
-                p.accept_all();
+                p.accept_known();
                 gray(GREY)
             }
         })
@@ -232,11 +238,11 @@ impl Textures {
             "bilerp" => {
                 let corners = [("v00", 0.0), ("v01", 1.0), ("v10", 0.0), ("v11", 1.0)];
                 let sum: f32 = corners.iter().map(|(name, default)| p.float(name).unwrap_or(*default)).sum();
-                p.accept_all();
+                p.accept_known();
                 (0.25 * sum).into()
             }
             _ => {
-                p.accept_all();
+                p.accept_known();
                 GREY.into()
             }
         })
@@ -246,7 +252,8 @@ impl Textures {
 /// Mean of the colours between which pbrt's marble runs.
 const MARBLE: Rgb = Rgb::new(0.45, 0.44, 0.48);
 
-fn missing(loading: &mut Loading<'_>, name: &str, at: Location) {
+fn missing(loading: &mut Loading<'_>, of: Named, name: &str, at: Location) {
+    loading.names.miss(of, name, &at);
     let message = format!("texture {:?} is not defined: the default is used", excerpt(name, 60));
     loading.note_named(NoteKind::Repaired, message, "textures are not defined", at);
 }
@@ -270,7 +277,7 @@ fn checkerboard(loading: &mut Loading<'_>, p: &Parameters, ends: [ColorInput; 2]
     p.accept(&["aamode"]);
     if p.integer("dimension") == Some(3) {
         loading.note(NoteKind::Approximated, "checkerboards of three dimensions: their mean is used", p.at());
-        p.accept_all();
+        p.accept_known();
         return textures::mix(&mut loading.builder, ends, Rgb::gray(0.5).into());
     }
     let ([su, sv], [du, dv]) = mapping(loading, p)?;
@@ -318,7 +325,7 @@ fn image(loading: &mut Loading<'_>, p: &Parameters) -> Result<((TextureId, Chann
             loading.note(NoteKind::Repaired, message, p.at());
             None
         }
-        name => loading.images.load(name, encoding, &p.at(), &mut loading.builder)?,
+        name => loading.images.load(name, encoding, &p.place_of("filename"), &mut loading.builder)?,
     };
     let Some(image) = image else {
         let grey = loading.builder.add_texture(Texture::Constant(Rgb::gray(GREY)))?;

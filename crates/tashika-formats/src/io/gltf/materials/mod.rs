@@ -155,7 +155,7 @@ fn alpha(
     let texture = texture.filter(|t| !t.opaque).map(|t| (t.texture, Channel::A));
     let everywhere = match mode {
         AlphaMode::Mask { cutoff } => factor >= cutoff,
-        AlphaMode::Blend => factor >= 1.0,
+        AlphaMode::Blend | AlphaMode::Unseen => factor >= 1.0,
     };
     if lost || (texture.is_none() && everywhere) {
         return Ok(None);

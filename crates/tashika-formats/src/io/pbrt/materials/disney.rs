@@ -40,7 +40,7 @@ pub(super) fn surface(m: &mut Maker<'_, '_>) -> Result<Surface> {
     if metallic.texture.is_some() || (metallic.factor > 0.0 && metallic.factor < 1.0) {
         m.met("disney metallic")?;
     }
-    m.parameters.accept_all();
+    m.parameters.accept_known();
     let material = Principled {
         name: "disney",
         base_color,

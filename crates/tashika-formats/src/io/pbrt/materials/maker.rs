@@ -180,7 +180,7 @@ impl Maker<'_, '_> {
         if version == Version::V4
             && let Some(name) = self.parameters.string("normalmap")
         {
-            let (loading, at) = (&mut *self.loading, self.parameters.at());
+            let (loading, at) = (&mut *self.loading, self.parameters.place_of("normalmap"));
             let image = loading.images.load(name, Encoding::Linear, &at, &mut loading.builder)?;
             let Some(image) = image else { return Ok(None) };
             let texture = loading.builder.add_texture(image.texture(|all| all))?;

@@ -16,6 +16,7 @@ use std::collections::BTreeMap;
 
 use self::maker::Maker;
 use super::loading::Loading;
+use super::names::Named;
 use super::parameters::Parameters;
 use super::textures::Textures;
 use super::version::Version;
@@ -105,6 +106,11 @@ impl Materials {
         Ok(())
     }
 
+    /// All names.
+    pub(super) fn names(&self) -> Vec<String> {
+        self.named.keys().cloned().collect()
+    }
+
     /// The material of that name.
     pub(super) fn named(&self, name: &str) -> Option<DefinitionId> {
         self.named.get(name).copied()
@@ -153,7 +159,7 @@ impl Materials {
         };
         definition.name = excerpt(name, 80);
         if Loading::knows("material", class) {
-            loading.note_unused(&format!("material {class:?}"), parameters);
+            loading.note_unused("material", class, parameters)?;
         }
         self.definitions.push(definition);
         Ok(DefinitionId(self.definitions.len() - 1))
@@ -171,11 +177,15 @@ impl Materials {
                 names.map(|names| names.strings().to_vec()).unwrap_or_default()
             }
         };
+        for name in names.iter().filter(|name| self.named(name).is_none()) {
+            let at = p.place_of(if loading.version == Version::V3 { "namedmaterial1" } else { "materials" });
+            loading.names.miss(Named::Material, name, &at);
+        }
         let ids: Vec<DefinitionId> = names.iter().filter_map(|name| self.named(name)).collect();
         let [first, second] = ids[..] else {
             let message = "mixes of materials that are not two defined ones: the first that is, else grey";
             loading.note(NoteKind::Repaired, message, p.at());
-            p.accept_all();
+            p.accept_known();
             return Ok(self.definitions[ids.first().map_or(0, |id| id.0)].clone());
         };
         let textured = p.has_textures() || ids.iter().any(|id| self.is_textured(*id));
@@ -215,7 +225,10 @@ impl Materials {
         material.alpha = match (shape_alpha, definition.opacity) {
             (Some(value), _) => {
                 // pbrt-v3 cuts holes where alpha is 0; pbrt-v4 lets light through at random.
+                // A light of alpha 0 is seen by nobody and shines.
+                let is_unseen = emission.is_some() && value.texture.is_none() && value.factor <= 0.0;
                 let mode = match loading.version {
+                    _ if is_unseen => AlphaMode::Unseen,
                     Version::V3 => AlphaMode::Mask { cutoff: f32::MIN_POSITIVE },
                     Version::V4 => AlphaMode::Blend,
                 };

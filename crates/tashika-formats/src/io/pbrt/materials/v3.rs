@@ -35,7 +35,7 @@ const HAIR: Rgb = Rgb::new(0.12, 0.07, 0.04);
 pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<(Option<Surface>, Option<FloatInput>)> {
     let surface = match class {
         "" | "none" => {
-            m.parameters.accept_all();
+            m.parameters.accept_known();
             return Ok((None, None));
         }
         "matte" => {
@@ -76,7 +76,7 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<(Option<Surf
         }
         "hair" => hair(m)?,
         _ => {
-            m.parameters.accept_all();
+            m.parameters.accept_known();
             grey()
         }
     };
@@ -164,7 +164,7 @@ pub(super) fn subsurface(m: &mut Maker<'_, '_>, reflectance: Option<&str>) -> Re
         }
     };
     let facets = m.facets_if_rough()?;
-    m.parameters.accept_all();
+    m.parameters.accept_known();
     // What leaves is in proportion to the reflectance and to what enters, whatever the boundary
     // throws back inside.
     let (base, specular) = (CoatBase::Proportional, Rgb::WHITE.into());
@@ -192,7 +192,7 @@ pub(super) fn hair(m: &mut Maker<'_, '_>) -> Result<Surface> {
         Some(color) => Some(color),
         None => m.color_if_there("reflectance")?,
     };
-    m.parameters.accept_all();
+    m.parameters.accept_known();
     Ok(Surface::Lambert { reflectance: color.unwrap_or(HAIR.into()) })
 }
 

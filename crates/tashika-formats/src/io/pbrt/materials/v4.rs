@@ -28,7 +28,7 @@ use crate::scene::{CoatBase, ColorInput, NoteKind, Surface};
 pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<Option<Surface>> {
     Ok(Some(match class {
         "" | "none" | "interface" => {
-            m.parameters.accept_all();
+            m.parameters.accept_known();
             return Ok(None);
         }
         "diffuse" => Surface::Lambert { reflectance: m.color("reflectance", 0.5)? },
@@ -74,7 +74,7 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<Option<Surfa
         "subsurface" => subsurface(m, Some("reflectance"))?,
         "hair" => hair(m)?,
         _ => {
-            m.parameters.accept_all();
+            m.parameters.accept_known();
             grey()
         }
     }))
@@ -101,7 +101,7 @@ fn coated_conductor(m: &mut Maker<'_, '_>) -> Result<Surface> {
     if m.facets("interface.", 0.0)? != 0.0.into() {
         m.met("coatedconductor interface.roughness")?;
     }
-    m.parameters.accept_all();
+    m.parameters.accept_known();
     let Surface::Conductor { fresnel, specular, facets } = surface else { return Ok(surface) };
     let coat = fresnel::dielectric(1.0, inside);
     let below = match fresnel {

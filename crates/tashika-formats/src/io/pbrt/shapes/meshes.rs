@@ -28,11 +28,11 @@ pub(super) fn mesh(loading: &mut Loading<'_>, class: &str, p: &Parameters) -> Re
     match class {
         "trianglemesh" => triangle_mesh(loading, p),
         "plymesh" => ply_mesh(loading, p),
-        "bilinearmesh" => bilinear_mesh(p),
+        "bilinearmesh" => bilinear_mesh(loading, p),
         "loopsubdiv" => loop_subdivision(loading, p),
         "heightfield" | "heightfield2" => height_field(p),
         _ => {
-            p.accept_all();
+            p.accept_known();
             Ok(None)
         }
     }
@@ -57,17 +57,14 @@ fn indices(p: &Parameters, vertices: usize, corners: usize) -> Result<Option<Vec
     }
 }
 
-/// Points, which must be there.
-fn points(p: &Parameters) -> Result<LocalPlaces> {
+/// Points; nothing, with a note, if there are none.
+fn points(loading: &mut Loading<'_>, p: &Parameters) -> Option<LocalPlaces> {
     let points = p.points("P");
     if points.is_empty() {
-        return Err(Error::invalid(
-            p.at(),
-            "a mesh without points \"P\"",
-            "\"point3 P\" with three numbers a point",
-        ));
+        loading.note(NoteKind::Repaired, "meshes without points \"P\": left out", p.at());
+        return None;
     }
-    Ok(LocalPlaces::of(&points))
+    Some(LocalPlaces::of(&points))
 }
 
 /// A value for each vertex, or none.
@@ -92,7 +89,7 @@ fn uvs(p: &Parameters) -> Vec<Vec2> {
 }
 
 fn triangle_mesh(loading: &mut Loading<'_>, p: &Parameters) -> Result<Option<MeshData>> {
-    let LocalPlaces { origin, places: positions } = points(p)?;
+    let Some(LocalPlaces { origin, places: positions }) = points(loading, p) else { return Ok(None) };
     let triangles = match indices(p, positions.len(), 3)? {
         Some(indices) => indices.as_chunks().0.to_vec(),
         None if positions.len() == 3 => vec![[0, 1, 2]],
@@ -125,6 +122,7 @@ fn ply_mesh(loading: &mut Loading<'_>, p: &Parameters) -> Result<Option<MeshData
         Err(error) => {
             let shown = excerpt(name, 60);
             let message = format!("mesh file {shown:?} could not be read ({}): left out", reason(&error));
+            let at = p.place_of("filename");
             loading.note_named(kind(&error), message, "mesh files could not be read", at);
             return Ok(None);
         }
@@ -136,8 +134,8 @@ fn ply_mesh(loading: &mut Loading<'_>, p: &Parameters) -> Result<Option<MeshData
     Ok(Some(data))
 }
 
-fn bilinear_mesh(p: &Parameters) -> Result<Option<MeshData>> {
-    let LocalPlaces { origin, places: positions } = points(p)?;
+fn bilinear_mesh(loading: &mut Loading<'_>, p: &Parameters) -> Result<Option<MeshData>> {
+    let Some(LocalPlaces { origin, places: positions }) = points(loading, p) else { return Ok(None) };
     let indices = match indices(p, positions.len(), 4)? {
         Some(indices) => indices,
         None if positions.len() == 4 => vec![0, 1, 2, 3],
@@ -175,7 +173,7 @@ fn is_flat([a, b, c, d]: &[Vec3; 4]) -> bool {
 }
 
 fn loop_subdivision(loading: &mut Loading<'_>, p: &Parameters) -> Result<Option<MeshData>> {
-    let LocalPlaces { origin, places: positions } = points(p)?;
+    let Some(LocalPlaces { origin, places: positions }) = points(loading, p) else { return Ok(None) };
     let Some(indices) = indices(p, positions.len(), 3)? else {
         return Err(Error::invalid(
             p.at(),

@@ -9,7 +9,8 @@
 //! being in the world. `ReverseOrientation` turns it around, where there are vertex normals only in
 //! pbrt-v4. For quadrics it is the side of their own normals, which it turns around too.
 //!
-//! Alpha textures cut holes in pbrt-v3 (where they are 0) and let a fraction through in pbrt-v4.
+//! Alpha textures cut holes in pbrt-v3 (where they are 0) and let a fraction through in pbrt-v4. A
+//! shape of alpha 0 that emits is not seen and shines in full; one of a fraction shines by that.
 //! Area lights of shapes inside objects are left out, as in pbrt.
 //!
 //! Source: Pharr et al. 2023, chapter 6. Tested by `suite::pbrt::shapes_*`.
@@ -89,9 +90,28 @@ impl Shapes {
         materials: &mut Materials,
         request: &Request<'_>,
     ) -> Result<Option<MeshId>> {
+        let Request { class, parameters, .. } = request;
+        loading.met("shape", class, "left out", &parameters.at())?;
+        let mesh = self.made(loading, textures, materials, request)?;
+        if Loading::knows("shape", class) {
+            if mesh.is_none() {
+                parameters.accept_known();
+            }
+            parameters.accept(&["shadowalpha", "alpha"]);
+            loading.note_unused("shape", class, parameters)?;
+        }
+        Ok(mesh)
+    }
+
+    fn made(
+        &mut self,
+        loading: &mut Loading<'_>,
+        textures: &Textures,
+        materials: &mut Materials,
+        request: &Request<'_>,
+    ) -> Result<Option<MeshId>> {
         let Request { class, parameters, state, .. } = request;
         let at = parameters.at();
-        loading.met("shape", class, "left out", &at)?;
         let alpha = alpha(loading, textures, parameters);
         let mut light = light(loading, request);
         let interface = state.media.interface();
@@ -136,7 +156,7 @@ impl Shapes {
         if let Some(key) = &key
             && let Some(known) = self.known.get(key)
         {
-            parameters.accept_all();
+            parameters.accept_known();
             return Ok(*known);
         }
         if data.is_none() {
@@ -155,10 +175,6 @@ impl Shapes {
         };
         if let Some(key) = key {
             self.known.insert(key, mesh);
-        }
-        if Loading::knows("shape", class) {
-            parameters.accept(&["shadowalpha", "alpha"]);
-            loading.note_unused(&format!("shape {class:?}"), parameters);
         }
         Ok(mesh)
     }
