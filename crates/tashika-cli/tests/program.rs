@@ -400,45 +400,6 @@ fn info_counts_what_is_there() {
     assert!(folder.run("info builtin:tiny").succeeds().stdout.contains("36 stored"));
 }
 
-/// A name that colours what follows and turns the direction of writing: of a file that is there, one
-/// that is not, a camera, and something unknown in a file.
-#[test]
-fn names_of_others_do_not_steer_the_terminal() {
-    let folder = Folder::new();
-    let name = "a\u{1b}[31m\u{202e}\u{9b}2J";
-    let scene = format!(
-        "<scene version=\"3.0.0\"><sensor type=\"perspective\" id=\"{0}\"/><shape type=\"{0}\"/><shape type=\"cube\"/></scene>",
-        name.replace('\u{1b}', "")
-    );
-    fs::write(folder.path(&format!("{name}.xml")), scene).unwrap();
-    let found = folder.run(&format!("info {name}.xml"));
-    found.succeeds();
-    let missing = folder.run(&format!("info {name}.obj"));
-    missing.fails(3, &[r"a\u{1b}[31m\u{202e}\u{9b}2J.obj"]);
-    for text in [&found.stdout, &found.stderr, &missing.stdout, &missing.stderr] {
-        let hidden = text.contains(['\u{1b}', '\u{9b}', '\u{202e}']);
-        assert!(!hidden, "{text:?}");
-    }
-    assert!(found.stdout.contains(r"\u{202e}\u{9b}2J"), "{}", found.stdout);
-}
-
-#[test]
-fn a_film_that_is_too_large_is_the_files_unless_its_size_was_asked_for() {
-    let folder = Folder::new();
-    let film = "<film type=\"hdrfilm\"><integer name=\"width\" value=\"65536\"/><integer name=\"height\" value=\"65536\"/></film>";
-    let scene = format!(
-        "<scene version=\"3.0.0\"><sensor type=\"perspective\" id=\"view\">{film}</sensor><shape type=\"cube\"/></scene>"
-    );
-    fs::write(folder.path("big.xml"), scene).unwrap();
-    let run = folder.run("render big.xml -o a.exr");
-    run.fails(
-        3,
-        &["error: big.xml: camera view: a film of 65536x65536; expected at most", "or another size"],
-    );
-    assert!(!run.stderr.contains("--size"), "{}", run.stderr);
-    folder.run("render big.xml --size 65536x65536 -o a.exr").fails(2, &["--size = 65536x65536"]);
-}
-
 /// Media are told, and rendered by paths, or by VPLs where that is asked for.
 #[test]
 fn media_are_told_and_rendered_by_paths_and_as_sums() {

@@ -272,6 +272,7 @@ mod tests {
         let files = open(&folder, &LoadOptions::default());
         assert_eq!(files.name(), "s");
         assert_eq!(files.read_scene().unwrap(), b"{}");
+        assert_eq!(files.clone().most_instances(), (1 << 21) + 2 * 8);
         let at = Location::file("s.gltf");
         for reference in ["Textures/Wood.png", "textures\\WOOD.PNG", "./Textures//../textures/wood.png"] {
             assert_eq!(files.read(reference, &at).unwrap(), b"wood", "{reference}");

@@ -46,7 +46,8 @@ fn bumped(format: &str, reflectance: &str, offset: f32) -> Scene {
          Texture \"raised\" \"float\" \"scale\" \"texture tex1\" \"h\" \"float tex2\" 1\n\
          Material \"{material}\" \"texture {parameter}\" \"h\"\n\
          Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2]\n\
-         \"point2 uv\" [0 0 1 0 0 1]"
+         \"point2 uv\" [0 0 1 0 0 1]\n{}",
+        if format == "pbrt-v3" { "WorldEnd" } else { "" }
     );
     load("a.pbrt", &text, files, &lenient()).unwrap()
 }

@@ -120,6 +120,7 @@ pub(super) const SIDE_BY_SIDE: &[SideBySide] = &[
             "text",
             "textures",
             "udim",
+            "xml",
         ],
         lists: &["formats", "mesh_files"],
     },
