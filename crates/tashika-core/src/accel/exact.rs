@@ -122,8 +122,8 @@ mod tests {
     use crate::accel::scales::{orientation, random_exponent};
     use crate::rng::{Purpose, Stream};
 
-    /// Against `robust`, whose numbers are doubles and whose sums are others: of points anywhere, and of
-    /// points so close to a plane that most signs are rounding.
+    /// Against `robust`, whose numbers are doubles and whose sums are others: of points anywhere,
+    /// and of points so close to a plane that most signs are rounding.
     #[test]
     fn signs_agree_with_another_exact_predicate() {
         let mut s = Stream::new(1, Purpose::Test, 0);
@@ -158,8 +158,8 @@ mod tests {
         assert!(signs.iter().all(|count| *count > 5000), "{signs:?}");
     }
 
-    /// A power of two for each number multiplies the sum by all of them and leaves its sign, down to the
-    /// smallest numbers and up to the largest.
+    /// A power of two for each number multiplies the sum by all of them and leaves its sign, down
+    /// to the smallest numbers and up to the largest.
     #[test]
     fn signs_do_not_depend_on_the_scale() {
         let mut s = Stream::new(2, Purpose::Test, 0);

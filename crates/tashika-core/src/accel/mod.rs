@@ -19,20 +19,22 @@
 //! 1. *Ends on opposite sides, certainly.* `T₀ = (v₀ − o)·n` and `T₁ = (v₀ − x)·n` have opposite
 //!    signs and each is larger than the bound of its own rounding error (`triangle::Planes`). For a
 //!    segment to infinity, `T₁ = −d·n`.
-//! 2. *The line meets the closed triangle, in exact geometry.* For the line from `o` along `d`, none
-//!    of the edge functions `d·(b × c)`, `d·(c × a)`, `d·(a × b)` with `a, b, c = vᵢ − o` has another
-//!    sign than another. Signs are those of real numbers: they are taken from single precision where
-//!    a bound of its error allows, else from double precision, else from exact sums (`exact`).
+//! 2. *The line meets the closed triangle, in exact geometry.* For the line from `o` along `d`,
+//!    none of the edge functions `d·(b × c)`, `d·(c × a)`, `d·(a × b)` with `a, b, c = vᵢ − o` has
+//!    another sign than another. Signs are those of real numbers: they are taken from single
+//!    precision where a bound of its error allows, else from double precision, else from exact sums
+//!    (`exact`).
 //!
-//! A triangle is met by the lines that pass it and by no others, however small it is and however far
-//! away: one of 10⁻¹⁵ times the distance by a share of rays that is as small. And no line slips
+//! A triangle is met by the lines that pass it and by no others, however small it is and however
+//! far away: one of 10⁻¹⁵ times the distance by a share of rays that is as small. And no line slips
 //! between triangles that have corners in common, neither through an edge nor through a corner. The
-//! proof: every ray from inside a closed surface that passes no edge meets a triangle, as the surface
-//! winds around its start. A ray that passes edges is the limit of others that pass none, and that
-//! leave the planes of the finitely many triangles that it sees edge-on. One of the other triangles is
-//! met by such rays as close to the limit as one likes, and being closed by the limit itself. Rule 1
-//! excepts starts that are off a plane by no more than rounding, and triangles that are seen edge-on
-//! within rounding. Held to this by `accel::scales`, against arithmetic of another library.
+//! proof: every ray from inside a closed surface that passes no edge meets a triangle, as the
+//! surface winds around its start. A ray that passes edges is the limit of others that pass none,
+//! and that leave the planes of the finitely many triangles that it sees edge-on. One of the other
+//! triangles is met by such rays as close to the limit as one likes, and being closed by the limit
+//! itself. Rule 1 excepts starts that are off a plane by no more than rounding, and triangles that
+//! are seen edge-on within rounding. Held to this by `accel::scales`, against arithmetic of another
+//! library.
 //!
 //! Points on surfaces leave them by
 //! [`math::offset_from_surface`](crate::math::offset_from_surface), after which the true plane of

@@ -22,8 +22,8 @@ pub(super) fn random_exponent(s: &mut Stream, least: i32, most: i32) -> f32 {
     2f64.powi(least + s.below((most - least) as u64) as i32) as f32
 }
 
-/// Returns true if the line meets the closed triangle, in exact geometry; nothing if `o + d` is not a
-/// double.
+/// Returns true if the line meets the closed triangle, in exact geometry; nothing if `o + d` is not
+/// a double.
 fn line_meets(o: Vec3, d: Vec3, v: &Corners) -> Option<bool> {
     let (o, d, v) = (o.as_dvec3(), d.as_dvec3(), v.map(Vec3::as_dvec3));
     let second = o + d;
@@ -34,8 +34,8 @@ fn line_meets(o: Vec3, d: Vec3, v: &Corners) -> Option<bool> {
     Some(!(sides.contains(&Ordering::Less) && sides.contains(&Ordering::Greater)))
 }
 
-/// Returns true if a segment crosses the plane of a triangle, or a ray if it has no end; nothing if an
-/// end is so close to it, or the line so nearly parallel, that single precision may not say.
+/// Returns true if a segment crosses the plane of a triangle, or a ray if it has no end; nothing if
+/// an end is so close to it, or the line so nearly parallel, that single precision may not say.
 fn crosses_plane(o: Vec3, d: Vec3, end: Option<Vec3>, v: &Corners) -> Option<bool> {
     let [v0, v1, v2] = v.map(Vec3::as_dvec3);
     let (e1, e2) = (v1 - v0, v2 - v0);
@@ -64,8 +64,8 @@ fn is_blocked(o: Vec3, d: Vec3, end: Option<Vec3>, triangles: &[Corners]) -> Opt
     Some(blocked)
 }
 
-/// Asks in every way for the segments from `o` through `aims` and as far beyond, and holds the answers
-/// to those of exact geometry; how many were free and how many blocked.
+/// Asks in every way for the segments from `o` through `aims` and as far beyond, and holds the
+/// answers to those of exact geometry; how many were free and how many blocked.
 fn hold_to_exact(t: &Tracer, triangles: &[Corners], o: Vec3, aims: &[Vec3], counts: &mut [usize; 2]) {
     let targets: Vec<Vec3> = aims.iter().map(|aim| o + (*aim - o) * 2.0).collect();
     let together = visible(t, Apex::Point(o), &targets);
@@ -127,9 +127,9 @@ fn aims(s: &mut Stream, v: &Corners, distance: f32, size: f32) -> Vec<Vec3> {
     aims
 }
 
-/// From the size of the distance down to 10⁻¹⁸ of it, at scales from 10⁻⁶ to 10⁶: no ray that passes a
-/// triangle meets it, and none that meets it passes. Another triangle shares its leaf, so that what comes
-/// to the leaf is much more than what comes to the triangle.
+/// From the size of the distance down to 10⁻¹⁸ of it, at scales from 10⁻⁶ to 10⁶: no ray that
+/// passes a triangle meets it, and none that meets it passes. Another triangle shares its leaf, so
+/// that what comes to the leaf is much more than what comes to the triangle.
 #[test]
 fn triangles_of_all_sizes_are_met_where_they_are_and_nowhere_else() {
     let mut s = Stream::new(3, Purpose::Test, 0);
@@ -188,8 +188,8 @@ fn body(rings: &[(f64, f64)], sides: u32, turn: f64) -> (MeshData, Vec<Corners>)
     (MeshData { positions, triangles, ..MeshData::default() }, corners)
 }
 
-/// Cones, double cones and spheres whose caps are as small as they get: nothing comes out along an edge,
-/// through a corner, or through the cap, and what passes outside passes.
+/// Cones, double cones and spheres whose caps are as small as they get: nothing comes out along an
+/// edge, through a corner, or through the cap, and what passes outside passes.
 #[test]
 fn bodies_with_tiny_caps_are_closed() {
     let mut s = Stream::new(4, Purpose::Test, 0);

@@ -134,8 +134,9 @@ pub(super) struct Lines<F> {
 ///
 /// so that the distance from `o` enters the error only once: two corners that are close to each
 /// other are not subtracted after they have been multiplied. `V` is a sum of products of three
-/// factors `|eᵢ dⱼ aₖ|` with different `i, j, k`, which together are at most `‖e₂‖_∞ ‖d‖₁ ‖a‖₁`, and
-/// of seven roundings; so is `W`, and `U` has two more, and those of `d · n`. All errors are below
+/// factors `|eᵢ dⱼ aₖ|` with different `i, j, k`, which together are at most `‖e₂‖_∞ ‖d‖₁ ‖a‖₁`,
+/// and of seven roundings; so is `W`, and `U` has two more, and those of `d · n`. All errors are
+/// below
 ///
 /// ```text
 /// 10 u ‖a‖₁ ‖d‖₁ (‖e₁‖_∞ + ‖e₂‖_∞) + 25 u ‖d‖₁ M
@@ -289,7 +290,7 @@ pub(super) fn barycentric(origin: Vec3, direction: Vec3, t: &Triangle) -> [f32; 
         let second = within(second, 1.0);
         (second, within(third, 1.0 - second))
     };
-    [(1.0 - second - third) as f32, second as f32, third as f32]
+    [(1.0 - second - third).max(0.0) as f32, second as f32, third as f32]
 }
 
 #[inline(always)]

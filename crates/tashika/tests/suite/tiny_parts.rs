@@ -1,5 +1,5 @@
-//! Pictures of scenes with triangles that are tiny beside their distance, as exporters write them at the
-//! caps and poles of cones and spheres: as without them.
+//! Pictures of scenes with triangles that are tiny beside their distance, as exporters write them
+//! at the caps and poles of cones and spheres: as without them.
 
 use std::sync::Arc;
 
@@ -56,8 +56,8 @@ fn picture(cap: Option<f32>, cap_shines: bool) -> Vec<f32> {
     pixels.iter().map(|pixel| pixel.radiance.luminance()).collect()
 }
 
-/// A cap that does not shine, down to the smallest that is kept, covers no path: all bits are those of
-/// the smallest.
+/// A cap that does not shine, down to the smallest that is kept, covers no path: all bits are those
+/// of the smallest.
 #[test]
 fn a_tiny_cap_is_not_seen_and_casts_no_shadow() {
     let smallest = picture(Some(1e-30), false);
@@ -67,8 +67,9 @@ fn a_tiny_cap_is_not_seen_and_casts_no_shadow() {
     }
 }
 
-/// A cap that is a part of the lamp adds no light: the differences of pixels have a mean of zero, within
-/// five of its standard errors. Triangles of the lamp are drawn by other numbers, so that bits differ.
+/// A cap that is a part of the lamp adds no light: the differences of pixels have a mean of zero,
+/// within five of its standard errors. Triangles of the lamp are drawn by other numbers, so that
+/// bits differ.
 #[test]
 fn a_tiny_cap_of_a_lamp_adds_no_light() {
     let plain = picture(None, true);
