@@ -107,7 +107,7 @@ const TYPES: &[(&str, &[&str])] = &[
     ("image light", &["specularImageSize"]),
 ];
 
-/// What a property holds.
+/// Contents of a property.
 #[derive(Clone, Copy)]
 enum Holds {
     /// Nothing that is looked into.
@@ -140,7 +140,7 @@ fn extension_type(name: &str, host: &str) -> Option<&'static str> {
     TYPES.iter().map(|(key, _)| *key).find(|key| matches(key))
 }
 
-/// What a file names and no table knows.
+/// Names of a file that no table has.
 #[derive(Debug, Default)]
 pub(super) struct Unknown {
     /// By type, and name: where first, and how often. The type of an extension is empty.

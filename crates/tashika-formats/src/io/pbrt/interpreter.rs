@@ -448,7 +448,7 @@ impl<'f> Interpreter<'f> {
         }
     }
 
-    /// What a second reading has to begin with; empty if this one was enough.
+    /// Definitions that a second reading has to begin with; empty if this one was enough.
     pub(super) fn needed_ahead(&self) -> Vec<Definition> {
         self.loading.names.needed_ahead()
     }

@@ -7,7 +7,7 @@
 //! Sources: the format descriptions of pbrt-v3 and pbrt-v4 at pbrt.org, and the parameters that
 //! their sources look up. Held to this by `suite::unknown_names::pbrt_*`.
 
-/// What has parameters, the types of it that have these, and their names. Without types, all have
+/// Kind of thing, the types of it that have these parameters, and their names. Without types, all have
 /// them.
 type Row = (&'static str, &'static [&'static str], &'static [&'static str]);
 

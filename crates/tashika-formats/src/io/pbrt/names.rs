@@ -22,7 +22,7 @@ const MAX_SLIPS: usize = 100;
 /// A slip is looked for among so many names at most; chosen.
 const MAX_COMPARED: usize = 10_000;
 
-/// What a name is of.
+/// Kind of thing that a name is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Named {
     /// A texture of numbers.
