@@ -551,30 +551,6 @@ fn what_departs_from_the_file_is_told_and_refused_when_strict() {
     folder.run(&format!("render builtin:tiny {small} --strict")).succeeds();
 }
 
-#[test]
-fn options_that_contradict_each_other_are_refused() {
-    let folder = Folder::new();
-    let small = "render scene.obj --size 2x2";
-    for (options, said) in [
-        ("--method path --paths 2 --vpls 7", ["--vpls = 7", "none with method path"]),
-        (
-            "--quality draft --error 5% --claim calibrated",
-            ["--quality = draft", "none with claim calibrated"],
-        ),
-        ("--quality good --method mdlc", ["--quality = good", "none with method mdlc"]),
-        ("--time 5s", ["--time = 5s", "none without claim audited"]),
-        ("--method path --vpl-file a.vpl", ["--vpl-file = given ones", "none with method path"]),
-        ("--method path --audit 9", ["--audit = 9", "unless an error or a claim is asked for"]),
-        ("--quality draft --write-vpls a.vpl", ["--write-vpls = a.vpl", "claim audited"]),
-    ] {
-        folder.run(&format!("{small} {options}")).fails(2, &said);
-    }
-    // Only the scene tells that it needs no paths.
-    folder.run(&format!("{small} --paths 7")).fails(2, &["--paths = 7", "none with method tashika"]);
-    let run = folder.run(&format!("{small} --method path --paths 2"));
-    assert!(run.succeeds().stdout.contains("2 paths a pixel"), "{}", run.stdout);
-}
-
 /// Waits until the render begins, then sends the signal that Ctrl-C sends.
 #[cfg(unix)]
 #[test]

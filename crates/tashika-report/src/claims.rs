@@ -208,7 +208,8 @@ impl<'f> Judge<'f> {
         self.by_estimates += u64::from(own > 0.0);
         // A half-width that is not a number keeps nothing.
         self.inside += u64::from(distance <= allowed);
-        let with_own = f64::from(half_width).hypot(own * self.of_own) + rounding(distance, size);
+        let (half_width, own_error) = (f64::from(half_width), own * self.of_own);
+        let with_own = (half_width * half_width + own_error * own_error).sqrt() + rounding(distance, size);
         self.consistent += u64::from(distance <= with_own);
         self.kept += u64::from(distance + own <= allowed);
         let may_hold = distance - own <= allowed;
