@@ -432,18 +432,13 @@ fn media_are_told_and_rendered_by_paths_and_as_sums() {
     let image = folder.run(&format!("{small} --paths 4 --vpls 100"));
     assert!(!image.succeeds().stderr.contains("--paths means"), "{}", image.stderr);
     assert!(image.stderr.contains("--vpls means nothing to method path"), "{}", image.stderr);
-    // It is a picture of so many paths that promises nothing, not one of light transport.
     assert!(image.stdout.contains("4 paths a pixel") && !image.stdout.contains("truth"), "{}", image.stdout);
-    // A lamp that the camera does not stand in.
     let lit = fog.replace("\"point\"", "\"point\" \"point3 from\" [0 3 1]");
     fs::write(folder.path("lit.pbrt"), lit).unwrap();
     let audited =
         folder.run("render lit.pbrt --size 4x4 --error 50% --absolute 10 --audit 9 --json audited.json");
-    assert!(
-        audited.succeeds().stdout.contains("of 9 pixels at random are within the error"),
-        "{}",
-        audited.stdout
-    );
+    let said = &audited.succeeds().stdout;
+    assert!(said.contains("of 9 pixels at random are within the error"), "{said}");
     assert_eq!(folder.json("audited.json")["audit"]["of"], 9);
     let nothing = folder.run(&format!("{small} --paths 4 --audit 9"));
     assert!(nothing.succeeds().stderr.contains("--audit means nothing to method path"), "{}", nothing.stderr);
