@@ -80,8 +80,9 @@ fn the_finest_cut_is_the_whole_sum() {
             let allowed = 8.0 * f64::from(f32::EPSILON) * luminance(b);
             assert!((luminance(a) - luminance(b)).abs() <= allowed, "{method}: {a:?} {b:?}");
             // Of variances that were added and taken away again a rounding is left, 10⁻¹⁶ of the
-            // largest; as an error, its root.
-            assert!(f64::from(a.standard_error) <= 1e-6 * luminance(b), "{method}: {a:?}");
+            // largest; as an error, its root. Methods without samples know none.
+            let is_unknown = a.standard_error.is_nan() && !WITH_INTERVAL.contains(&method);
+            assert!(is_unknown || f64::from(a.standard_error) <= 1e-6 * luminance(b), "{method}: {a:?}");
         }
         // A pixel of three points is complete only if all of them are.
         assert!(complete > 20, "{method}: {complete} of 96");
@@ -199,7 +200,9 @@ fn twice_the_light_is_twice_the_picture_to_the_bit() {
         for ((a, b), seen) in once.iter().zip(&twice).zip(&background) {
             if seen.radiance.is_black() {
                 assert_eq!(a.radiance * 2.0, b.radiance, "{method}");
-                assert_eq!((a.standard_error * 2.0, a.pairs, a.rays), (b.standard_error, b.pairs, b.rays));
+                // By their bits, as an error that is not known is not a number.
+                let errors = [a.standard_error * 2.0, b.standard_error].map(f32::to_bits);
+                assert_eq!((errors[0], a.pairs, a.rays), (errors[1], b.pairs, b.rays), "{method}");
                 assert_eq!(a.half_width * 2.0, b.half_width, "{method}");
                 compared += 1;
             }
@@ -216,7 +219,9 @@ fn a_pixel_is_the_same_in_any_tile() {
         let all = world.estimate(method, &options, 2, Window::full(SIZE));
         for (x, y) in [(0, 0), (7, 3), (11, 7)] {
             let alone = world.estimate(method, &options, 2, Window { x, y, width: 1, height: 1 });
-            assert_eq!(alone[0], all[(y * SIZE[0] + x) as usize], "{method}");
+            // As texts, in which an error that is not known equals itself.
+            let texts = [alone[0], all[(y * SIZE[0] + x) as usize]].map(|record| format!("{record:?}"));
+            assert_eq!(texts[0], texts[1], "{method}");
         }
     }
 }

@@ -135,8 +135,8 @@ fn deep_texts_are_refused() {
 #[test]
 fn faces_that_their_points_do_not_have_are_refused() {
     for (what, expected) in [
-        ("int[] faceVertexIndices = [0, 1, 2, 4]", "an index below 4"),
-        ("int[] faceVertexIndices = [0, 1, 2, -1]", "an index below 4"),
+        ("int[] faceVertexIndices = [0, 1, 2, 4]", "an index from 0 to 3"),
+        ("int[] faceVertexIndices = [0, 1, 2, -1]", "an index from 0 to 3"),
         ("int[] faceVertexCounts = [5]", "at most 4, as there are indices"),
         ("int[] faceVertexCounts = [-1, 5]", "at most 4, as there are indices"),
     ] {

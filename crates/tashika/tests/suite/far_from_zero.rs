@@ -216,7 +216,7 @@ fn rooms_of_usd_are_as_bright_wherever_they_stand() {
         all.join(", ")
     };
     let room = |middle: DVec3, points: DVec3, at: DVec3| {
-        let counts = vec!["3"; 12].join(", ");
+        let counts = ["3"; 12].join(", ");
         let indices: Vec<String> = triangles().into_iter().flatten().map(|i| i.to_string()).collect();
         let text = format!(
             "#usda 1.0\n(\n metersPerUnit = 1\n defaultPrim = \"W\"\n)\ndef Xform \"W\" {{\n\

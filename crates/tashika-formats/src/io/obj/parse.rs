@@ -146,7 +146,7 @@ impl<'a> Parser<'a> {
         let mut met = |name| self.tally.met(STATEMENT, name, line);
         match keyword {
             b"v" => {
-                let (xyz, more) = self.numbers::<3, f64>("v", line, (rest, wide_number), 3)?;
+                let (xyz, more) = self.numbers("v", line, (rest, wide_number), 3)?;
                 // Four are x y z w, where w matters to rational curves only.
                 if more >= 3 {
                     self.tally.met(STATEMENT, VERTEX_COLORS, line);
@@ -154,11 +154,11 @@ impl<'a> Parser<'a> {
                 self.geometry.places.push(xyz.into());
             }
             b"vt" => {
-                let (uv, _) = self.numbers::<2, f32>("vt", line, (rest, number), 1)?;
+                let (uv, _) = self.numbers("vt", line, (rest, number), 1)?;
                 self.geometry.uvs.push(uv.into());
             }
             b"vn" => {
-                let (n, _) = self.numbers::<3, f32>("vn", line, (rest, number), 3)?;
+                let (n, _) = self.numbers("vn", line, (rest, number), 3)?;
                 self.geometry.normals.push(n.into());
             }
             b"f" | b"fo" => self.face(line, rest)?,
@@ -204,7 +204,7 @@ impl<'a> Parser<'a> {
         &self,
         keyword: &str,
         line: u32,
-        (rest, number): (&[u8], fn(&[u8]) -> Option<T>),
+        (rest, number): (&[u8], impl Fn(&[u8]) -> Option<T>),
         required: usize,
     ) -> Result<([T; N], usize)> {
         let mut words = values(rest);

@@ -109,7 +109,7 @@ fn all_that_is_missing_or_wrong_is_told_with_its_place() {
         (but("3 0 1 2 7", "3 0 1 -1 7"), &["a.ply:22: face 0: vertex -1; expected an index from 0 to 3"]),
         (but("3 0 1 2 7", "3 0 1 1.5 7"), &["vertex 1.5"]),
         (but("3 0 1 2 7", "-3 0 1 2 7"), &["list of length -3"]),
-        (but("3 0 1 2 7", "4000000000 0 1 2 7"), &["the end of the file"]),
+        (but("3 0 1 2 7\n4 0 1 2 3 8", "4000000000 0 1 2 3"), &["the end of the file"]),
         (but(" 3 8\n", ""), &["face 1: the end of the file"]),
     ] {
         for part in parts {

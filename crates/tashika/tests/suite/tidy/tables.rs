@@ -208,7 +208,9 @@ pub(super) const SCHEMA_HOME: &str = "crates/tashika-film/src/film/";
 /// Strings that look like the name of a plane or of a value of the metadata and mean something else:
 /// file, strings, reason.
 pub(super) const OTHER_NAMES: &[(&str, &[&str], &str)] = &[
+    ("crates/tashika-core/src/request/contradictions.rs", &["max_pairs"], OPTION),
     ("crates/tashika-core/src/request/mod.rs", &["max_pairs"], OPTION),
+    ("crates/tashika-formats/src/io/mitsuba/known.rs", &["max_depth"], "a parameter of Mitsuba"),
     ("crates/tashika-core/src/integrator/options.rs", &["max_pairs"], OPTION),
     ("crates/tashika-core/src/integrator/path_tracer/mod.rs", &["max_depth"], OPTION),
     ("crates/tashika-core/src/vpl/options.rs", &["max_depth"], OPTION),
