@@ -209,7 +209,6 @@ pub(super) const SCHEMA_HOME: &str = "crates/tashika-film/src/film/";
 /// file, strings, reason.
 pub(super) const OTHER_NAMES: &[(&str, &[&str], &str)] = &[
     ("crates/tashika-core/src/request/contradictions.rs", &["max_pairs"], OPTION),
-    ("crates/tashika-core/src/request/mod.rs", &["max_pairs"], OPTION),
     ("crates/tashika-formats/src/io/mitsuba/known.rs", &["max_depth"], "a parameter of Mitsuba"),
     ("crates/tashika-core/src/integrator/options.rs", &["max_pairs"], OPTION),
     ("crates/tashika-core/src/integrator/path_tracer/mod.rs", &["max_depth"], OPTION),
