@@ -27,16 +27,25 @@ fn named<'a>(events: &'a [(String, Value)], name: &str) -> Vec<&'a Value> {
 }
 
 const TINY: &str = "render builtin:tiny --size 32x24 --truth vpl --vpls 100 --gather 1";
+/// By lights of a file, which gives a note: the sum over them is the truth.
+const NOTED: &str = "render builtin:tiny --size 32x24 --vpl-file lights.vpl --gather 1";
+
+/// Writes the lights of [`NOTED`].
+fn write_lights(folder: &Path) {
+    let (code, said) = run(folder, "vpl builtin:tiny --vpls 100 -o lights.vpl");
+    assert_eq!(code, Some(0), "{said}");
+}
 
 #[test]
 fn programs_are_told_events_and_the_end() {
     let folder = tempfile::tempdir().unwrap();
-    let (code, said) = run(folder.path(), &format!("{TINY} --paths 3 --log json"));
+    write_lights(folder.path());
+    let (code, said) = run(folder.path(), &format!("{NOTED} --log json"));
     assert_eq!(code, Some(0), "{said}");
     let events = events(&said);
     let phases = named(&events, "phase");
     assert!(phases.iter().any(|p| p["what"].as_str().unwrap().starts_with("rendering 32x24")), "{said}");
-    assert!(named(&events, "note")[0]["what"].as_str().unwrap().starts_with("--paths"), "{said}");
+    assert!(named(&events, "note")[0]["what"].as_str().unwrap().starts_with("what is rendered"), "{said}");
     let last = named(&events, "progress").pop().expect("the last pixel is told");
     assert_eq!((last["pixels"].as_u64(), last["of"].as_u64()), (Some(768), Some(768)));
     assert_eq!((last["promise_met"].as_u64(), last["promise_share"].as_f64()), (Some(768), Some(1.0)));
@@ -81,11 +90,12 @@ fn a_file_gets_the_same_lines_after_what_was_there() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("log.txt");
     fs::write(&log, "before\n").unwrap();
-    let (code, said) = run(folder.path(), &format!("{TINY} --paths 3 --log plain --log-file log.txt"));
+    write_lights(folder.path());
+    let (code, said) = run(folder.path(), &format!("{NOTED} --log plain --log-file log.txt"));
     assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains("note: --paths") && said.contains("rendering 32x24"), "{said}");
+    assert!(said.contains("note: what is rendered") && said.contains("rendering 32x24"), "{said}");
     assert_eq!(fs::read_to_string(&log).unwrap(), format!("before\n{said}"));
-    let (_, quiet) = run(folder.path(), &format!("{TINY} --paths 3 --quiet --log-file log.txt"));
+    let (_, quiet) = run(folder.path(), &format!("{NOTED} --quiet --log-file log.txt"));
     assert_eq!(quiet, "");
     assert_eq!(fs::read_to_string(&log).unwrap(), format!("before\n{said}{said}"), "the file hears all");
 }

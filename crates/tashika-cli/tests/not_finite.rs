@@ -50,8 +50,8 @@ fn pixels_that_are_not_finite_are_said_and_no_success() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     fs::write(folder.join("bright.pbrt"), SCENE).unwrap();
-    for asked in ["--method path --paths 64", "--quality draft"] {
-        let line = format!("render bright.pbrt --size 16x8 --vpls 500 {asked} -o a.exr --json a.json");
+    for asked in ["--method path --paths 64", "--quality draft --vpls 500"] {
+        let line = format!("render bright.pbrt --size 16x8 {asked} -o a.exr --json a.json");
         let (code, said) = ended(folder, &line);
         let count = not_finite(&folder.join("a.exr"));
         assert!(count > 0, "{asked}: {said}");
