@@ -64,15 +64,25 @@ TARGETS = {
     "vol": ("a.vol", ("scene.xml", VOLUMES), False),
     "nvdb": ("a.nvdb", ("scene.pbrt", SMOKE), False),
     "mtlx": ("look.mtlx", ("scene.usda", STAGE), True),
-    "image": ("e.exr", ("scene.pbrt", b'WorldBegin\nLightSource "infinite" "string mapname" "e.exr"\n'), False),
+    **{
+        kind: (f"e.{kind}", ("scene.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), False)
+        for kind in ("exr", "hdr", "pfm", "png", "tga", "tif")
+    },
     "usda": ("scene.usda", None, True),
     "usdc": ("scene.usdc", None, False),
     "usdz": ("scene.usdz", None, False),
     "light": ("lamp.ies", ("scene.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), True),
 }
 
+# Images, by target: where their seeds are.
+IMAGES = {
+    "exr": ["film/*.exr"],
+    "tif": ["image/*.tif", "image/*.tx"],
+    **{kind: [f"image/*.{kind}"] for kind in ("hdr", "pfm", "png", "tga")},
+}
+
 # Exit codes that the guide names.
-KNOWN = {0, 2, 3, 4, 5, 130}
+KNOWN = {0, 2, 3, 4, 5, 6, 130}
 
 EXTREMES = [
     "0", "-0", "1", "-1", "1e38", "-1e38", "3.5e38", "1e300", "1e-45", "1e-300", "nan", "inf", "-inf", "0.5", "1000", "65535",
@@ -218,6 +228,8 @@ class Runner:
         common = [file, "--allow-missing", "--threads", "1", "--quiet"]
         if target == "light":
             common += ["--light", f"ies:{self.folder / name}@0,1,0"]
+        if target in IMAGES:
+            common += ["--environment", str(self.folder / name)]
         if picture:
             return [self.args.program, "render", *common, "--size", "4x4", "--method", "path", "--paths", "2", "-o", str(self.folder / "out.exr")]
         return [self.args.program, "info", *common, "--json", str(self.folder / "out.json")]
@@ -262,7 +274,8 @@ class Runner:
 
 
 def seeds(target):
-    found = sorted((ROOT / "fuzz/seeds" / target).glob("*"))
+    patterns = IMAGES.get(target, [f"{target}/*"])
+    found = sorted(file for pattern in patterns for file in (ROOT / "fuzz/seeds").glob(pattern))
     return [file.read_bytes() for file in found if file.is_file()] or [b""]
 
 
