@@ -8,15 +8,11 @@
 use super::bvh::Node;
 use super::triangle::Lines;
 use crate::math::gamma;
-use crate::math::simd::{F32x8, Vector};
+use crate::math::simd::{F32x8, Vector, each};
 
 /// Factor on the far end of a slab: two bounds of three rounded operations each (Ize 2013), and the
 /// rounding of the direction.
 const SLAB_SLACK: f32 = 1.0 + 2.0 * gamma(5);
-
-/// How far boxes reach for segments whose ends are wrong: the start's error, and twice that for the
-/// difference of the ends.
-const REACH_PER_ERROR: f32 = 3.0;
 
 /// Directions closer to zero than this are moved away from it, so that no slab is `0 · ∞`.
 const SMALLEST_DIRECTION: f32 = 1e-30;
@@ -43,9 +39,7 @@ pub(super) fn limit(t_max: f32) -> f32 {
 /// One segment or ray.
 #[derive(Clone, Copy)]
 pub(super) struct Slope<F> {
-    /// What the lower and the upper planes of boxes are seen from, which are moved apart by the
-    /// error of the segment's ends.
-    from: [[F; 3]; 2],
+    origin: [F; 3],
     reciprocal: [F; 3],
     /// Numbers of the near and far planes of each axis in [`Node::planes`].
     near: [usize; 3],
@@ -53,25 +47,19 @@ pub(super) struct Slope<F> {
 }
 
 impl<F: F32x8> Slope<F> {
-    /// Of a segment whose points are wrong by at most `error` (m) in each component.
     #[inline(always)]
-    pub fn new(origin: [f32; 3], direction: [f32; 3], error: f32) -> Self {
-        let reach = REACH_PER_ERROR * error;
+    pub fn new(origin: [f32; 3], direction: [f32; 3]) -> Self {
         let mut slope = Self {
-            from: [[F::splat(0.0); 3]; 2],
+            origin: each!(|axis| F::splat(origin[axis])),
             reciprocal: [F::splat(0.0); 3],
             near: [0, 1, 2],
             far: [3, 4, 5],
         };
-        for axis in 0..3 {
-            let r = reciprocal(direction[axis]);
-            let (lower, upper) = (F::splat(origin[axis] + reach), F::splat(origin[axis] - reach));
+        for (axis, d) in direction.into_iter().enumerate() {
+            let r = reciprocal(d);
             slope.reciprocal[axis] = F::splat(r);
-            slope.from[0][axis] = lower;
-            slope.from[1][axis] = upper;
             if r < 0.0 {
                 (slope.near[axis], slope.far[axis]) = (axis + 3, axis);
-                (slope.from[0][axis], slope.from[1][axis]) = (upper, lower);
             }
         }
         slope
@@ -84,8 +72,8 @@ impl<F: F32x8> Slope<F> {
         let (mut near, mut far) = (F::splat(0.0), F::splat(limit));
         let slack = F::splat(SLAB_SLACK);
         for axis in 0..3 {
-            let into = F::load(&node.planes[self.near[axis]]) - self.from[0][axis];
-            let out = F::load(&node.planes[self.far[axis]]) - self.from[1][axis];
+            let into = F::load(&node.planes[self.near[axis]]) - self.origin[axis];
+            let out = F::load(&node.planes[self.far[axis]]) - self.origin[axis];
             near = (into * self.reciprocal[axis]).max(near);
             far = (out * self.reciprocal[axis] * slack).min(far);
         }
@@ -110,8 +98,7 @@ impl<F: F32x8> Beam<F> {
     /// The beam around segments: by axis, the least and the largest origin and reciprocal
     /// direction. `None` if directions differ in sign.
     #[inline(always)]
-    pub fn new(origins: [[f32; 2]; 3], reciprocals: [[f32; 2]; 3], error: f32) -> Option<Self> {
-        let reach = REACH_PER_ERROR * error;
+    pub fn new(origins: [[f32; 2]; 3], reciprocals: [[f32; 2]; 3]) -> Option<Self> {
         let mut beam = Self {
             from: [[F::splat(0.0); 3]; 2],
             reciprocal: [[F::splat(0.0); 3]; 2],
@@ -123,7 +110,7 @@ impl<F: F32x8> Beam<F> {
             if least < 0.0 && largest > 0.0 {
                 return None;
             }
-            let (lower, upper) = (F::splat(origins[axis][0] - reach), F::splat(origins[axis][1] + reach));
+            let (lower, upper) = (F::splat(origins[axis][0]), F::splat(origins[axis][1]));
             let (least, largest) = (F::splat(least), F::splat(largest));
             if reciprocals[axis][0] < 0.0 {
                 (beam.near[axis], beam.far[axis]) = (axis + 3, axis);
@@ -164,10 +151,10 @@ pub(super) fn meet_child<F: Vector>(
     slot: usize,
 ) -> u32 {
     let (mut near, mut far) = (F::splat(0.0), F::splat(limit));
-    let (slack, reach) = (F::splat(SLAB_SLACK), F::splat(REACH_PER_ERROR) * s.point_error);
+    let slack = F::splat(SLAB_SLACK);
     for (axis, &r) in reciprocal.iter().enumerate() {
-        let lower = (F::splat(node.planes[axis][slot]) - (s.origin[axis] + reach)) * r;
-        let upper = (F::splat(node.planes[axis + 3][slot]) - (s.origin[axis] - reach)) * r;
+        let lower = (F::splat(node.planes[axis][slot]) - s.origin[axis]) * r;
+        let upper = (F::splat(node.planes[axis + 3][slot]) - s.origin[axis]) * r;
         near = lower.min(upper).max(near);
         far = (lower.max(upper) * slack).min(far);
     }

@@ -97,11 +97,81 @@ fn permanent(a: DVec3, b: DVec3) -> DVec3 {
     DVec3::new(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x)
 }
 
+/// The plane of a triangle, in double precision.
+struct Plane<'a> {
+    v: &'a [Vec3; 3],
+    n: DVec3,
+    /// Upper bound of the error of `n`, over `γ₄`.
+    size: DVec3,
+}
+
+impl<'a> Plane<'a> {
+    fn new(v: &'a [Vec3; 3]) -> Self {
+        let [v0, v1, v2] = v.map(Vec3::as_dvec3);
+        let (e1, e2) = (v1 - v0, v2 - v0);
+        Self { v, n: e1.cross(e2), size: permanent(e1.abs(), e2.abs()) }
+    }
+
+    /// `(v₀ − p) · n`.
+    fn volume(&self, p: Vec3) -> f64 {
+        (self.v[0].as_dvec3() - p.as_dvec3()).dot(self.n)
+    }
+
+    /// Sign of `(v₀ − p) · n`: the side of the plane on which a point is.
+    ///
+    /// In double precision the number is wrong by at most `γ₈ |v₀ − p| · (|e₁| × |e₂|)`, where `×`
+    /// has sums in place of differences.
+    fn side(&self, p: Vec3) -> Ordering {
+        let a = self.v[0].as_dvec3() - p.as_dvec3();
+        certain(a.dot(self.n), a.abs().dot(self.size)).unwrap_or_else(|| {
+            let mut sum = self.exact_product(-p);
+            sum.add_determinant(self.v[0], self.v[1], self.v[2]);
+            sum.sign()
+        })
+    }
+
+    /// Sign of `d · n`.
+    fn slope(&self, d: Vec3) -> Ordering {
+        let d64 = d.as_dvec3();
+        certain(d64.dot(self.n), d64.abs().dot(self.size)).unwrap_or_else(|| self.exact_product(d).sign())
+    }
+
+    /// `d · n`.
+    fn exact_product(&self, d: Vec3) -> Expansion {
+        let [v0, v1, v2] = *self.v;
+        let mut sum = Expansion::ZERO;
+        for (a, b) in [(v0, v1), (v1, v2), (v2, v0)] {
+            sum.add_determinant(d, a, b);
+        }
+        sum
+    }
+}
+
+/// Returns true if a triangle blocks the segment from `o` along `d`, by the two rules of
+/// [`accel`](crate::accel).
+///
+/// * `end`: the other end; none at infinity.
+#[inline(never)]
+pub(super) fn segment_meets(v: &[Vec3; 3], o: Vec3, d: Vec3, end: Option<Vec3>) -> bool {
+    let plane = Plane::new(v);
+    let start = plane.side(o);
+    let end = || end.map_or_else(|| plane.slope(d).reverse(), |end| plane.side(end));
+    start != Ordering::Equal && opposite(start, end()) && line_meets(v, o, d)
+}
+
+/// Parameter `t ≥ 0` at which a ray from `o` along `d` meets a triangle, if it does.
+#[inline(never)]
+pub(super) fn ray_meets(v: &[Vec3; 3], o: Vec3, d: Vec3) -> Option<f32> {
+    let plane = Plane::new(v);
+    let start = plane.side(o);
+    let meets = start != Ordering::Equal && start == plane.slope(d) && line_meets(v, o, d);
+    // The quotient has the rounding errors that the signs do not have.
+    meets.then(|| (plane.volume(o) / d.as_dvec3().dot(plane.n)).max(0.0) as f32)
+}
+
 /// Returns true if the line from `o` along `d` meets the triangle, whose plane is not parallel to
 /// it; edges and corners belong to the triangle.
-#[cold]
-#[inline(never)]
-pub(super) fn line_meets(v: &[Vec3; 3], o: Vec3, d: Vec3) -> bool {
+fn line_meets(v: &[Vec3; 3], o: Vec3, d: Vec3) -> bool {
     let first = edge(v[1], v[2], o, d);
     let second = edge(v[2], v[0], o, d);
     if opposite(first, second) {

@@ -16,14 +16,16 @@
 //! # When does a triangle block a segment
 //! For a segment from `o` to `x` and a triangle `(v₀, v₁, v₂)` with `n = (v₁ − v₀) × (v₂ − v₀)`:
 //!
-//! 1. *Ends on opposite sides, certainly.* `T₀ = (v₀ − o)·n` and `T₁ = (v₀ − x)·n` have opposite
-//!    signs and each is larger than the bound of its own rounding error (`triangle::Planes`). For a
-//!    segment to infinity, `T₁ = −d·n`.
+//! 1. *The ends are on opposite sides, in exact geometry.* `T₀ = (v₀ − o)·n` and `T₁ = (v₀ − x)·n`
+//!    have opposite signs. For a segment to infinity, `T₁ = −d·n`. In the space of an instance the
+//!    ends are rounded: there each must be larger than the bound of its error
+//!    (`triangle::Planes`).
 //! 2. *The line meets the closed triangle, in exact geometry.* For the line from `o` along `d`,
 //!    none of the edge functions `d·(b × c)`, `d·(c × a)`, `d·(a × b)` with `a, b, c = vᵢ − o` has
-//!    another sign than another. Signs are those of real numbers: they are taken from single
-//!    precision where a bound of its error allows, else from double precision, else from exact sums
-//!    (`exact`).
+//!    another sign than another.
+//!
+//! Signs are those of real numbers: they are taken from single precision where a bound of its error
+//! allows, else from double precision, else from exact sums (`exact`).
 //!
 //! A triangle is met by the lines that pass it and by no others, however small it is and however
 //! far away: one of 10⁻¹⁵ times the distance by a share of rays that is as small. And no line slips
@@ -32,16 +34,15 @@
 //! surface winds around its start. A ray that passes edges is the limit of others that pass none,
 //! and that leave the planes of the finitely many triangles that it sees edge-on. One of the other
 //! triangles is met by such rays as close to the limit as one likes, and being closed by the limit
-//! itself. Rule 1 excepts starts that are off a plane by no more than rounding, and triangles that
-//! are seen edge-on within rounding. Held to this by `accel::scales`, against arithmetic of another
-//! library.
+//! itself. Held to this by `accel::scales`, against arithmetic of another library.
 //!
-//! Points on surfaces leave them by
-//! [`math::offset_from_surface`](crate::math::offset_from_surface), after which the true plane of
-//! their triangle is certainly behind. By rule 1 that triangle, and any other in the same plane,
-//! then never blocks the segment: not at grazing angles, not far from the origin, not for slivers.
-//! What is lost are blockers closer to an end than the arithmetic can tell. Held to this by
-//! `accel::tests`.
+//! # How points leave surfaces
+//! [`math::offset_from_surface`](crate::math::offset_from_surface) moves a point so far that the
+//! plane of its triangle is certainly behind. By rule 1 that triangle then never blocks the segment:
+//! not at grazing angles, not far from the origin, not for slivers. A point near an edge of its
+//! triangle could be behind a wall that stands there, as it is itself rounded: it is moved away from
+//! the edge by [`Scene::surface_point`](crate::scene::Scene::surface_point). Held to this by
+//! `accel::tests` and `accel::scales`.
 //!
 //! # What lets light pass
 //! Surfaces with opacity pass `1 − α`; glass passes `(1 − F) t` at each face, straight ([`Glass`]).

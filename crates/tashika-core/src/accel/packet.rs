@@ -17,7 +17,7 @@ use super::occluders::Leaf;
 use super::segments::Glass;
 use super::single::{self, Place, Segment, Standing, Waiting};
 use super::trees::{Placed, Tree, Trees};
-use super::triangle::{Block, Lines, Met, blocked};
+use super::triangle::{Lines, Met, Planes, blocked};
 use crate::math::Real;
 use crate::math::simd::{F32x16, Vector, Vectors, WIDTH, each, for_bits};
 use crate::scene::Scene;
@@ -38,7 +38,6 @@ pub(super) struct Packet {
     direction: [Lanes; 3],
     reciprocal: [Lanes; 3],
     target: [Lanes; 3],
-    point_error: Lanes,
 }
 
 impl Packet {
@@ -46,8 +45,7 @@ impl Packet {
     #[inline(always)]
     fn new(segments: &[Segment]) -> Self {
         let none = [[0.0; LANES]; 3];
-        let mut packet =
-            Self { origin: none, direction: none, reciprocal: none, target: none, point_error: none[0] };
+        let mut packet = Self { origin: none, direction: none, reciprocal: none, target: none };
         for (lane, s) in segments.iter().enumerate() {
             for axis in 0..3 {
                 packet.origin[axis][lane] = s.origin[axis];
@@ -55,7 +53,6 @@ impl Packet {
                 packet.reciprocal[axis][lane] = reciprocal(s.direction[axis]);
                 packet.target[axis][lane] = s.target[axis];
             }
-            packet.point_error[lane] = s.point_error;
         }
         packet
     }
@@ -63,20 +60,18 @@ impl Packet {
     /// The same in the space of an instance.
     #[inline(always)]
     fn in_space_of<F: F32x16, const BOUNDED: bool>(&self, placed: &Placed) -> Self {
-        let (origin, error) = placed.points(each!(|axis| F::load(&self.origin[axis])));
-        let (target, direction, error) = if BOUNDED {
-            let (target, other) = placed.points(each!(|axis| F::load(&self.target[axis])));
-            (target, each!(|axis| target[axis] - origin[axis]), error.max(other))
+        let origin = placed.points(each!(|axis| F::load(&self.origin[axis])));
+        let (target, direction) = if BOUNDED {
+            let target = placed.points(each!(|axis| F::load(&self.target[axis])));
+            (target, each!(|axis| target[axis] - origin[axis]))
         } else {
-            let direction = placed.directions(each!(|axis| F::load(&self.direction[axis])));
-            (origin, direction, error)
+            (origin, placed.directions(each!(|axis| F::load(&self.direction[axis]))))
         };
         Self {
             origin: each!(|axis| origin[axis].array()),
             direction: each!(|axis| direction[axis].array()),
             reciprocal: each!(|axis| reciprocals(direction[axis]).array()),
             target: each!(|axis| target[axis].array()),
-            point_error: error.array(),
         }
     }
 
@@ -88,7 +83,6 @@ impl Packet {
             origin: vector(&self.origin),
             direction: vector(&self.direction),
             target: vector(&self.target),
-            point_error: self.point_error[lane],
         }
     }
 
@@ -98,7 +92,6 @@ impl Packet {
             origin: each!(|axis| F::load(&self.origin[axis])),
             direction: each!(|axis| F::load(&self.direction[axis])),
             target: each!(|axis| F::load(&self.target[axis])),
-            point_error: F::load(&self.point_error),
         }
     }
 
@@ -108,7 +101,7 @@ impl Packet {
         let own = V::Sixteen::mask(lanes);
         let origins = each!(|axis| hull::<V::Sixteen>(&self.origin[axis], own));
         let reciprocals = each!(|axis| hull::<V::Sixteen>(&self.reciprocal[axis], own));
-        Beam::new(origins, reciprocals, hull::<V::Sixteen>(&self.point_error, own)[1])
+        Beam::new(origins, reciprocals)
     }
 
     /// Which lanes meet the box of a child.
@@ -120,8 +113,8 @@ impl Packet {
 
     /// Lanes that a triangle blocks.
     #[inline(always)]
-    fn blocked<F: F32x16, const BOUNDED: bool>(&self, block: &Block, slot: usize) -> Met {
-        blocked::<F, BOUNDED>(&block.corners_of(slot), &self.lines())
+    fn blocked<F: F32x16, const BOUNDED: bool>(&self, planes: &Planes<F>) -> Met {
+        blocked::<F, BOUNDED>(planes, &self.lines())
     }
 }
 
@@ -307,11 +300,12 @@ fn pass<V: Vectors, const BOUNDED: bool>(
                 });
                 continue;
             }
+            let planes = block.planes::<V::Eight>().arrays();
             for triangle in 0..node.count[slot] as usize {
-                let met = packet.blocked::<V::Sixteen, BOUNDED>(block, triangle);
+                let met = packet.blocked::<V::Sixteen, BOUNDED>(&planes.of(triangle));
                 for_bits!(met.any() & lanes, below LANES, |lane| {
                     let s = &packet.segment(lane);
-                    if !met.is_at(lane, || block.triangle(triangle), s.origin, s.direction) {
+                    if met.is_doubtful_at(lane) && !s.meets::<BOUNDED>(&block.triangle(triangle)) {
                         continue;
                     }
                     visible[lane] *= 1.0 - place.stopped(block, triangle, s.origin, s.direction);

@@ -34,25 +34,22 @@ fn line_meets(o: Vec3, d: Vec3, v: &Corners) -> Option<bool> {
     Some(!(sides.contains(&Ordering::Less) && sides.contains(&Ordering::Greater)))
 }
 
-/// Returns true if a segment crosses the plane of a triangle, or a ray if it has no end; nothing if
-/// an end is so close to it, or the line so nearly parallel, that single precision may not say.
+/// Returns true if the ends of a segment are on opposite sides of the plane of a triangle, or those
+/// of a ray if it has no end; nothing if `v₀ + d` is not a double.
 fn crosses_plane(o: Vec3, d: Vec3, end: Option<Vec3>, v: &Corners) -> Option<bool> {
     let [v0, v1, v2] = v.map(Vec3::as_dvec3);
-    let (e1, e2) = (v1 - v0, v2 - v0);
-    let n = e1.cross(e2);
-    let size = e1.abs().max_element() * e2.abs().max_element();
-    let sign = |a: DVec3| {
-        let volume = a.dot(n);
-        // Ten times the bound that is proven.
-        let bound = 200.0 * 2f64.powi(-24) * size * (a.abs().element_sum()) + 1e-43;
-        (volume.abs() > bound).then_some(volume > 0.0)
-    };
-    let start = sign(v0 - o.as_dvec3());
+    let side = |p: DVec3| orientation([v0, v1, v2], p);
     let end = match end {
-        Some(x) => sign(v0 - x.as_dvec3()),
-        None => sign(-d.as_dvec3()),
+        Some(x) => side(x.as_dvec3()),
+        None => {
+            let ahead = v0 + d.as_dvec3();
+            if ahead - v0 != d.as_dvec3() || ahead - d.as_dvec3() != v0 {
+                return None;
+            }
+            side(ahead)
+        }
     };
-    start.zip(end).map(|(start, end)| start != end)
+    Some(side(o.as_dvec3()) != Ordering::Equal && side(o.as_dvec3()) == end.reverse())
 }
 
 /// The answer for one segment in exact geometry, if there is one.
@@ -231,4 +228,77 @@ fn bodies_with_tiny_caps_are_closed() {
         }
     }
     assert!(counts.iter().all(|count| *count > 2000), "both answers occur: {counts:?}");
+}
+
+/// A cube of twelve triangles, or a sphere of many.
+fn closed(round: u64, s: &mut Stream) -> Vec<Corners> {
+    if round.is_multiple_of(2) {
+        let at = |k: usize| Vec3::new((k & 1) as f32, (k >> 1 & 1) as f32, (k >> 2) as f32) * 2.0 - 1.0;
+        let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        return faces
+            .iter()
+            .flat_map(|f| [[f[0], f[1], f[2]], [f[0], f[2], f[3]]])
+            .map(|t| t.map(at))
+            .collect();
+    }
+    let rows = 4 + s.below(40) as u32;
+    let rings: Vec<(f64, f64)> = (1..rows)
+        .map(|k| (std::f64::consts::PI * f64::from(k) / f64::from(rows)).sin_cos())
+        .map(|(sin, cos)| (sin, -cos))
+        .collect();
+    body(&rings, 2 * rows, 0.1).1
+}
+
+/// Points on the walls of closed rooms, most of them close to edges and corners: no path and no
+/// shadow ray that starts on a wall inside gets out, at any scale, turn and place, also of a room that
+/// is placed twice.
+#[test]
+fn no_path_leaves_a_closed_room_at_its_edges() {
+    let mut s = Stream::new(5, Purpose::Test, 0);
+    let mut rays = 0;
+    for round in 0..80 {
+        let scale = if round < 4 { 1.0 } else { powf(10.0, 9.0 * s.uniform() - 4.0) };
+        let turn = if round < 16 { Quat::IDENTITY } else { Quat::from_scaled_axis(point(&mut s, 3.0)) };
+        let away = if round % 3 == 0 { powf(10.0, 4.0 * s.uniform()).min(1e4 / scale) } else { 0.0 };
+        let center = point(&mut s, scale * away);
+        let place = Affine3A::from_scale_rotation_translation(Vec3::splat(scale), turn, center);
+        let twice = round / 2 % 2 == 1;
+        let mut triangles = closed(round, &mut s);
+        let t = if twice {
+            let beside = Affine3A::from_translation(Vec3::X * (9.0 * scale)) * place;
+            tracer(mesh(&triangles), &[place, beside], 1.0)
+        } else {
+            triangles.iter_mut().flatten().for_each(|corner| *corner = place.transform_point3(*corner));
+            tracer(mesh(&triangles), &[Affine3A::IDENTITY], 1.0)
+        };
+        let center = (center.as_dvec3() - t.scene().origin()).as_vec3();
+        let count = t.scene().meshes()[0].triangles().len() as u64;
+        if count < triangles.len() as u64 {
+            continue;
+        }
+        for _ in 0..20_000 {
+            let triangle = s.below(count) as u32;
+            // Weights down to nothing, of one corner or of two.
+            let mut tiny = || if s.below(8) == 0 { 0.0 } else { powf(10.0, -9.0 * s.uniform()) };
+            let (first, second) = (tiny(), tiny());
+            let second = if s.below(2) == 0 { second } else { s.uniform() };
+            let (first, second) = (0.5 * first, 0.5 * second);
+            let mut b = [first, second, 1.0 - first - second];
+            b.rotate_left(s.below(3) as usize);
+            let p = t.scene().surface_point(crate::scene::InstanceId::at(0), triangle, b);
+            let n = p.geometric_normal;
+            let inside = if n.dot(center - p.position) < 0.0 { -n } else { n };
+            let d = (inside + crate::warp::sphere(s.uniform_2())).normalize_or(inside);
+            let start = p.leave(inside);
+            rays += 1;
+            let told = || {
+                format!("round {round}, {twice}, scale {scale:e}, away {away}: {triangle} {b:?} along {d}")
+            };
+            assert!(t.closest_hit(&Ray::new(start, d), 0).is_some(), "{}", told());
+            assert_eq!(visible(&t, Apex::Direction(d), &[start]), [0.0], "{}", told());
+            let far = start + d * (4.0 * scale);
+            assert_eq!(visible(&t, Apex::Point(far), &[start; 4]), [0.0; 4], "{}", told());
+        }
+    }
+    assert!(rays > 1_000_000, "{rays}");
 }

@@ -7,13 +7,14 @@ use glam::Vec3;
 use super::Hit;
 use super::beam::{Slope, limit};
 use super::bvh::{Bvh, MAX_WAITING, Node};
+use super::exact::{ray_meets, segment_meets};
 use super::moving::Deformed;
 use super::occluders::{Leaf, Occluders};
 use super::segments::Glass;
 use super::trees::{Met, Placed, Tree, Trees};
 use super::triangle::{Block, Lines, Triangle, barycentric, blocked, flag, met};
+use crate::math::Ray;
 use crate::math::simd::{F32x8, WIDTH, each, for_bits};
-use crate::math::{Ray, Real};
 use crate::rng::{self, Purpose};
 use crate::scene::{InstanceId, Scene};
 
@@ -51,41 +52,42 @@ pub(super) struct Segment {
     pub direction: Vec3,
     /// Where it ends; not used if it goes to infinity.
     pub target: Vec3,
-    /// Error of each component of the ends (m).
-    pub point_error: f32,
 }
 
 impl Segment {
     /// A segment between points.
     #[inline(always)]
     pub fn between(origin: Vec3, target: Vec3) -> Self {
-        Self { origin, direction: target - origin, target, point_error: 0.0 }
+        Self { origin, direction: target - origin, target }
     }
 
     /// A segment to infinity.
     #[inline(always)]
     pub fn towards(origin: Vec3, direction: Vec3) -> Self {
-        Self { origin, direction, target: origin, point_error: 0.0 }
+        Self { origin, direction, target: origin }
     }
 
     /// The same in the space of an instance.
     #[inline(always)]
     pub fn in_space_of<const BOUNDED: bool>(&self, placed: &Placed) -> Self {
-        let (origin, error) = placed.points(self.origin.to_array());
-        let origin = Vec3::from(origin);
+        let point = |p: Vec3| Vec3::from(placed.points(p.to_array()));
         if BOUNDED {
-            let (target, other) = placed.points(self.target.to_array());
-            let target = Vec3::from(target);
-            Self { origin, direction: target - origin, target, point_error: Real::max(error, other) }
+            Self::between(point(self.origin), point(self.target))
         } else {
             let direction = Vec3::from(placed.directions(self.direction.to_array()));
-            Self { origin, direction, target: origin, point_error: error }
+            Self::towards(point(self.origin), direction)
         }
+    }
+
+    /// Returns true if it meets a triangle, by exact arithmetic.
+    #[inline(always)]
+    pub fn meets<const BOUNDED: bool>(&self, t: &Triangle) -> bool {
+        segment_meets(&t.v, self.origin, self.direction, BOUNDED.then_some(self.target))
     }
 
     #[inline(always)]
     pub fn slope<F: F32x8>(&self) -> Slope<F> {
-        Slope::new(self.origin.to_array(), self.direction.to_array(), self.point_error)
+        Slope::new(self.origin.to_array(), self.direction.to_array())
     }
 
     #[inline(always)]
@@ -94,7 +96,6 @@ impl Segment {
             origin: each!(|axis| F::splat(self.origin[axis])),
             direction: each!(|axis| F::splat(self.direction[axis])),
             target: each!(|axis| F::splat(self.target[axis])),
-            point_error: F::splat(self.point_error),
         }
     }
 }
@@ -271,12 +272,12 @@ pub(super) fn pass_block<F: F32x8, const BOUNDED: bool>(
     mut visible: f32,
     place: &Place<'_>,
 ) -> f32 {
-    let met = blocked::<F, BOUNDED>(&block.corners(), lines);
+    let met = blocked::<F, BOUNDED>(&block.planes(), lines);
     let mut left = met.any();
     while left != 0 && visible > 0.0 {
         let slot = left.trailing_zeros() as usize & (WIDTH - 1);
         left &= left - 1;
-        if met.is_at(slot, || block.triangle(slot), s.origin, s.direction) {
+        if !met.is_doubtful_at(slot) || s.meets::<BOUNDED>(&block.triangle(slot)) {
             visible *= 1.0 - place.stopped(block, slot, s.origin, s.direction);
         }
     }
@@ -434,7 +435,7 @@ impl Nearest<'_> {
             }
             let block = of.block::<F>(number ^ LEAF);
             let block: &Block = block.borrow();
-            let (met, parameters) = met::<F>(&block.corners(), &lines);
+            let (met, parameters) = met::<F>(&block.planes(), &lines);
             let mut left = met.any();
             if left == 0 {
                 continue;
@@ -443,9 +444,15 @@ impl Nearest<'_> {
             while left != 0 {
                 let slot = left.trailing_zeros() as usize & (WIDTH - 1);
                 left &= left - 1;
-                let is_met = || met.is_at(slot, || block.triangle(slot), s.origin, s.direction);
-                if parameters[slot] < self.t_max && is_met() {
-                    self.take(&block.triangle(slot), instance, s, parameters[slot]);
+                let parameter = if met.is_doubtful_at(slot) {
+                    ray_meets(&block.triangle(slot).v, s.origin, s.direction)
+                } else {
+                    Some(parameters[slot])
+                };
+                if let Some(parameter) = parameter
+                    && parameter < self.t_max
+                {
+                    self.take(&block.triangle(slot), instance, s, parameter);
                 }
             }
         }

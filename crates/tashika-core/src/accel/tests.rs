@@ -301,7 +301,7 @@ fn no_surface_blocks_what_starts_on_it() {
             let d = if baked {
                 corners.map(Vec3::as_dvec3)
             } else {
-                let m = place.as_daffine3();
+                let m = scene.instances()[0].to_world.as_daffine3();
                 scene.meshes()[0].corners(triangle).map(|v| m.transform_point3(v.as_dvec3()))
             };
             let true_normal = (d[1] - d[0]).cross(d[2] - d[0]);

@@ -3,7 +3,6 @@
 
 use std::borrow::Borrow;
 
-use glam::Vec3;
 use rayon::prelude::*;
 
 use super::bvh::{Bvh, Node};
@@ -11,7 +10,7 @@ use super::moving::{Mover, Moving};
 use super::split::Item;
 use super::triangle::{Block, Triangle, flag};
 use crate::math::simd::{F32x8, WIDTH, each};
-use crate::math::{Aabb, GAMMA_4, Real};
+use crate::math::{Aabb, Real};
 use crate::scene::{Instance, InstanceId, Mesh, Scene, box_between, has_normal};
 
 /// Everything that is walked through.
@@ -56,21 +55,14 @@ impl Placed {
         Self { to_object: columns.map(|c| c.to_array()), instance: id.index() as u32, tree }
     }
 
-    /// World points in object space (m), and the bound of the error of their components,
-    /// `γ₄ (|M⁻¹| |p| + |t|)`.
+    /// World points in object space (m).
     #[inline(always)]
-    pub fn points<R: Real>(&self, p: [R; 3]) -> ([R; 3], R) {
+    pub fn points<R: Real>(&self, p: [R; 3]) -> [R; 3] {
         let [x, y, z, t] = &self.to_object;
-        let a = each!(|axis| p[axis].abs());
-        let points = each!(|axis| p[0] * R::splat(x[axis])
+        each!(|axis| p[0] * R::splat(x[axis])
             + p[1] * R::splat(y[axis])
             + p[2] * R::splat(z[axis])
-            + R::splat(t[axis]));
-        let sizes = each!(|axis| a[0] * R::splat(x[axis].abs())
-            + a[1] * R::splat(y[axis].abs())
-            + a[2] * R::splat(z[axis].abs())
-            + R::splat(t[axis].abs()));
-        (points, R::splat(GAMMA_4) * sizes[0].max(sizes[1]).max(sizes[2]))
+            + R::splat(t[axis]))
     }
 
     /// World directions in object space.
@@ -261,10 +253,6 @@ fn flags(scene: &Scene, id: InstanceId) -> u32 {
 fn world_box(instance: &Instance, scene: &Scene) -> Aabb {
     let b = scene.meshes()[instance.mesh.index()].bounds();
     let grown = b.transformed(&instance.to_world);
-    let m = instance.to_world;
-    let columns = [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis].map(|c| Vec3::from(c).abs());
-    let a = b.lo.abs().max(b.hi.abs());
-    let largest = columns[0] * a.x + columns[1] * a.y + columns[2] * a.z + Vec3::from(m.translation).abs();
-    let margin = 4.0 * GAMMA_4 * largest.max_element();
+    let margin = 2.0 * instance.rounding(b.lo.abs().max(b.hi.abs()));
     Aabb { lo: grown.lo - margin, hi: grown.hi + margin }
 }

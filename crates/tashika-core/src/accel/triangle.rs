@@ -3,7 +3,6 @@
 
 use glam::Vec3;
 
-use super::exact::line_meets;
 use crate::math::gamma;
 use crate::math::simd::{F32x8, Vector, WIDTH, each};
 
@@ -28,7 +27,7 @@ pub(super) struct Triangle {
     pub flags: u32,
 }
 
-/// The triangles of a leaf. Places beyond its count have no area, so that nothing meets them.
+/// The triangles of a leaf. Places beyond its count are not numbers, so that nothing meets them.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Block {
@@ -46,8 +45,12 @@ impl Block {
     /// Of at most [`WIDTH`] triangles.
     pub fn new(triangles: impl ExactSizeIterator<Item = Triangle>) -> Self {
         assert!(triangles.len() <= WIDTH, "more triangles than a leaf holds");
-        let mut block =
-            Self { v: [[[0.0; WIDTH]; 3]; 3], instance: [0; WIDTH], index: [0; WIDTH], flags: [0; WIDTH] };
+        let mut block = Self {
+            v: [[[f32::NAN; WIDTH]; 3]; 3],
+            instance: [0; WIDTH],
+            index: [0; WIDTH],
+            flags: [0; WIDTH],
+        };
         for (slot, t) in triangles.enumerate() {
             for (corner, v) in t.v.iter().enumerate() {
                 for axis in 0..3 {
@@ -71,8 +74,8 @@ impl Block {
 
     /// All of them.
     #[inline(always)]
-    pub fn corners<F: F32x8>(&self) -> [Vectors3<F>; 3] {
-        each!(|corner| each!(|axis| F::load(&self.v[corner][axis])))
+    pub fn planes<F: F32x8>(&self) -> Planes<F> {
+        Planes::new(&each!(|corner| each!(|axis| F::load(&self.v[corner][axis]))))
     }
 
     /// The same triangles with corners after a share of the way to those of another block, as
@@ -89,12 +92,6 @@ impl Block {
         }
         block
     }
-
-    /// As often the same as a vector has places.
-    #[inline(always)]
-    pub fn corners_of<F: Vector>(&self, slot: usize) -> [Vectors3<F>; 3] {
-        each!(|corner| each!(|axis| F::splat(self.v[corner][axis][slot])))
-    }
 }
 
 /// Segments or rays, of which each has a place: all the same, or each its own.
@@ -106,23 +103,21 @@ pub(super) struct Lines<F> {
     pub direction: Vectors3<F>,
     /// Where they end (m); not used of those that go to infinity.
     pub target: Vectors3<F>,
-    /// Error of each component of the ends (m), from transforming them into this space.
-    pub point_error: F,
 }
 
-/// What the planes of triangles need, without any segment.
+/// Numbers of triangles that do not depend on a segment.
 ///
 /// # Error of the signed volume `(v₀ − p) · n`
-/// With `M = ‖e₁‖_∞ ‖e₂‖_∞` a component of `n` is at most `2M` and computed with an error of at
-/// most `2 γ₄ M` (differences of inputs, one product each, one difference). Multiplied by `v₀ − p`
-/// (one rounding), and summed (three more), the error of the volume is at most
+/// A component `n_i` is a difference of two products, whose absolute values have the sum `P_i`; it
+/// is wrong by at most `γ₄ P_i` (two differences, a product, a difference). Multiplied by a
+/// component of `v₀ − p` (one rounding, and one of the product) and summed (two more), the error of
+/// the volume is at most
 ///
 /// ```text
-/// ‖v₀ − p‖₁ · M · (2 γ₄ + 2 γ₄ (1 + γ₄)) < 17 u ‖v₀ − p‖₁ M
+/// γ₈ Σ |v₀ − p|_i P_i
 /// ```
 ///
-/// and for a point that is itself wrong by `e` in each component, `6 M e` more, as `‖n‖₁ ≤ 6 M`.
-/// The constants below are rounded up, which pays for the rounding of the bound itself. Products
+/// The constant below is rounded up, which pays for the rounding of the bound itself. Products
 /// below the range of normal numbers add up to [`UNDERFLOW`] to a component of `n` and to the sum.
 ///
 /// # Error of the edge functions
@@ -139,19 +134,18 @@ pub(super) struct Lines<F> {
 /// below
 ///
 /// ```text
-/// 10 u ‖a‖₁ ‖d‖₁ (‖e₁‖_∞ + ‖e₂‖_∞) + 25 u ‖d‖₁ M
+/// 10 u ‖a‖₁ ‖d‖₁ (‖e₁‖_∞ + ‖e₂‖_∞) + 10 u Σ |d|_i P_i
 /// ```
 #[derive(Clone, Copy)]
-struct Planes<F> {
+pub(super) struct Planes<F> {
+    v0: Vectors3<F>,
     /// Two edges from the first corner.
     e: [Vectors3<F>; 2],
     n: Vectors3<F>,
     /// `‖e₁‖_∞ + ‖e₂‖_∞`.
     size: F,
-    /// `M · 20 u`, to be multiplied by `‖v₀ − p‖₁`.
-    per_length: F,
-    /// `7 M`, to be multiplied by the error of the point.
-    per_error: F,
+    /// Errors of the volume per length of `v₀ − p`, by component.
+    per_length: Vectors3<F>,
 }
 
 /// Eight times half the smallest `f32` above zero: more than the error of a few sums of products
@@ -162,46 +156,80 @@ impl<F: Vector> Planes<F> {
     #[inline(always)]
     fn new(v: &[Vectors3<F>; 3]) -> Self {
         let e = [sub(v[1], v[0]), sub(v[2], v[0])];
-        let [m1, m2] = [largest(e[0]), largest(e[1])];
-        let m = m1 * m2;
-        Self {
-            e,
-            n: cross(e[0], e[1]),
-            size: m1 + m2,
-            per_length: m * F::splat(gamma(20)) + F::splat(UNDERFLOW),
-            per_error: m * F::splat(7.0),
-        }
+        let p = permanent(e[0], e[1]);
+        let per_length = each!(|axis| p[axis] * F::splat(gamma(10)) + F::splat(UNDERFLOW));
+        Self { v0: v[0], e, n: cross(e[0], e[1]), size: largest(e[0]) + largest(e[1]), per_length }
     }
 
     /// `(v₀ − p) · n` from `a = v₀ − p`.
     #[inline(always)]
     fn volume(&self, a: Vectors3<F>) -> F {
-        a[0] * self.n[0] + a[1] * self.n[1] + a[2] * self.n[2]
+        dot(a, self.n)
     }
 
-    /// Bound of the error of [`Planes::volume`]; `point_error` is that of each component of `p`
-    /// (m).
+    /// Bound of the error of [`Planes::volume`].
     #[inline(always)]
-    fn error(&self, a: Vectors3<F>, point_error: F) -> F {
-        sum_of_sizes(a) * self.per_length + self.per_error * point_error + F::splat(UNDERFLOW)
+    fn error(&self, a: Vectors3<F>) -> F {
+        dot([a[0].abs(), a[1].abs(), a[2].abs()], self.per_length) + F::splat(UNDERFLOW)
     }
 
-    /// Places where the line from `v₀ − a` along `d` passes inside, and where that is in doubt;
-    /// `start` has the sign of the side on which it starts, and `slope` is `d · n`.
+    /// Places where the line from `v₀ − a` along `d` meets the triangle, of those where the segment
+    /// crosses the plane; `slope` is `d · n`.
     #[inline(always)]
-    fn inside(&self, a: Vectors3<F>, d: Vectors3<F>, start: F, slope: F, places: u32) -> Met {
+    fn inside(&self, a: Vectors3<F>, d: Vectors3<F>, slope: F, across: Met) -> Met {
         let q = cross(a, d);
         let second = dot(self.e[1], q);
         let third = F::splat(0.0) - dot(self.e[0], q);
+        // It is not a number if any is not, and so are the least and the largest if it comes last.
         let first = slope - second - third;
-        // The last is not a number if any is not, and the least is not if the last is not.
-        let least = second.flipped_by(start).min(third.flipped_by(start)).min(first.flipped_by(start));
+        let least = second.min(third).min(first);
+        let most = second.max(third).max(first);
         let lengths = sum_of_sizes(a) * sum_of_sizes(d) + F::splat(SMALLEST_LENGTHS);
-        let of_slope = self.error(d, F::splat(0.0)) * F::splat(1.25);
+        let of_slope = self.error(d) * F::splat(1.25);
         let error = lengths * self.size * F::splat(gamma(12)) + of_slope + F::splat(f32::MIN_POSITIVE);
-        let outside = F::bits((F::splat(0.0) - least).gt(error));
-        let certain = F::bits(least.gt(error)) & places;
-        Met { certain, doubtful: places & !outside & !certain }
+        let below = F::splat(0.0) - error;
+        let outside = F::bits(F::and(below.gt(least), most.gt(error)));
+        let inside = F::bits(least.gt(error)) | F::bits(below.gt(most));
+        let certain = across.certain & inside;
+        Met { certain, doubtful: across.any() & !outside & !certain }
+    }
+
+    /// Places where two numbers, each with the bound of its error, have the same sign: `T₀`, and
+    /// `−T₁` or `d · n`.
+    #[inline(always)]
+    fn same_sign([start, start_error]: [F; 2], [end, end_error]: [F; 2]) -> Met {
+        let certain = F::bits(F::and(start.abs().gt(start_error), end.abs().gt(end_error)));
+        let unsure = F::bits(start.abs().le(start_error)) | F::bits(end.abs().le(end_error));
+        let same = F::bits(end.flipped_by(start).gt(F::splat(0.0)));
+        Met { certain: certain & same, doubtful: unsure }
+    }
+}
+
+impl<F: F32x8> Planes<F> {
+    /// The same as plain numbers.
+    #[inline(always)]
+    pub fn arrays(&self) -> Planes<[f32; WIDTH]> {
+        Planes {
+            v0: each!(|axis| self.v0[axis].array()),
+            e: [each!(|axis| self.e[0][axis].array()), each!(|axis| self.e[1][axis].array())],
+            n: each!(|axis| self.n[axis].array()),
+            size: self.size.array(),
+            per_length: each!(|axis| self.per_length[axis].array()),
+        }
+    }
+}
+
+impl Planes<[f32; WIDTH]> {
+    /// Those of one triangle, as often as a vector has places.
+    #[inline(always)]
+    pub fn of<F: Vector>(&self, slot: usize) -> Planes<F> {
+        Planes {
+            v0: each!(|axis| F::splat(self.v0[axis][slot])),
+            e: [each!(|axis| F::splat(self.e[0][axis][slot])), each!(|axis| F::splat(self.e[1][axis][slot]))],
+            n: each!(|axis| F::splat(self.n[axis][slot])),
+            size: F::splat(self.size[slot]),
+            per_length: each!(|axis| F::splat(self.per_length[axis][slot])),
+        }
     }
 }
 
@@ -213,7 +241,7 @@ const SMALLEST_LENGTHS: f32 = f32::MIN_POSITIVE * 64.0;
 pub(super) struct Met {
     /// Those that do.
     pub certain: u32,
-    /// Those that do if the line meets the triangle ([`line_meets`](super::exact::line_meets)).
+    /// Those that do if exact arithmetic finds that they do.
     pub doubtful: u32,
 }
 
@@ -226,46 +254,42 @@ impl Met {
         self.certain | self.doubtful
     }
 
-    /// Returns true if the line from `o` along `d` meets the triangle of a place where it does or
-    /// may.
+    /// Returns true if it is in doubt at a place.
     #[inline(always)]
-    pub fn is_at(self, place: usize, triangle: impl FnOnce() -> Triangle, o: Vec3, d: Vec3) -> bool {
-        self.doubtful >> place & 1 == 0 || line_meets(&triangle().v, o, d)
+    pub fn is_doubtful_at(self, place: usize) -> bool {
+        self.doubtful >> place & 1 != 0
     }
 }
 
 /// Places whose segment is blocked, by the two rules of [`accel`](crate::accel).
 #[inline(always)]
-pub(super) fn blocked<F: Vector, const BOUNDED: bool>(v: &[Vectors3<F>; 3], s: &Lines<F>) -> Met {
-    let planes = Planes::new(v);
-    let a = sub(v[0], s.origin);
-    let start = planes.volume(a);
-    // Turned so that the start is on the positive side.
-    let (end, end_error) = if BOUNDED {
-        let e = sub(v[0], s.target);
-        (F::splat(0.0) - planes.volume(e).flipped_by(start), planes.error(e, s.point_error))
+pub(super) fn blocked<F: Vector, const BOUNDED: bool>(planes: &Planes<F>, s: &Lines<F>) -> Met {
+    let a = sub(planes.v0, s.origin);
+    let start = [planes.volume(a), planes.error(a)];
+    let end = if BOUNDED {
+        let e = sub(planes.v0, s.target);
+        [F::splat(0.0) - planes.volume(e), planes.error(e)]
     } else {
-        (planes.volume(s.direction).flipped_by(start), planes.error(s.direction, F::splat(0.0)))
+        [planes.volume(s.direction), planes.error(s.direction)]
     };
-    let across = F::bits(F::and(start.abs().gt(planes.error(a, s.point_error)), end.gt(end_error)));
-    if across == 0 {
+    let across = Planes::same_sign(start, end);
+    if across.any() == 0 {
         return Met::NOWHERE;
     }
-    planes.inside(a, s.direction, start, planes.volume(s.direction), across)
+    planes.inside(a, s.direction, planes.volume(s.direction), across)
 }
 
-/// Places whose ray meets a triangle, and the parameters: the origin is certainly off the plane,
-/// the direction certainly towards it, and the line passes inside.
+/// Places whose ray meets a triangle, and the parameters where that is certain.
 #[inline(always)]
-pub(super) fn met<F: Vector>(v: &[Vectors3<F>; 3], s: &Lines<F>) -> (Met, F) {
-    let planes = Planes::new(v);
-    let a = sub(v[0], s.origin);
-    let start = planes.volume(a);
-    let slope = planes.volume(s.direction);
-    let off = start.abs().gt(planes.error(a, s.point_error));
-    let towards = slope.flipped_by(start).gt(planes.error(s.direction, F::splat(0.0)));
-    let across = F::bits(F::and(off, towards));
-    (planes.inside(a, s.direction, start, slope, across), start / slope)
+pub(super) fn met<F: Vector>(planes: &Planes<F>, s: &Lines<F>) -> (Met, F) {
+    let a = sub(planes.v0, s.origin);
+    let start = [planes.volume(a), planes.error(a)];
+    let slope = [planes.volume(s.direction), planes.error(s.direction)];
+    let across = Planes::same_sign(start, slope);
+    if across.any() == 0 {
+        return (Met::NOWHERE, start[0]);
+    }
+    (planes.inside(a, s.direction, slope[0], across), start[0] / slope[0])
 }
 
 /// Barycentric weights of the point at which a line meets a triangle, each in `[0, 1]`.
@@ -302,6 +326,12 @@ fn largest<F: Vector>(v: Vectors3<F>) -> F {
 #[inline(always)]
 fn cross<F: Vector>(a: Vectors3<F>, b: Vectors3<F>) -> Vectors3<F> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// The cross product of absolute values with sums in place of differences.
+#[inline(always)]
+fn permanent<F: Vector>(a: Vectors3<F>, b: Vectors3<F>) -> Vectors3<F> {
+    each!(|i| (a[(i + 1) % 3] * b[(i + 2) % 3]).abs() + (a[(i + 2) % 3] * b[(i + 1) % 3]).abs())
 }
 
 #[inline(always)]

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, Mat3, Vec3};
 
 use super::mesh::MeshRepairs;
+use super::motion::inverse;
 use super::object_names::{Numbered, ObjectNames};
 use super::origin::Places;
 use super::{
@@ -302,7 +303,7 @@ impl SceneBuilder {
             return Err(Error::invalid(at, "one more instance", expected));
         }
         let to_world = exact.as_affine3a();
-        let to_object = to_world.inverse();
+        let to_object = inverse(&to_world);
         if !to_world.is_finite() || !to_object.is_finite() {
             self.note(NoteKind::Repaired, "instances with a transform that cannot be inverted: left out", at);
             return Ok(None);

@@ -1,10 +1,10 @@
 //! Triangle meshes and their instances.
 
-use glam::{Affine3A, DVec3, Vec2, Vec3};
+use glam::{Affine3A, DVec3, Vec2, Vec3, Vec3A};
 
 use super::deformation::Deformation;
 use super::{Interface, MaterialId, MeshId};
-use crate::math::{Aabb, LocalPlaces};
+use crate::math::{Aabb, LocalPlaces, gamma};
 
 /// A mesh as a loader hands it over: anything may be wrong with it.
 #[derive(Clone, Debug, Default)]
@@ -218,6 +218,25 @@ impl Instance {
     #[inline]
     pub fn to_object(&self) -> Affine3A {
         self.to_object
+    }
+
+    /// Upper bound of the rounding error of world points (m), by component, to the world and back.
+    ///
+    /// Rays are transformed into the space of an instance, so that its surface in the world is that of
+    /// the inverse transform. With `y = |M| size + |t|` for `x ↦ M x + t`, and `x ↦ M′ x + t′` for
+    /// the inverse, the bound is `γ₆ (y + |M| (|M′| y + |t′|))`: an entry of a matrix, a product and
+    /// three sums are at most six roundings.
+    ///
+    /// * `size`: upper bounds of the absolute components of points of the object (m).
+    pub fn rounding(&self, size: Vec3) -> Vec3 {
+        let absolute = |map: &Affine3A| {
+            let [x, y, z] = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis].map(Vec3A::abs);
+            (move |v: Vec3| x * v.x + y * v.y + z * v.z, map.translation.abs())
+        };
+        let (forth, moved) = absolute(&self.to_world);
+        let (back, moved_back) = absolute(&self.to_object);
+        let world = forth(size) + moved;
+        Vec3::from(world + forth(Vec3::from(back(world.into()) + moved_back))) * gamma(6)
     }
 }
 

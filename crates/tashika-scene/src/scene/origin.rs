@@ -110,7 +110,7 @@ impl SceneBuilder {
             match instance.motion {
                 None => {
                     instance.to_world = placed(to_world, local, origin).as_affine3a();
-                    instance.to_object = instance.to_world.inverse();
+                    instance.to_object = inverse(&instance.to_world);
                 }
                 Some(motion) => {
                     let motion = &mut scene.motions[motion as usize];
