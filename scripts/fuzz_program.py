@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Looks for files that the program takes too long for, or too much memory, or that crash it.
+"""Searches for files on which the program crashes, or takes too much time or memory.
 
     python3 scripts/fuzz_program.py target/release/tashika --seconds 600 [--seed N] [--out FOLDER] [TARGET...]
     python3 scripts/fuzz_program.py target/release/tashika --scale [TARGET...]
@@ -47,7 +47,7 @@ SMOKE = b"""Integrator "volpath" Camera "perspective" WorldBegin LightSource "in
 MakeNamedMedium "smoke" "string type" "nanovdb" "string filename" "a.nvdb"
 MediumInterface "smoke" "" Material "interface" Shape "sphere\""""
 
-# By target: the name of the fuzzed file, the scene that it is part of, and whether it is text.
+# By target: name of the fuzzed file, scene that contains it, and True for text.
 TARGETS = {
     "gltf": ("scene.gltf", None, True),
     "glb": ("scene.glb", None, False),
@@ -74,7 +74,7 @@ TARGETS = {
     "light": ("lamp.ies", ("scene.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), True),
 }
 
-# Images, by target: where their seeds are.
+# Folders of the seeds of images, by target.
 IMAGES = {
     "exr": ["film/*.exr"],
     "tif": ["image/*.tif", "image/*.tx"],
@@ -150,7 +150,7 @@ class Text:
 
 
 def repeated(draw, data, start, end):
-    """A part of the text, from a token on, many times."""
+    """Repeats a part of the text, from a token on."""
     end = min(len(data), start + draw.choice([1, 10, 50, 200, 1000]))
     part = data[start:end]
     times = draw.choice([2, 3, 10, 100, 1000, 10000])
@@ -158,7 +158,7 @@ def repeated(draw, data, start, end):
 
 
 def nested(draw, data):
-    """A part between two brackets put into itself."""
+    """Nests a part between two brackets in itself."""
     pairs = [(b"{", b"}"), (b"[", b"]"), (b"(", b")"), (b"AttributeBegin", b"AttributeEnd"), (b"<", b"/>"), (b"ObjectBegin", b"ObjectEnd")]
     draw.shuffle(pairs)
     for opens, closes in pairs:
@@ -206,7 +206,7 @@ def changed_bytes(draw, data, seeds):
 
 
 class Runner:
-    """Runs the program on files, and keeps what it finds."""
+    """Runs the program on files, and keeps its findings."""
 
     def __init__(self, args):
         self.args, self.out = args, Path(args.out)
@@ -235,7 +235,7 @@ class Runner:
         return [self.args.program, "info", *common, "--json", str(self.folder / "out.json")]
 
     def run(self, target, data, picture=False):
-        """Seconds and exit code."""
+        """Returns seconds and exit code of a run."""
         name, scene, _ = TARGETS[target]
         (self.folder / name).write_bytes(data)
         if scene:
@@ -251,7 +251,7 @@ class Runner:
             code, said = done.returncode, done.stderr
         except subprocess.TimeoutExpired:
             code, said = "timeout", b""
-        # Of the processor: other work on the machine is not the file's fault.
+        # Processor time, which other work on the machine does not change.
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
         del begun
@@ -312,7 +312,7 @@ def fuzz(runner, targets, args):
 
 
 def families():
-    """Files that grow: target, name, and the file of a size."""
+    """Returns the families of growing files: target, name, bytes for a size, sizes."""
     from fuzz_families import FAMILIES
 
     return FAMILIES

@@ -13,7 +13,7 @@ from pxr import Sdf, Tf, Usd
 
 
 def text(value):
-    """A value as `.usda` has it."""
+    """Returns a value as text of `.usda`."""
     layer = Sdf.Layer.CreateAnonymous(".usda")
     prim = Sdf.PrimSpec(layer, "P", Sdf.SpecifierDef)
     attribute = Sdf.AttributeSpec(prim, "a", Sdf.GetValueTypeNameForValue(value))

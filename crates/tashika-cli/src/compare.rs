@@ -40,8 +40,8 @@ struct Report {
     /// Pixel of the worst error.
     worst_at: [u32; 2],
     bias: f64,
-    /// How far the reference may itself be off, relative, the median pixel at 99.9 %; none if it does
-    /// not say, or is exact.
+    /// Relative error of the reference that half of its pixels do not exceed, at 99.9 %; none if
+    /// the reference does not state its error, or is exact.
     reference_error: Option<f64>,
     /// Mean distance over mean reference.
     relative_l1: f64,
@@ -58,7 +58,7 @@ struct Report {
     /// Pixels that have not failed and whose error is infinite.
     infinite: u64,
     left_out: LeftOut,
-    /// Share of the claims that were kept beyond doubt; none if the image makes no claims.
+    /// Share of the claims that are certainly true; none if the image makes no claims.
     claims_kept: Option<f64>,
     claims: Option<ClaimsReport>,
     /// None if nothing is claimed of the picture as a whole.
@@ -76,23 +76,24 @@ struct LeftOut {
 
 #[derive(Debug, Serialize)]
 struct ClaimsReport {
-    /// Claims that are kept, broken, or neither beyond doubt, with the reference's own error.
+    /// Claims that are certainly true, certainly false, and undecidable, given the error of the
+    /// reference.
     kept: u64,
     broken: u64,
     undecidable: u64,
     of: u64,
-    /// Claims whose interval holds the reference, as if it were the truth.
+    /// Claims whose interval contains the reference, taken for the truth.
     inside: u64,
     /// Claims that are consistent with the reference if the errors of both are normal.
     consistent: u64,
-    /// Bounds of the share that is kept, with what cannot be decided.
+    /// Bounds of the share of true claims; undecidable claims widen them.
     low: f64,
     high: f64,
     confidence: f64,
-    /// Share that is promised to be kept, if the image says with which confidence it claims.
+    /// Share of the claims that is promised to be true; none if the image states no confidence.
     promised: Option<f64>,
-    /// `kept`, `not_kept`, `reference_too_noisy` or `too_few_pixels`; none where nothing is promised,
-    /// or the reference is of another truth.
+    /// `kept`, `not_kept`, `reference_too_noisy` or `too_few_pixels`. None if nothing is promised,
+    /// or if the reference estimates another truth.
     verdict: Option<&'static str>,
     /// Whether the reference is of the same VPLs and gather points, which the claims are about.
     same_truth: bool,
@@ -101,13 +102,13 @@ struct ClaimsReport {
 #[derive(Debug, Serialize)]
 struct PictureReport {
     claim: PictureClaim,
-    /// Pixels within the claimed error of the reference and outside of it, with the reference's own
-    /// error, and of how many.
+    /// Pixels within the claimed error of the reference, pixels outside of it given the error of
+    /// the reference, and their total.
     within: u64,
     outside: u64,
     of: u64,
     held: bool,
-    /// Whether the reference is too noisy to tell.
+    /// True if the reference is too noisy for a verdict.
     open: bool,
 }
 

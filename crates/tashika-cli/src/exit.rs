@@ -39,7 +39,7 @@ impl From<Outcome> for ExitCode {
     }
 }
 
-/// Name of an option as it is typed behind its hyphens, by its name in the library.
+/// Returns the name of an option as it is typed after its hyphens, from its name in the library.
 pub fn typed(name: &str) -> String {
     match name {
         "lights" => "vpl-file".to_owned(),

@@ -27,7 +27,7 @@ struct Report {
     tally: Tally,
     /// What is claimed of the picture as a whole, if anything is.
     picture_claim: Option<PictureClaim>,
-    /// What the claims are about, if there are any.
+    /// Truth that the claims are about; none if there are no claims.
     truth: Option<String>,
     /// Names of earlier versions for what `tally` has.
     promise_met: u64,

@@ -50,7 +50,7 @@ fn work(plan: &RenderPlan, meter: &Meter) -> Result<Outcome, Failure> {
     Ok(worst)
 }
 
-/// Reports the options that mean nothing in this scene, and one that changes the truth.
+/// Reports the options that have no effect in this scene, and the option that changes the truth.
 fn tell_options(plan: &RenderPlan, stage: &Stage, meter: &Meter) -> Result<(), Failure> {
     let (request, scene) = (&plan.asked.request, stage.tracer.scene());
     for name in request.check_in(scene)? {
@@ -177,7 +177,7 @@ fn image(
     let contradicted = done.audit.as_ref().is_some_and(|audit| audit.contradicts);
     let accepts_budget = plan.accept_budget || done.method.is_picture();
     let ended = match outcome(accepts_budget, done.rendered.complete, contradicted, &tally) {
-        // Of shares of a job the merged image says it.
+        // A share of a job leaves this exit code to the merged image.
         Outcome::NotFinite if plan.accept_budget && !plan.asked.share.is_whole() => Outcome::Done,
         ended => ended,
     };
@@ -224,7 +224,7 @@ fn outcome(accepts_budget: bool, complete: bool, contradicted: bool, tally: &Tal
 /// A finished render.
 struct Done {
     rendered: Rendered,
-    /// In this scene, which may need another method than was asked for.
+    /// Method used in this scene; it may differ from the requested one.
     method: Method,
     lights: Option<LightsReport>,
     gather: u32,

@@ -32,7 +32,7 @@ pub struct Stage {
     pub tracer: Tracer,
 }
 
-/// An error at a camera, with the scene's file.
+/// Returns an error at a camera with the file of the scene.
 fn of_scene(plan: &StagePlan, error: Error) -> Error {
     match error {
         Error::Invalid { mut at, found, expected } => {

@@ -47,7 +47,7 @@ impl Rows {
     /// Prints the rows to standard output, labels in a column.
     pub fn print(&self) -> Result<(), Failure> {
         let width = self.0.iter().map(|(label, _)| label.len()).max().unwrap_or(0);
-        // Names of cameras, materials and files are somebody else's.
+        // Names of cameras, materials and files are untrusted.
         let line = |(label, text): &(_, String)| format!("{label:width$}  {}\n", visible(text));
         let lines: String = self.0.iter().map(line).collect();
         print(&lines)

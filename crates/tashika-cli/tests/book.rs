@@ -90,8 +90,8 @@ fn commands_are_found_and_made_small() {
     assert_eq!(small(&found[0]).join(" "), "tashika render a --size 12x12 --paths 4");
 }
 
-/// "The same bits as one machine": what the chapter's first commands make of shares, held to what they
-/// make in one piece, with the same truth.
+/// Images of the chapter's commands: merged shares have the same bits and the same truth as one
+/// piece.
 #[test]
 fn shares_of_the_chapter_on_farms_are_joined_to_what_one_machine_renders() {
     let text = fs::read_to_string(source().join("farm.md")).unwrap();
@@ -101,7 +101,7 @@ fn shares_of_the_chapter_on_farms_are_joined_to_what_one_machine_renders() {
     let mut said = String::new();
     for command in commands(&text).into_iter().take_while(|command| !command.contains("--checkpoint")) {
         let mut words = small(&command);
-        // Of two tiles and more, so that each share has some.
+        // Two tiles at least, so that no share is empty.
         if let Some(at) = words.iter().position(|word| word == "--size") {
             words[at + 1] = "40x36".to_owned();
         }

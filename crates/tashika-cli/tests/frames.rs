@@ -198,7 +198,7 @@ fn frames_without_anything_visible_show_the_background() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     fs::write(folder.join("h.usda"), HIDDEN).unwrap();
-    // By every way to render.
+    // Every way to render.
     for way in ["--method path --paths 1", "--method exact --vpls 10", "--quality draft --share 50%"] {
         succeeds(folder, &format!("render h.usda {way} --size 4x4 --frames 11..20 --fps 24 -o w.exr"));
         for number in [12, 19] {

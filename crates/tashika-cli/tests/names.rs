@@ -1,4 +1,4 @@
-//! What files of other people say, as the program prints it.
+//! Untrusted names from files in the output of the program.
 
 use std::fs;
 
@@ -13,8 +13,8 @@ fn run(folder: &TempDir, line: &str) -> (Option<i32>, String, String) {
     (output.status.code(), text(output.stdout), text(output.stderr))
 }
 
-/// A name that colours what follows and turns the direction of writing: of a file that is there, one
-/// that is not, a camera, and something unknown in a file.
+/// Test of a name that colours the text after it and reverses the direction of writing. The name is
+/// that of an existing file, a missing file, a camera, and an unknown item in a file.
 #[test]
 fn names_of_others_do_not_steer_the_terminal() {
     let folder = tempfile::tempdir().unwrap();

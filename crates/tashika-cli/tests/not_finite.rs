@@ -1,4 +1,4 @@
-//! Images with pixels that are not finite: what the program says of them, and how it ends.
+//! Images with pixels that are not finite: output and exit code of the program.
 
 use std::fs;
 use std::path::Path;
@@ -9,8 +9,8 @@ use serde_json::Value;
 use tashika::film::{Claim, RenderFilm, Stop};
 use tashika::io::read_exr;
 
-/// A white floor under the left half of the film and a sky near the end of single precision, so that what the
-/// floor reflects by a path may be beyond it.
+/// White floor under the left half of the film, and a sky near the largest number of single
+/// precision, so that light reflected by the floor may exceed it.
 const SCENE: &str = "\
 LookAt 0 5 0  0 0 0  0 0 1
 Camera \"orthographic\" \"float screenwindow\" [-2 2 -2 2]
@@ -26,13 +26,14 @@ fn run(folder: &Path, line: &str) -> Output {
     command.current_dir(folder).args(line.split_whitespace()).output().unwrap()
 }
 
-/// The code with which the program ends, and what it prints.
+/// Returns the exit code and the output of the program.
 fn ended(folder: &Path, line: &str) -> (i32, String) {
     let output = run(folder, line);
     (output.status.code().unwrap(), String::from_utf8(output.stdout).unwrap())
 }
 
-/// Pixels of a film that are not finite, all of which say so and claim nothing; none else does.
+/// Counts the pixels of a film that are not finite. Each of them states so and claims nothing; no
+/// other pixel states so.
 fn not_finite(film: &Path) -> u64 {
     let film = read_exr(film).unwrap();
     let (read, stop) = (RenderFilm::of(&film), film.plane("stop").unwrap());
@@ -69,7 +70,7 @@ fn pixels_that_are_not_finite_are_said_and_no_success() {
     }
 }
 
-/// Parts say it by themselves; those of a job leave it to the image that is merged from them.
+/// Parts report such pixels themselves; shares of a job leave the report to the merged image.
 #[test]
 fn parts_and_what_is_merged_from_them_say_it() {
     let folder = tempfile::tempdir().unwrap();

@@ -233,8 +233,8 @@ fn an_audit_says_what_was_kept() {
     assert!(audit["within"].as_u64().unwrap() < 54, "{audit}");
     assert!(audit["contradicts"] == false && audit["claiming"].as_u64().unwrap() < 30, "{audit}");
     assert_eq!(audit["claiming_within"], audit["claiming"]);
-    // The published rule claims what nine pixels of 384 do not keep.
-    let published = "render builtin:tiny --size 24x16 --truth vpl --vpls 3000 --gather 16 --error 10%";
+    // The published rule claims what 16 pixels of 384 do not keep.
+    let published = "render builtin:tiny --size 24x16 --truth vpl --vpls 3000 --gather 64 --error 10%";
     let rule = "--method iwasaki2019 --confidence 99% --audit 384 --json d.json";
     let run = folder.run(&format!("{published} {rule}"));
     assert_eq!(run.code, Some(5), "{}", run.stderr);

@@ -11,11 +11,11 @@ pub use nearest::nearest_name;
 /// Result of everything that reads or writes files.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Returns the text with an escape, as `\u{1b}`, for each character that would not be seen as itself:
-/// control characters, line breaks, and those that turn the direction of writing.
+/// Returns the text with an escape, as `\u{1b}`, for each control character, each line break, and
+/// each character that changes the direction of writing.
 ///
-/// Names from files and folders are somebody else's: printed as they are, they could move the cursor
-/// of a terminal, colour what follows, or look like lines of the program.
+/// Names from files and folders are untrusted. Without escapes they could move the cursor of a
+/// terminal, colour the text after them, or look like lines of the program.
 pub fn visible(text: &str) -> Cow<'_, str> {
     let is_hidden = |c: char| {
         c.is_control()
@@ -35,7 +35,7 @@ pub fn visible(text: &str) -> Cow<'_, str> {
     escaped.into()
 }
 
-/// A path as messages show it.
+/// Formats a path for messages.
 fn shown(path: &Path) -> String {
     visible(&path.to_string_lossy()).into_owned()
 }
@@ -43,7 +43,7 @@ fn shown(path: &Path) -> String {
 /// Where in the input something was found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Location {
-    /// File as the user named it, or as another file refers to it; empty where only the item is known.
+    /// File as the user named it, or as another file refers to it; empty if only the item is known.
     pub file: PathBuf,
     /// Line, from 1, for text formats.
     pub line: Option<u32>,
@@ -176,7 +176,8 @@ impl Error {
         Self::Invalid { at, found: found.into(), expected: expected.into() }
     }
 
-    /// The input at `at` names `found`, of that kind, where `known` was probably meant.
+    /// Returns the error of an input at `at` with an unknown name `found`, where `known` was
+    /// probably meant.
     pub fn misspelt(at: Location, kind: &str, found: &str, known: &str) -> Self {
         Self::invalid(at, format!("{kind} {found:?}"), format!("a known name: did you mean {known:?}?"))
     }
@@ -203,7 +204,7 @@ mod tests {
         assert_eq!(e.to_string(), "box.mtl:14: newmtl floor: Ns = -3; expected a number from 0 to 100000");
     }
 
-    /// A name that clears a terminal, goes on in red on another line, and reads backwards.
+    /// A name that clears a terminal, continues in red on another line, and reads backwards.
     #[test]
     fn names_in_messages_cannot_steer_a_terminal() {
         let name = "a\u{1b}[2J\n\u{9b}31merror: \u{202e}b";

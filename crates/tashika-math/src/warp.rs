@@ -8,15 +8,15 @@ use glam::{Vec2, Vec3};
 use crate::math::elementary::{atan2, sin_cos};
 
 /// Weight of a strategy of density `this` beside another of density `other`: the balance heuristic
-/// (Veach 1997, section 9.2). One where `this` is infinite; a half where both are zero, too small for
-/// numbers.
+/// (Veach 1997, section 9.2). It is 1 if `this` is infinite, and 1/2 if both densities underflow to
+/// zero.
 #[inline]
 pub fn balance(this: f32, other: f32) -> f32 {
     let sum = this + other;
     match sum {
         _ if this.is_infinite() => 1.0,
         0.0 => 0.5,
-        // The densities are finite, their sum is not.
+        // The densities are finite, but their sum is not.
         f32::INFINITY if other < f32::INFINITY => 0.25 * this / (0.25 * this + 0.25 * other),
         _ => this / sum,
     }
@@ -145,7 +145,8 @@ mod tests {
         (0..n).map(|_| f64::from(f(s.uniform_2()))).sum::<f64>() / f64::from(n)
     }
 
-    /// At the ends of the numbers, too: weights of two strategies sum to 1, and none is no number.
+    /// Weights of two strategies sum to 1 and are never NaN, at both ends of the range of numbers
+    /// as well.
     #[test]
     fn weights_of_two_strategies_sum_to_one() {
         let densities = [0.0, f32::from_bits(1), f32::MIN_POSITIVE, 1e-20, 0.3, 7.0, 1e20, f32::MAX];

@@ -68,7 +68,7 @@ pub fn vectors<'py>(
     array(py, flat.into_iter(), &shape)
 }
 
-/// `n` rows of three numbers in double precision.
+/// Returns `n` rows of three numbers in double precision.
 pub fn wide_vectors<'py>(
     py: Python<'py>,
     rows: impl ExactSizeIterator<Item = [f64; 3]>,
@@ -123,13 +123,13 @@ pub fn float_rows<const N: usize>(name: &str, rows: &Bound<'_, PyAny>) -> PyResu
     read_rows(name, rows, "float32", numbers)
 }
 
-/// The numbers of `(n, N)` in double precision.
+/// Returns the numbers of shape `(n, N)` in double precision.
 pub fn wide_rows<const N: usize>(name: &str, rows: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; N]>> {
     let numbers = |b: [u8; 8]| Ok(f64::from_ne_bytes(b));
     read_rows(name, rows, "float64", numbers)
 }
 
-/// All numbers of an array of any shape in double precision, in row-major order.
+/// Returns all numbers of an array of any shape in double precision, in row-major order.
 pub fn wide_numbers(array: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     let numpy = array.py().import("numpy")?;
     let bytes = numpy.call_method1("asarray", (array, "float64"))?.call_method0("tobytes")?;

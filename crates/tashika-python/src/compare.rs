@@ -101,8 +101,8 @@ impl Comparison {
         self.found.bias
     }
 
-    /// How far the reference may itself be off, relative, the median pixel at 99.9 %; None if it does
-    /// not say, or is exact.
+    /// Relative error of the reference that half of its pixels do not exceed, at 99.9 %; None if
+    /// the reference does not state its error, or is exact.
     #[getter]
     fn reference_error(&self) -> Option<f64> {
         self.found.own_error
@@ -167,19 +167,20 @@ impl Comparison {
         Ok(left_out)
     }
 
-    /// Share of the claims that were kept beyond doubt; None without claims.
+    /// Share of the claims that are certainly true; None without claims.
     #[getter]
     fn claims_kept(&self) -> Option<f64> {
         self.found.claims.as_ref().and_then(Claims::share)
     }
 
-    /// Claims: how many are "kept", "broken" and "undecidable" with the reference's own error, "of" how
-    /// many, "inside", how many hold the reference as if it were the truth, "consistent", how many do if
-    /// the errors of both are normal, the bounds "low" and "high"
-    /// of the share kept at "confidence", the share that is "promised", the "verdict" ("kept",
-    /// "not_kept", "reference_too_noisy", "too_few_pixels", or None where nothing is promised or the
-    /// reference is of another truth), and "same_truth", whether the reference is of the same VPLs and
-    /// gather points; None if the image makes none.
+    /// Claims, as a dict; None if the image makes none. Counts, given the error of the reference:
+    /// "kept" (certainly true), "broken" (certainly false), "undecidable", and "of", the total.
+    /// Counts without that error: "inside", of intervals that contain the reference, and
+    /// "consistent", of those that agree with it if the errors of both are normal. "low" and "high"
+    /// are the bounds of the true share at "confidence"; "promised" is the promised share.
+    /// "verdict" is "kept", "not_kept", "reference_too_noisy" or "too_few_pixels"; it is None if
+    /// nothing is promised, or if the reference estimates another truth. "same_truth" is True if
+    /// the reference has the same VPLs and gather points.
     #[getter]
     pub(crate) fn claims<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(found) = &self.found.claims else { return Ok(None) };
@@ -199,10 +200,10 @@ impl Comparison {
         Ok(Some(claims))
     }
 
-    /// What became of what is claimed of the picture as a whole: the "claim", as
-    /// `Image.picture_claim` has it, pixels "within" the claimed error and "outside" of it with the
-    /// reference's own error, "of" how many, whether it "held", and whether that is "open" because the
-    /// reference is too noisy; None if nothing is claimed.
+    /// Claim about the picture as a whole, as a dict; None if there is none. "claim" is
+    /// `Image.picture_claim`. "within" and "outside" count the pixels within the claimed error, and
+    /// those certainly outside of it given the error of the reference; "of" is their total. "held"
+    /// is True if the claim is confirmed, "open" if the reference is too noisy for a verdict.
     #[getter]
     fn picture<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(found) = &self.found.picture else { return Ok(None) };

@@ -20,7 +20,7 @@ mod classes {
     pyo3::import_exception!(tashika._errors, OptionError);
 }
 
-/// A message of the library with the keywords of Python in place of the options of the program.
+/// Returns a message of the library with Python keywords in place of the program's options.
 pub fn in_python(message: &str) -> String {
     let keywords = ["missing", "outside"].map(|of| (format!("--allow-{of}"), format!("allow_{of}=True")));
     keywords.iter().fold(message.to_owned(), |said, (option, keyword)| said.replace(option, keyword))

@@ -133,10 +133,10 @@ impl Image {
         self.film.metadata().bool(keys::COMPLETE).unwrap_or(true)
     }
 
-    /// How many pixels claim what: a dict with a count for each kind of claim ("none", "exact",
+    /// Number of pixels by claim: a dict with a count for each kind of claim ("none", "exact",
     /// "published", "calibrated", "certified", "audited", of pixels within their budget) and for
-    /// "out_of_budget", "wider" (of these, with an interval all the same), "not_found", "not_finite"
-    /// (infinite or not a number, of which nothing is claimed) and "not_rendered".
+    /// "out_of_budget", "wider" (of these, the pixels with an interval), "not_found", "not_finite"
+    /// (infinite or not a number, with no claim) and "not_rendered".
     #[getter]
     fn tally<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         from_json(py, &RenderFilm::of(&self.film).tally())

@@ -51,7 +51,7 @@ enum Paint {
 }
 
 impl Paint {
-    /// Of a colour; arrays of bytes are sRGB, others linear and nowhere below zero.
+    /// Reads a colour; arrays of bytes are sRGB, others linear and nowhere below zero.
     fn color(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         match Color::of(value) {
             Some(color) => Ok(Self::Flat(color.into())),

@@ -82,9 +82,9 @@ use crate::words;
 ///
 /// A scene keeps the VPLs of its last render of light transport, for the next with the same.
 ///
-/// Raises `OptionError` for values that cannot be, and for arguments that contradict each other. Where
-/// things move or media scatter the default method is path tracing: arguments that mean nothing to it
-/// are then not used, with a warning.
+/// Raises `OptionError` for values out of range, and for arguments that contradict each other.
+/// Where things move or media scatter, the default method is path tracing; arguments without effect
+/// on it are then ignored with a warning.
 ///
 /// ```python
 /// >>> image = tashika.render(tashika.builtin("tiny"), size=(8, 6), vpls=200)

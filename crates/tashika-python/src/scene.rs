@@ -71,7 +71,7 @@ impl Scene {
         request.in_scene(&self.scene)
     }
 
-    /// Names of the options of a request that mean nothing in the scene, and would in another.
+    /// Returns the names of the options of a request that have no effect in this scene only.
     pub(crate) fn unused(&self, request: &Request) -> Result<Vec<&'static str>> {
         request.check_in(&self.scene)
     }

@@ -122,8 +122,8 @@ impl VplSet {
         py.detach(|| save_vpls(&path, self.0.set())).map_err(raised)
     }
 
-    /// Positions (m), float32 of shape (n, 3), or float64 of scenes far from zero; zero for directional
-    /// lights.
+    /// Positions (m), float32 of shape (n, 3), or float64 for scenes far from zero; zero for
+    /// directional lights.
     #[getter]
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let (origin, lights) = (self.0.set().origin(), self.0.set().lights().iter());

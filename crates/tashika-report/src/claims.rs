@@ -1,45 +1,47 @@
-//! What a film claims of its own error, judged by a reference.
+//! Claims of a film about its own error, judged by a reference.
 //!
 //! A film claims where its plane `half_width` holds the half-width `h` of an interval around the
 //! luminance (W·m⁻²·sr⁻¹) and its plane `claim` is not 0; without a plane `claim` every half-width
-//! is a claim. With the distance `d = |L − L_r|` from a reference that is itself off by `q` at most
-//! ([`OwnError`]), and `ρ = 2⁻²³ (|L_r| + d)` for what storing the colours in single precision may
-//! have moved them,
+//! is a claim. Let `d = |L − L_r|` be the distance from a reference whose own error is at most `q`
+//! ([`OwnError`]), and `ρ = 2⁻²³ (|L_r| + d)` a bound on the rounding of stored colours to single
+//! precision. A claim is
 //!
 //! ```text
-//! kept          d + q ≤ h + ρ      wherever within q of the reference the truth is
-//! broken        d − q > h + ρ      nowhere there
-//! undecidable   else: the reference is too noisy to tell
+//! kept          d + q ≤ h + ρ      it holds for every truth within q of the reference
+//! broken        d − q > h + ρ      it holds for no truth within q of the reference
+//! undecidable   otherwise          the reference is too noisy
 //! ```
 //!
 //! # Verdict
 //! Claims at confidence `c` promise that a share `p = 1 − (1 − c) n_i/n` of the `n` pixels is kept,
-//! where `n_i` state an interval and the others are exact. Claims that hold are called broken only
-//! where the reference is further off than `q`, with probability `α` of 0.1 % at most. So, with the
-//! Clopper–Pearson interval of a share,
+//! where `n_i` pixels state an interval and the others are exact. A true claim is called broken
+//! only if the reference is off by more than `q`, with probability `α` of 0.1 % at most. With the
+//! Clopper–Pearson interval of a share, the verdict is
 //!
 //! ```text
 //! not kept      low(broken) > 1 − p + α
 //! kept          inside/n ≥ p
-//! open          else: by what cannot be decided, or by too few pixels
+//! open          otherwise: too many undecidable claims, or too few pixels
 //! ```
 //!
-//! where a claim is *inside* if its interval holds the reference as if that were the truth, `d ≤ h + ρ`.
-//! Noise of the reference only takes claims out of that count: an error `X` that is symmetric and
-//! unimodal and noise `N` that does not depend on it have `P(|X + N| ≤ h) ≤ P(|X| ≤ h)` (Anderson 1955).
+//! A claim is *inside* if its interval contains the reference, `d ≤ h + ρ`. Noise of the reference
+//! can only lower this count: an error `X` that is symmetric and unimodal and noise `N` that does
+//! not depend on it have `P(|X + N| ≤ h) ≤ P(|X| ≤ h)` (Anderson 1955).
 //!
-//! The share that is kept is between that of the kept and that of all that are not broken; its bounds
-//! are the lower end of the first interval and the upper end of the second.
+//! The share of true claims is between that of the kept claims and that of the claims that are not
+//! broken. Its bounds are the lower end of the interval of the first share and the upper end of the
+//! interval of the second.
 //!
-//! Where that is open, a weaker count says something: if the errors of both films are normal, the interval
-//! about their difference has the half-width `√(h² + (z(c) s)²)`, with the reference's standard error
-//! `s = q/z(99.9 %)`, and claims that hold have it hold as often. It tells less the larger `s` is: of a
-//! reference of nothing but noise any claims have a share `c`.
+//! If the verdict is open, a weaker count is reported. If the errors of both films are normal, the
+//! interval around their difference has the half-width `√(h² + (z(c) s)²)`, with the reference's
+//! standard error `s = q/z(99.9 %)`; for true claims it contains zero with probability `c`. The
+//! count is the weaker the larger `s` is: against a reference of pure noise, any claims have a
+//! share `c`.
 //!
 //! # Guarantee
-//! Of independent pixels and a reference whose errors are normal: claims that hold are called *not kept*
-//! with probability 2.5 % at most. Claims are called *kept* only if at least the share `p` holds, of
-//! errors that are symmetric and unimodal, within the chance of which pixels there are.
+//! For independent pixels and a reference whose errors are normal, true claims are called *not
+//! kept* with probability 2.5 % at most. If errors are also symmetric and unimodal, claims are
+//! called *kept* only if at least the share `p` is true, within the sampling error of the pixels.
 //!
 //! # Assumption
 //! The interval of the share takes pixels for independent trials. Pixels of one image share their
@@ -56,42 +58,43 @@ use crate::stats::{Interval, clopper_pearson, normal_quantile};
 /// How many claims were kept.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Claims {
-    /// Claims that are kept, whatever the reference's own error.
+    /// Claims that are true for every truth within the reference's own error.
     pub kept: u64,
-    /// Claims that are not, whatever the reference's own error.
+    /// Claims that are false for every truth within the reference's own error.
     pub broken: u64,
-    /// Claims whose interval holds the reference itself, as if that were the truth.
+    /// Claims whose interval contains the reference, taken for the truth.
     pub inside: u64,
     /// Claims that are consistent with the reference if the errors of both are normal.
     pub consistent: u64,
     /// Claims, of pixels that have an error.
     pub of: u64,
-    /// Bounds of the share kept, at [`Claims::CONFIDENCE`]: the lower end of the Clopper–Pearson
-    /// interval of those that are kept, and the upper end of that of those that are not broken.
+    /// Bounds of the share of true claims, at [`Claims::CONFIDENCE`]: the lower end of the
+    /// Clopper–Pearson interval of the share kept, and the upper end of that of the share not
+    /// broken.
     pub interval: Interval,
-    /// Share that is promised to be kept; none if the film does not say with which confidence.
+    /// Share that is promised to be true; none if the film states no confidence.
     pub promised: Option<f64>,
-    /// Claims that are judged by a pixel of the reference with an error of its own.
+    /// Claims judged by a pixel of the reference that has an error of its own.
     pub by_estimates: u64,
-    /// What the two films say of the truths that they are about.
+    /// Truths of the two films, compared.
     pub truths: Truths,
 }
 
-/// What became of claims, together.
+/// Verdict on all claims of a film.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// As many are kept as is promised.
+    /// At least the promised share is kept.
     Kept,
-    /// Fewer are.
+    /// Less than the promised share is kept.
     NotKept,
-    /// The reference is too noisy to tell.
+    /// The reference is too noisy for a verdict.
     TooNoisy,
-    /// There are too few pixels to tell.
+    /// There are too few pixels for a verdict.
     TooFew,
 }
 
 impl Verdict {
-    /// In one word, for scripts.
+    /// Returns one word, for scripts.
     pub fn name(self) -> &'static str {
         match self {
             Self::Kept => "kept",
@@ -101,7 +104,7 @@ impl Verdict {
         }
     }
 
-    /// In words, behind "95 % claimed:".
+    /// Returns the words after "95 % claimed:".
     pub fn words(self) -> &'static str {
         match self {
             Self::Kept => "kept",
@@ -116,18 +119,18 @@ impl Claims {
     /// Confidence of the bounds.
     pub const CONFIDENCE: f64 = 0.95;
 
-    /// Share of the claims that were kept, at least; none if there were no claims.
+    /// Returns the share of claims that are certainly true; none if there are no claims.
     pub fn share(&self) -> Option<f64> {
         (self.of > 0).then(|| self.kept as f64 / self.of as f64)
     }
 
-    /// Claims of which the reference is too noisy to tell.
+    /// Returns the number of claims for which the reference is too noisy.
     pub fn undecidable(&self) -> u64 {
         self.of - self.kept - self.broken
     }
 
-    /// Whether as many were kept as is promised; none if nothing is promised or claimed, or the
-    /// reference is of another truth.
+    /// Returns the verdict; none if nothing is promised or claimed, or if the reference estimates
+    /// another truth.
     pub fn verdict(&self) -> Option<Verdict> {
         let promised = self.promised?;
         if self.of == 0 || self.truths.differ() {
@@ -147,7 +150,7 @@ impl Claims {
         })
     }
 
-    /// Whether the reference says that it is of the same scene, VPLs and gather points.
+    /// Returns true if both films state the same scene, VPLs and gather points.
     pub fn same_truth(&self) -> bool {
         self.truths == Truths::Same
     }
@@ -171,7 +174,8 @@ pub(super) struct Judge<'f> {
     by_estimates: u64,
     intervals: u64,
     of: u64,
-    /// Half-width at the confidence of the claims, over that at which the reference's own error is.
+    /// Half-width at the confidence of the claims, over half-width at the confidence of the
+    /// reference's own error.
     of_own: f64,
 }
 
@@ -198,8 +202,9 @@ impl<'f> Judge<'f> {
         film.has_half_widths().then_some(judge)
     }
 
-    /// Judges the pixel at that position by its distance from a reference of that size, which is itself
-    /// off by `own` at most. A pixel that failed has no distance (NaN), and its claim is broken.
+    /// Judges a pixel, given its distance from the reference, the size of the reference, and a
+    /// bound `own` on the reference's own error. A pixel that failed has no distance (NaN), and its
+    /// claim is broken.
     pub(super) fn judge(&mut self, pixel: usize, distance: f64, size: f64, own: f64) {
         let Some(half_width) = self.film.half_width(pixel) else { return };
         let allowed = f64::from(half_width) + rounding(distance, size);
@@ -240,9 +245,9 @@ mod tests {
 
     const PIXELS: u32 = 20_000;
 
-    /// Films of a truth of 1, side by side: an image whose errors are normal with a standard deviation
-    /// of 0.01 and whose half-widths are those of 95 % times `widths`, and a reference whose errors have
-    /// `noise` times that deviation and which says so.
+    /// Judges an image by a reference, both of a truth of 1. The errors of the image are normal
+    /// with a standard deviation of 0.01; its half-widths are those of 95 % times `widths`. The
+    /// errors of the reference have `noise` times that deviation, which the reference states.
     fn verdict(widths: f64, noise: f64) -> Claims {
         const SIGMA: f64 = 0.01;
         let size = [PIXELS, 1];
@@ -275,7 +280,7 @@ mod tests {
         compare(named(&image), named(&reference), &Tolerance::default()).unwrap().claims.unwrap()
     }
 
-    /// With half-widths that hold for 95 % and more, whatever the noise of the reference.
+    /// Half-widths that hold for 95 % and more, with references of any noise.
     #[test]
     fn claims_that_hold_are_never_called_broken() {
         for noise in [0.0, 0.1, 0.3, 1.0, 3.0, 30.0] {
@@ -287,10 +292,10 @@ mod tests {
                 // Shares of normal errors within the half-widths.
                 let truth = [(1.0, 0.95), (1.3, 0.989_2), (2.0, 0.999_911)];
                 let (_, truth) = truth.into_iter().find(|(w, _)| *w == widths).unwrap();
-                // Five standard errors of which pixels there are, and what the reference mistakes.
+                // Five standard errors of the sampled pixels, and the errors of the reference.
                 let of_pixels = 5.0 * (truth * (1.0 - truth) / f64::from(PIXELS)).sqrt();
                 let spread = of_pixels + 0.001;
-                // With normal errors the share is at least what is claimed.
+                // With normal errors the share is at least the claimed one.
                 let consistent = found.consistent as f64 / f64::from(PIXELS);
                 assert!(consistent >= 0.95 - of_pixels.max(0.008), "{widths} {noise}: {consistent}");
                 assert!(low <= truth + spread && truth - spread <= high, "{widths} {noise}: {low} {high}");
@@ -303,12 +308,12 @@ mod tests {
                 }
             }
         }
-        // By the reference as if it were the truth they would be: 1 − P(|Z| > 1.96/√2) of them.
+        // With the reference taken for the truth, 1 − P(|Z| > 1.96/√2) of the claims would hold.
         let naive = verdict(1.0, 1.0);
         assert!((naive.inside as f64) < 0.85 * naive.of as f64, "{naive:?}");
     }
 
-    /// With half-widths of a half and of four fifths: 67 % and 88 % hold.
+    /// Half-widths of a half and of four fifths of those of 95 %: 67 % and 88 % hold.
     #[test]
     fn claims_that_do_not_hold_are_never_called_kept() {
         for widths in [0.5, 0.8] {
@@ -316,7 +321,8 @@ mod tests {
                 let found = verdict(widths, noise);
                 let told = found.verdict().unwrap();
                 assert_ne!(told, Verdict::Kept, "{widths} {noise}: {found:?}");
-                // 33 % and 12 % are not kept; a little noise leaves more than 5 % of them beyond doubt.
+                // 33 % and 12 % are false; a little noise leaves more than 5 % of the claims
+                // certainly false.
                 if noise <= 0.1 {
                     assert_eq!(told, Verdict::NotKept, "{widths} {noise}: {found:?}");
                 }
@@ -337,7 +343,8 @@ mod tests {
             (0..4).for_each(|x| record(x).store(&mut film, x, 0));
             film
         };
-        // Off by 0.1, 0.1, 0.5 and 0.5; the reference by 0.05 at most, and the last by nobody knows what.
+        // Errors of 0.1, 0.1, 0.5 and 0.5. The reference is off by 0.05 at most; its error at the
+        // last pixel is unknown.
         let grays = [1.1, 1.1, 1.5, 1.5];
         let half_widths = [0.2, 0.12, 0.2, 0.2];
         let image = film(&|x| PixelRecord {

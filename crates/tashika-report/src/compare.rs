@@ -26,10 +26,10 @@
 //! reference is not finite have no error. They are counted, and enter nothing else.
 //!
 //! # Assumption
-//! Errors are measured from the reference as if it were the truth. Where it is itself an estimate and
-//! says how far it is off, claims are judged with that (`claims`), and [`Comparison::own_error`] tells
-//! how much of the measured errors may be its own. Where it claims intervals too, those of both films
-//! are held against each other, which needs no truth ([`Intervals`]).
+//! Errors are measured from the reference, taken for the truth. If the reference is an estimate
+//! with a stated error, claims are judged with that error (`claims`), and [`Comparison::own_error`]
+//! bounds its part in the measured errors. If the reference also claims intervals, the intervals of
+//! both films are compared, which needs no truth ([`Intervals`]).
 //!
 //! # Held to this by
 //! The tests below, on films whose errors are known.
@@ -197,8 +197,8 @@ pub struct Comparison {
     /// How many intervals of the two films are disjoint, if they are about the same truth and both
     /// claim one at some pixel.
     pub intervals: Option<Intervals>,
-    /// Error that half of the pixels of the reference do not exceed, at 99.9 % and relative to
-    /// themselves; none if the reference does not say how far it is off, or is exact.
+    /// Relative error of the reference that half of its pixels do not exceed, at 99.9 %; none if
+    /// the reference does not state its error, or is exact.
     pub own_error: Option<f64>,
     /// Error of each pixel in the order of [`Window::pixels`]; NaN for those left out.
     pub errors: Vec<f64>,
@@ -231,7 +231,7 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
     let controlled = RenderFilm::of(image.film).controlled();
     let mut out = Comparison::empty(image.film.window(), *tolerance);
     let own_error = OwnError::of(reference.film);
-    // A reference of which the luminance was looked at may be off by as large a share in each channel.
+    // A stated error of the luminance may be the same relative error in each channel.
     let is_by_channels = controlled != RenderFilm::of(reference.film).controlled();
     let mut own_errors = Vec::new();
     let mut judge = Judge::of(image.film, reference.film);

@@ -6,24 +6,24 @@ use crate::film::{Claim, Film, PictureClaim, RenderFilm, keys};
 
 /// A claim about a picture, held against a reference.
 ///
-/// Pixels are counted within by the reference as if it were the truth: its own noise only takes pixels
-/// out of that count (see `claims`). A pixel is *outside* only if it is so wherever within its own error
-/// the reference may be. Pixels that the audit was not about are left out.
+/// A pixel is *within* if the reference, taken for the truth, is within the claimed error; noise of
+/// the reference can only lower this count (see `claims`). A pixel is *outside* if every truth
+/// within the reference's own error is outside. Pixels that the audit did not cover are left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureJudged {
     /// What is claimed.
     pub claim: PictureClaim,
     /// Pixels within the claimed error of the reference.
     pub within: u64,
-    /// Pixels outside, whatever the reference's own error.
+    /// Pixels outside for every truth within the reference's own error.
     pub outside: u64,
     /// Of so many.
     pub of: u64,
 }
 
 impl PictureJudged {
-    /// Holds a film's claim against a reference, pixel by pixel; none if nothing is claimed of the
-    /// picture, or no pixel is there to be judged. A pixel that failed is outside.
+    /// Compares a film's claim with a reference, pixel by pixel; none if nothing is claimed of the
+    /// picture, or no pixel can be judged. A pixel that failed is outside.
     pub(super) fn of(film: &Film, pairs: Pairs<'_>, own_error: &OwnError<'_>) -> Option<Self> {
         let claim = PictureClaim::of(film.metadata())?;
         let absolute = film.metadata().number(keys::ERROR_ABSOLUTE).unwrap_or(0.0);
@@ -52,20 +52,21 @@ impl PictureJudged {
         (judged.of > 0).then_some(judged)
     }
 
-    /// Share of the pixels within the claimed error of the reference.
+    /// Returns the share of the pixels within the claimed error of the reference.
     pub fn share(&self) -> f64 {
         self.within as f64 / self.of as f64
     }
 
-    /// Share of the pixels that are not certainly outside.
+    /// Returns the share of the pixels that are not certainly outside.
     pub fn upper_share(&self) -> f64 {
         (self.of - self.outside) as f64 / self.of as f64
     }
 
-    /// Whether it is as large as is claimed; none if the reference is too noisy to tell.
+    /// Returns true if the share is as large as claimed; none if the reference is too noisy for a
+    /// verdict.
     pub fn verdict(&self) -> Option<bool> {
         let claimed = self.claim.lower_within();
-        // The reference is mistaken so often.
+        // Share of the pixels at which the reference exceeds its own error bound.
         let mistaken = 1.0 - OwnError::CONFIDENCE;
         match (self.share() >= claimed, self.upper_share() + mistaken < claimed) {
             (true, _) => Some(true),
@@ -74,7 +75,7 @@ impl PictureJudged {
         }
     }
 
-    /// Whether that is as large as is claimed.
+    /// Returns true if the share is certainly as large as claimed.
     pub fn held(&self) -> bool {
         self.verdict() == Some(true)
     }

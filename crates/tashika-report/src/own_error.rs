@@ -1,6 +1,6 @@
-//! Error of a reference itself: a half-width about each of its pixels.
+//! Error of the reference itself: a half-width around each of its pixels.
 //!
-//! A reference with mean `r` and standard error `s` holds the truth `T` in
+//! A reference with mean `r` and standard error `s` covers the truth `T` by
 //!
 //! ```text
 //! |r − T| ≤ q,    q = z s,    P(|Z| ≤ z) = 99.9 %
@@ -16,8 +16,8 @@
 //! | nothing, as films of other renderers | 0: it is taken for the truth |
 //!
 //! # Assumption
-//! Errors of the reference are about normal: means of many paths are, unless few of the paths carry
-//! most of the light.
+//! Errors of the reference are approximately normal. Means of many paths are, unless few paths
+//! carry most of the light.
 //!
 //! # Held to this by
 //! `own_error::tests`, and `claims::tests` on films whose truth is known.
@@ -25,23 +25,23 @@
 use crate::film::{Claim, Film, Plane, PlaneSpec, RenderFilm, Samples, Window, keys, planes};
 use crate::stats::{normal_quantile, student_t_two_sided};
 
-/// Half-widths about the pixels of a reference, at [`OwnError::CONFIDENCE`].
+/// Half-widths around the pixels of a reference, at [`OwnError::CONFIDENCE`].
 pub(super) struct OwnError<'f> {
     film: RenderFilm<'f>,
     standard_errors: Option<&'f [f32]>,
-    /// Half-width over standard error.
+    /// Ratio of the half-width to the standard error.
     of_standard_error: f64,
-    /// Half-width over a half-width that the film claims.
+    /// Ratio of the half-width to a half-width that the film claims.
     of_half_width: f64,
 }
 
 impl<'f> OwnError<'f> {
     /// Confidence of the half-widths.
     pub const CONFIDENCE: f64 = 0.999;
-    /// Confidence of intervals of a film that says none.
+    /// Assumed confidence of the intervals of a film that states none.
     const UNSAID: f64 = 0.95;
 
-    /// Reads it from a reference.
+    /// Reads the error from a reference.
     pub fn of(reference: &'f Film) -> Self {
         let metadata = reference.metadata();
         let plane = reference.plane(planes::STANDARD_ERROR).filter(|plane| plane.channels().len() == 1);
@@ -62,7 +62,7 @@ impl<'f> OwnError<'f> {
         }
     }
 
-    /// Half-width about the pixel at that position (W·m⁻²·sr⁻¹), infinite if it is not known.
+    /// Returns the half-width around a pixel (W·m⁻²·sr⁻¹); infinite if the error is not known.
     pub fn half_width(&self, pixel: usize) -> f64 {
         let claim = self.film.claim(pixel);
         let half_width = match (claim, self.standard_errors) {
@@ -73,17 +73,17 @@ impl<'f> OwnError<'f> {
             (_, Some(errors)) => f64::from(errors[pixel]) * self.of_standard_error,
             (_, None) => 0.0,
         };
-        // Zero times infinity, and what is not known.
+        // NaN arises from zero times infinity, and stands for unknown errors.
         if half_width >= 0.0 { half_width } else { f64::INFINITY }
     }
 
-    /// Returns true if the reference knows its own error at some pixel, and that it has one.
+    /// Returns true if the error of the reference is known and not zero at some pixel.
     pub fn is_some(&self) -> bool {
         (self.standard_errors.is_some() || self.film.has_half_widths())
             && (0..self.pixels()).any(|pixel| self.half_width(pixel) > 0.0)
     }
 
-    /// All half-widths, as a plane of that window.
+    /// Returns all half-widths, as a plane of the given window.
     pub fn plane(&self, window: Window) -> Plane {
         let PlaneSpec { name, channels, unit, doc, .. } = planes::REFERENCE_HALF_WIDTH;
         let samples = (0..self.pixels()).map(|pixel| self.half_width(pixel) as f32).collect();
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
     use crate::film::PixelRecord;
 
-    /// `z(99.9 %)`, from published tables.
+    /// Value of `z(99.9 %)`, from published tables.
     const Z: f64 = 3.290_527;
 
     fn film(records: &[PixelRecord]) -> Film {
@@ -127,10 +127,10 @@ mod tests {
         let found = |film: &Film| [0, 1, 2, 3].map(|pixel| OwnError::of(film).half_width(pixel));
         let [exact, claimed, paths, unknown] = found(&film);
         assert_eq!((exact, unknown), (0.0, f64::INFINITY));
-        // Single precision of what is stored.
+        // Tolerance of the stored single precision.
         assert!((claimed - 0.2 * Z / 1.959_964).abs() < 1e-6 && (paths - 0.1 * Z).abs() < 1e-6);
         film.metadata_mut().set(keys::PATHS, 5u32);
-        // t of four degrees of freedom at 99.9 %, from published tables.
+        // Student's t of four degrees of freedom at 99.9 %, from published tables.
         assert!((found(&film)[2] - 0.861_03).abs() < 1e-5, "{}", found(&film)[2]);
         film.metadata_mut().set(keys::PATHS, 1u32);
         assert_eq!(found(&film)[2], f64::INFINITY);

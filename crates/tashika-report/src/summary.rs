@@ -153,7 +153,7 @@ fn told(claims: &Claims) -> String {
     format!("kept {kept} of {} ({low} to {high} at {confidence}){verdict}", count(claims.of))
 }
 
-/// What the reference is about, if that is not what the image is about.
+/// Returns a description of the reference's truth, if it differs from that of the image.
 fn other(truths: &Truths) -> Option<String> {
     Some(match truths {
         Truths::Same => return None,

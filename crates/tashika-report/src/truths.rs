@@ -1,27 +1,27 @@
-//! Truths that two films say they are about: the same, others, or nothing said.
+//! Comparison of the truths that two films estimate, by their metadata.
 
 use crate::film::keys::{self, About};
 use crate::film::{Film, Metadata, Value};
 
-/// What the metadata of an image and of its reference say of the truths that these estimate.
+/// Result of comparing the truths in the metadata of an image and of its reference.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Truths {
-    /// The same: of the same scene and camera and, unless it is light transport, of the same VPLs and
-    /// gather points.
+    /// Equal truths: scene and camera agree and, except for light transport, so do VPLs and gather
+    /// points.
     Same,
-    /// The reference does not say.
+    /// The reference has no such metadata.
     Unsaid,
-    /// Different quantities: a sum over VPLs and light transport, say. Names by the key
-    /// [`TRUTH`](keys::TRUTH), of the image and of the reference.
+    /// Different quantities, such as a sum over VPLs and light transport. The strings are the
+    /// values of [`TRUTH`](keys::TRUTH) of the image and of the reference.
     Quantities([String; 2]),
-    /// Sums over other VPLs or gather points.
+    /// Sums over different VPLs or gather points.
     Sums,
-    /// Different views; the name of the first value of the metadata that differs.
+    /// Different views: name of the first metadata value that differs.
     Views(String),
 }
 
 impl Truths {
-    /// Of an image and its reference.
+    /// Compares an image and its reference.
     pub(super) fn of(image: &Film, reference: &Film) -> Self {
         let [a, b] = [image, reference].map(Film::metadata);
         if truth_of(a).eq(truth_of(b)) {
@@ -43,14 +43,14 @@ impl Truths {
         }
     }
 
-    /// Returns true if the films say that they are about different truths.
+    /// Returns true if the films estimate different truths, by their metadata.
     pub fn differ(&self) -> bool {
         !matches!(self, Self::Same | Self::Unsaid)
     }
 }
 
-/// What the metadata say of the truth that a film estimates: scene, camera, and, unless it is light
-/// transport, what VPLs and gather points were drawn from.
+/// Returns the metadata that define the truth of a film: scene, camera and, except for light
+/// transport, the parameters of VPLs and gather points.
 fn truth_of(metadata: &Metadata) -> impl Iterator<Item = (&str, &Value)> {
     let is_transport = metadata.text(keys::TRUTH) == Some("transport");
     metadata.iter().filter(move |(name, _)| match keys::about(name) {

@@ -34,7 +34,8 @@ pub struct RenderPlan {
     pub tone_map: ToneMap,
     /// Where the viewer listens that is to show it meanwhile.
     pub tev: Option<String>,
-    /// Whether pixels that ran out of budget are no matter though an error was asked for.
+    /// True if pixels that ran out of budget do not change the exit code, even with an error to
+    /// meet.
     pub accept_budget: bool,
     /// Where finished tiles are kept meanwhile, if they are.
     pub checkpoint: Option<PathBuf>,

@@ -84,7 +84,7 @@ impl Event<'_> {
     }
 }
 
-/// Text for people, line by line; names in it cannot steer their terminal.
+/// Returns text for people, line by line, in which no name can steer a terminal.
 pub fn visible_lines(text: &str) -> String {
     text.split('\n').map(visible).collect::<Vec<_>>().join("\n")
 }

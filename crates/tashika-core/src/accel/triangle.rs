@@ -187,10 +187,9 @@ impl<F: Vector> Planes<F> {
         let lengths = sum_of_sizes(a) * sum_of_sizes(d) + F::splat(SMALLEST_LENGTHS);
         let of_slope = self.error(d) * F::splat(1.25);
         let error = lengths * self.size * F::splat(gamma(12)) + of_slope + F::splat(f32::MIN_POSITIVE);
-        let below = F::splat(0.0) - error;
-        let outside = F::bits(F::and(below.gt(least), most.gt(error)));
-        let inside = F::bits(least.gt(error)) | F::bits(below.gt(most));
-        let certain = across.certain & inside;
+        let zero = F::splat(0.0);
+        let outside = F::bits((zero - least).min(most).gt(error));
+        let certain = across.certain & F::bits(least.max(zero - most).gt(error));
         Met { certain, doubtful: across.any() & !outside & !certain }
     }
 
@@ -198,10 +197,10 @@ impl<F: Vector> Planes<F> {
     /// `−T₁` or `d · n`.
     #[inline(always)]
     fn same_sign([start, start_error]: [F; 2], [end, end_error]: [F; 2]) -> Met {
-        let certain = F::bits(F::and(start.abs().gt(start_error), end.abs().gt(end_error)));
-        let unsure = F::bits(start.abs().le(start_error)) | F::bits(end.abs().le(end_error));
-        let same = F::bits(end.flipped_by(start).gt(F::splat(0.0)));
-        Met { certain: certain & same, doubtful: unsure }
+        let (size, end, zero) = (start.abs(), end.flipped_by(start), F::splat(0.0));
+        let certain = F::bits((size - start_error).min(end - end_error).gt(zero));
+        let possible = F::bits(zero.le((start_error - size).max(end + end_error)));
+        Met { certain, doubtful: possible & !certain }
     }
 }
 

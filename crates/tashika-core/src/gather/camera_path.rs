@@ -80,7 +80,7 @@ impl CameraPath<'_> {
         let scene = tracer.scene();
         let mut stream = Stream::new(key, Purpose::Gather, 0);
         let mut weight = Rgb::WHITE;
-        // Of boundaries of glass that the path has crossed.
+        // Product over the boundaries of glass that the path has crossed.
         let mut ratio = 1.0;
         let mut end = End::NOTHING;
         // Surfaces met, boundaries passed in all, and the way so far (m).

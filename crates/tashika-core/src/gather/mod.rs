@@ -51,8 +51,8 @@ pub struct GatherPoint {
     pub wo: Vec3,
     /// How the surface scatters; black in a medium.
     pub bsdf: Bsdf,
-    /// Weight `w_j` (unitless); those of a pixel's points sum to at most 1 in expectation, times the
-    /// squared index of refraction about the camera.
+    /// Weight `w_j` (unitless). The weights of a pixel's points sum to at most the squared index of
+    /// refraction around the camera, in expectation.
     pub weight: Rgb,
     /// The medium that it gathers light from; nothing is vacuum.
     pub medium: Option<MediumId>,
@@ -218,7 +218,7 @@ impl View<'_> {
         let mut sum = PixelSum::default();
         let mut met = 0u32;
         let weight = 1.0 / n as f32;
-        // Of basic radiance, which paths carry.
+        // Weight of basic radiance, which paths carry.
         let of_basic = weight * self.camera.squared_index();
         sum.samples.reserve_exact(n as usize);
         for index in 0..n {
@@ -335,8 +335,8 @@ impl SpecularPoint {
         Some((Ray::new(self.surface.leave(direction), direction), sample.weight * self.weight))
     }
 
-    /// The [`squared_ratio`](crate::bsdf::Glass::squared_ratio) of a path that goes on along `direction`:
-    /// 1 unless it crosses the boundary of solid glass.
+    /// Returns the [`squared_ratio`](crate::bsdf::Glass::squared_ratio) of a path that continues
+    /// along `direction`: 1 unless the path crosses the boundary of solid glass.
     pub fn squared_ratio(&self, direction: Vec3) -> f64 {
         let is_outside = |direction: Vec3| self.surface.geometric_normal.dot(direction) > 0.0;
         match self.bsdf {

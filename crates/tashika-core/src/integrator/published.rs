@@ -116,7 +116,7 @@ impl Published<'_> {
         let states_interval = self.rule.confidence().is_some() && stop != Stop::Budget;
         let claim = if states_interval { Claim::Published } else { Claim::None };
         let half_width = claim.stated(squared_width.sqrt());
-        // One representative a cluster says nothing of its own error.
+        // One representative a cluster gives no estimate of its error.
         let is_known = self.rule.confidence().is_some() || stop == Stop::Complete;
         PixelRecord {
             radiance: radiance.total(),

@@ -218,7 +218,7 @@ impl<'v> Picture<'v> {
             let k = self.window.index(x, y);
             for Half { luminance, .. } in &self.pixels[k].halves {
                 let count = luminance.count() as f64;
-                // Paths of a pixel that is not finite say nothing of others.
+                // Paths of a pixel that is not finite are no estimate for other pixels.
                 if !luminance.variance().is_finite() {
                     continue;
                 }

@@ -94,7 +94,7 @@ fn add_finite(sum: &mut RgbSum, record: &PixelRecord) {
     }
 }
 
-/// Mean of a sum over the finite pixels of a tally; black of none.
+/// Returns the mean of a sum over the finite pixels of a tally; black if there are none.
 fn mean(sum: &RgbSum, tally: &Tally) -> Rgb {
     let pixels = tally.rendered() - tally.not_finite;
     if pixels == 0 {

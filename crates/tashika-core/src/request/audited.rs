@@ -169,7 +169,7 @@ impl Quality {
         }
     }
 
-    /// What it claims.
+    /// Returns the claim of the quality.
     pub fn claim(self) -> ClaimName {
         match self {
             Self::Draft | Self::Good => ClaimName::Audited,
@@ -177,7 +177,7 @@ impl Quality {
         }
     }
 
-    /// Relative error that it allows a pixel.
+    /// Returns the relative error that the quality allows a pixel.
     pub fn error(self) -> f64 {
         match self {
             Self::Draft => 0.1,
@@ -199,8 +199,8 @@ impl FromStr for Quality {
 }
 
 impl Request {
-    /// Fills the claim and the error from a quality where they were not said; the name of a method may
-    /// say its claim. [`with_quality`](Self::with_quality) refuses what contradicts the quality.
+    /// Fills an unset claim and an unset error from a quality; the name of a method may set the
+    /// claim. [`with_quality`](Self::with_quality) refuses options that contradict the quality.
     #[must_use]
     pub fn of_quality(mut self, quality: Quality) -> Self {
         let is_certified = self.method.of_lights() == Some(SumMethod::Tashika(Promise::Certified));

@@ -15,9 +15,10 @@
 //! | share, assurance | claim audited |
 //! | quality | no claim of the other kind, and a method that can keep it |
 //!
-//! An option without what it needs is refused. The exception is a scene that has the last word: the
-//! default method becomes path tracing where things move or media scatter ([`Request::in_scene`]). What
-//! this alone leaves without meaning is reported and ignored, so that one command serves many scenes.
+//! An option without what it needs is refused. The exception depends on the scene: the default
+//! method becomes path tracing where things move or media scatter ([`Request::in_scene`]). Options
+//! that have no effect for this reason alone are reported and ignored, so that one command serves
+//! many scenes.
 //!
 //! # Held to this by
 //! `request::tests`; the program's test `requests`.
@@ -28,28 +29,29 @@ use crate::integrator::{SumMethod, Truth};
 use crate::scene::Scene;
 use crate::vpl::Clamp;
 
-/// An option that was given and means nothing to the rest of a request.
+/// A given option that has no effect together with the rest of a request.
 struct InVain {
     /// Name of its field.
     name: &'static str,
     /// Value.
     value: String,
-    /// What would be accepted.
+    /// Description of what would be accepted.
     expected: String,
 }
 
 impl Request {
-    /// Refuses options that contradict each other whatever the scene.
+    /// Refuses options that contradict each other in every scene.
     ///
     /// # Errors
-    /// [`Error::Option`] naming one of them, its value, and which others it does not go with.
+    /// [`Error::Option`] with the name and the value of one option, and the options that it
+    /// contradicts.
     pub fn check(&self) -> Result<()> {
         let anywhere = self.by_paths().unused();
         self.refuse(|name| anywhere.contains(&name))
     }
 
     /// Refuses options that contradict each other in a scene. Returns the names of the options that
-    /// mean nothing in this scene and would in another; they are ignored.
+    /// have no effect in this scene only; they are ignored.
     ///
     /// # Errors
     /// As [`check`](Self::check).
@@ -61,7 +63,7 @@ impl Request {
         Ok(here)
     }
 
-    /// Refuses an option of audited pictures where none is asked for.
+    /// Refuses an option of audited pictures in a request without an audit.
     ///
     /// # Errors
     /// [`Error::Option`] with the name and the value of the option.
@@ -72,10 +74,10 @@ impl Request {
         Err(Error::option(name, value.to_string(), WITHOUT_AUDIT))
     }
 
-    /// Fills what was not said from a quality, unless what was said contradicts it.
+    /// Fills unset fields from a quality, unless the set fields contradict it.
     ///
     /// # Errors
-    /// [`Error::Option`] naming the quality, and what does not go with it.
+    /// [`Error::Option`] with the name of the quality and the option that contradicts it.
     pub fn with_quality(self, quality: Quality) -> Result<Self> {
         let is_audited = quality.claim() == ClaimName::Audited;
         let is_ours = self.is_ours() && (!is_audited || self.method == MethodName::default());
@@ -92,7 +94,7 @@ impl Request {
         Err(Error::option("quality", quality.name(), expected))
     }
 
-    /// Names of the options that mean nothing to the method.
+    /// Names of the options that have no effect on the method.
     pub(super) fn unused(&self) -> Vec<&'static str> {
         self.in_vain().into_iter().map(|option| option.name).collect()
     }
@@ -104,7 +106,7 @@ impl Request {
         }
     }
 
-    /// The table.
+    /// Returns the options without what they need, by the table above.
     fn in_vain(&self) -> Vec<InVain> {
         let is_path = self.method == MethodName::Path;
         let is_exact = self.method == SumMethod::Exact.into();
@@ -187,13 +189,13 @@ impl Request {
     }
 }
 
-/// What is expected of an option of audited pictures where none is asked for.
+/// Accepted use of an option of audited pictures that was given without an audit.
 const WITHOUT_AUDIT: &str =
     "none without claim audited (quality draft or good): take it away, or ask for such a picture";
-/// How two options that contradict each other are mended.
+/// Remedy for two options that contradict each other.
 const ONE_OF_TWO: &str = "take one of the two away";
 
-/// A clamp as it is typed.
+/// Formats a clamp as it is typed.
 fn clamp(clamp: Clamp) -> String {
     match clamp {
         Clamp::Auto => "auto".to_owned(),

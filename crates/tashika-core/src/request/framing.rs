@@ -32,8 +32,8 @@ impl Framing {
     /// crop counts only with its own size, whose pixels it is in.
     ///
     /// # Errors
-    /// As [`Film::check`]; [`Error::Invalid`] at the camera, without a file, where the size that cannot be
-    /// is the camera's own.
+    /// As [`Film::check`]; [`Error::Invalid`] at the camera, without a file, if the camera's own
+    /// size is impossible.
     pub fn of(&self, camera: &Camera) -> Result<Framed> {
         let size = self.size.or(camera.resolution).unwrap_or(SIZE);
         let own_size = self.size.is_none() && camera.resolution.is_some();

@@ -1,12 +1,12 @@
 //! What is asked of a render: what was said, the defaults for what was not, and what goes with
 //! what.
 //!
-//! The program and the Python package say the same things in their own ways; what they come to is
-//! decided here, once, so that the same words give the same image. A [`Request`] holds what was
-//! said, [`Request::resolve`] gives a [`Method`] with every value in range and the names of options
-//! that mean nothing to it. [`Request::check`] and [`Request::check_in`] refuse options that contradict
-//! each other; program and Python package call them, so that no option that somebody typed is
-//! ignored.
+//! The program and the Python package spell the same options in their own ways. Their meaning is
+//! decided here, once, so that equal options give equal images. A [`Request`] holds the given
+//! options; [`Request::resolve`] gives a [`Method`] with every value in range and the names of
+//! options that have no effect on it. [`Request::check`] and [`Request::check_in`] refuse options
+//! that contradict each other; the program and the Python package call them, so that no given
+//! option is silently ignored.
 //!
 //! | not said | is |
 //! |---|---|

@@ -235,7 +235,7 @@ fn each_method_says_what_means_nothing_to_it() {
     );
 }
 
-/// Each pair of options of which one takes the other's meaning, with what is said of it.
+/// Every pair of options of which one makes the other meaningless, with the expected message.
 #[test]
 fn options_that_contradict_each_other_are_refused() {
     let bare = Request::default;
@@ -306,7 +306,8 @@ fn options_that_contradict_each_other_are_refused() {
     }
 }
 
-/// What a scene alone leaves without meaning is reported; what means nothing in any is refused.
+/// Options without effect because of the scene are reported; options without effect in any scene
+/// are refused.
 #[test]
 fn a_scene_may_leave_an_option_without_meaning() {
     let still = builtin::tiny();

@@ -82,7 +82,7 @@ const PROBES: [[f32; 3]; 7] = [
 const DARK_TRIANGLE_SHARE: f32 = 0.02;
 
 impl<'s> EmitterSampler<'s> {
-    /// The sampler of the emitters of the tracer's scene.
+    /// Creates the sampler of the emitters of the tracer's scene.
     pub fn new(tracer: &'s Tracer) -> Self {
         let scene: &Scene = tracer.scene();
         let bounds = scene.bounds();
@@ -404,8 +404,8 @@ fn mean_area(scene: &Scene, instance: InstanceId, triangle: u32) -> Option<f32> 
     Some(sum / times.len() as f32)
 }
 
-/// Area of a triangle (m²). In double precision, as the fourth power of a length leaves the range of
-/// `f32`: the area would be zero below 10⁻¹² m and infinite above 10⁹ m.
+/// Area of a triangle (m²), computed in double precision: the fourth power of a length leaves the
+/// range of `f32`, so that the area would be zero below 10⁻¹² m and infinite above 10⁹ m.
 fn area(w: [Vec3; 3]) -> f32 {
     let [e1, e2] = [w[1] - w[0], w[2] - w[0]].map(Vec3::as_dvec3);
     (0.5 * e1.cross(e2).length()) as f32

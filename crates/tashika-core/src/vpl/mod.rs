@@ -132,7 +132,7 @@ impl VplSet {
         self.provenance.origin.into()
     }
 
-    /// Returns the lights with positions relative to another place of the file (m).
+    /// Returns the lights with positions relative to another point of the file (m).
     #[must_use]
     pub fn relative_to(mut self, origin: DVec3) -> Self {
         let way = self.origin() - origin;

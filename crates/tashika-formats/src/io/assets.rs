@@ -26,7 +26,7 @@ pub(super) struct ImageCache<'f> {
     by_path: BTreeMap<(PathBuf, Encoding), Picture>,
     /// Those with texels that are not opaque.
     transparent: BTreeSet<Picture>,
-    /// Those with one channel only that is not grey.
+    /// Images with a single channel that is not grey.
     lone: BTreeMap<Picture, Channel>,
 }
 
@@ -110,14 +110,14 @@ impl<'f> ImageCache<'f> {
         self.transparent.contains(&image)
     }
 
-    /// The channel that a number is found in, where none is chosen: the luminance, unless an image
-    /// that was loaded here has a single channel that is no grey.
+    /// Returns the channel of a number if the file selects none: the luminance, or the only channel
+    /// of an image that is not grey.
     pub(super) fn number_channel(&self, image: Picture) -> Channel {
         self.lone.get(&image).copied().unwrap_or(Channel::Luminance)
     }
 
-    /// The picture itself, for callers that keep it themselves and take it for colours, such as
-    /// environments; nothing, with a note, if it cannot be read. It is not kept here.
+    /// Decodes an image of colours, such as an environment, for a caller that keeps it; the cache
+    /// does not. Returns none, with a note, if the image cannot be read.
     ///
     /// # Errors
     /// None so far.
@@ -161,8 +161,8 @@ pub(super) fn decode(
     Ok(decoded)
 }
 
-/// Decodes an image file that is nothing but colours, with notes of what was repaired and of what
-/// is below zero.
+/// Decodes an image file used only for colours, with notes of repaired texels and of texels below
+/// zero.
 pub(super) fn decode_colors(
     bytes: &[u8],
     name: &str,
@@ -295,7 +295,7 @@ mod tests {
         let image = cache.read("a.pfm", Encoding::Linear, &at, &mut builder).unwrap().unwrap();
         assert_eq!((image.width, image.height), (1, 1));
         assert!(cache.read("gone.png", Encoding::Linear, &at, &mut builder).unwrap().is_none());
-        // A colour by its use; of others the scene says what they are.
+        // `read` takes the image for a colour; after `load`, its use in the scene decides.
         assert!(cache.read("below.pfm", Encoding::Linear, &at, &mut builder).unwrap().is_some());
         assert!(cache.load("below.pfm", Encoding::Linear, &at, &mut builder).unwrap().is_some());
         let notes = notes(builder);

@@ -12,7 +12,7 @@ use super::notes::{excerpt, quoted};
 use crate::error::{Error, Location, Result, nearest_name};
 use crate::scene::{NoteKind, Notes};
 
-/// Longest name that is repeated (characters); chosen.
+/// Longest name in a message (characters); chosen.
 const LONGEST: usize = 80;
 
 /// How far something is understood.
@@ -77,12 +77,12 @@ impl Feature {
         Self::find(rows, kind, name).map_or(Ok(false), |row| row.met(at, notes).map(|()| true))
     }
 
-    /// Refuses a name that is in no row and is a slip of one that is.
+    /// Refuses a name that is in no row, but close to a name in some row.
     ///
     /// # Errors
     /// [`Error::Invalid`] with the name that was probably meant.
     pub(super) fn refuse_slip(rows: &'static [Self], [kind, name]: [&str; 2], at: &Location) -> Result<()> {
-        // Rows with blanks are about parts of things.
+        // Rows with blanks describe parts of things.
         let known = rows.iter().filter(|row| row.kind == kind && !row.name.contains(' '));
         match nearest_name(name, known.map(|row| row.name)) {
             Some(near) => Err(Error::misspelt(at.clone(), kind, &excerpt(name, LONGEST), near)),

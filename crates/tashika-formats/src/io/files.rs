@@ -36,14 +36,14 @@ pub struct SceneFiles {
     options: LoadOptions,
     /// Of all that was read so far; clones have it in common.
     digest: Arc<AtomicU64>,
-    /// Bytes read so far; clones have them in common.
+    /// Bytes read so far; shared by clones.
     bytes: Arc<AtomicU64>,
 }
 
-/// Instances of meshes that a scene of any size may have; chosen.
+/// Instances of meshes permitted in a scene of any size; chosen.
 const FREE_INSTANCES: u64 = 1 << 21;
 
-/// Instances that a scene may have beyond these for each byte of its files; chosen.
+/// Further instances for each byte of the scene's files; chosen.
 const INSTANCES_PER_BYTE: u64 = 8;
 
 impl SceneFiles {
@@ -84,7 +84,7 @@ impl SceneFiles {
         self.digest.load(Ordering::Relaxed)
     }
 
-    /// Instances that a scene may have whose files have the bytes that were read so far.
+    /// Returns the number of instances that the bytes read so far permit.
     pub(super) fn most_instances(&self) -> usize {
         let bytes = self.bytes.load(Ordering::Relaxed);
         usize::try_from(bytes.saturating_mul(INSTANCES_PER_BYTE) + FREE_INSTANCES).unwrap_or(usize::MAX)

@@ -54,16 +54,17 @@ pub(super) struct Includes {
     /// Most files in each other, the scene's own counted.
     depth: usize,
     included: usize,
-    /// The files so far, with the sums of their bytes: of each once, and of its repetitions.
+    /// Names of the files so far, with the sums of their bytes: once for each file, and for all
+    /// repetitions.
     known: BTreeSet<String>,
     bytes: u64,
     repeated: u64,
 }
 
-/// Bytes of files that may be included again whatever a scene has besides; chosen.
+/// Bytes of repeated files permitted in every scene; chosen.
 const FREE_REPETITIONS: u64 = 1 << 25;
 
-/// Times that files may be included again, counted in their bytes, beyond these; chosen.
+/// Further bytes of repeated files for each byte of the different files; chosen.
 const MAX_REPETITIONS: u64 = 8;
 
 impl Includes {
@@ -85,8 +86,8 @@ impl Includes {
         Err(Error::invalid(at.clone(), found, expected))
     }
 
-    /// Counts the bytes of an included file: a small one that includes a large one a thousand times
-    /// must not take a thousand times as long.
+    /// Counts the bytes of an included file. This bounds the time for a small file that includes a
+    /// large one a thousand times.
     pub(super) fn count(&mut self, name: &str, bytes: u64, at: &Location) -> Result<()> {
         if self.known.insert(name.to_owned()) {
             self.bytes += bytes;
@@ -131,7 +132,7 @@ mod tests {
     fn the_same_file_again_and_again_is_refused_before_it_takes_long() {
         let (mut includes, at) = (Includes::new(10_000, 2), Location::line("a", 1));
         let size = 1 << 20;
-        // Once, and 32 + 8 times again.
+        // Once, and 32 + 8 repetitions.
         let times = (0..1000).take_while(|_| includes.count("b", size, &at).is_ok()).count();
         assert_eq!(times, 41);
         let error = includes.count("b", size, &at).unwrap_err().to_string();

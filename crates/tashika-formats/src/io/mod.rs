@@ -127,14 +127,15 @@ impl LoadOptions {
 /// that are asked for; without any light in that of [`Scene::with_default_light`].
 ///
 /// # Errors
-/// As [`load_scene`] and [`LightChanges::apply`]; [`Error::Invalid`] for a file without surfaces, unless
-/// it moves and a time is asked for, [`Error::Option`] for another built-in scene.
+/// As [`load_scene`] and [`LightChanges::apply`]; [`Error::Invalid`] for a file without surfaces,
+/// unless it moves and a time is requested; [`Error::Option`] for another built-in scene.
 pub fn open_scene(name: &Path, lights: &LightChanges, options: &LoadOptions) -> Result<Scene> {
     let scene = match name.to_str().and_then(|name| name.strip_prefix(builtin::PREFIX)) {
         Some(name) => builtin::by_name(name)?(),
         None => {
             let scene = load_scene(name, options)?;
-            // At one time of several that a file has, nothing may be there: a picture of the background.
+            // At some times of a file that moves, nothing may be visible: the picture is the
+            // background.
             let is_moment = options.time().is_some() && scene.animated_seconds().is_some();
             if scene.instances().is_empty() && !is_moment {
                 let found = "nothing to render: no surface that this program reads";

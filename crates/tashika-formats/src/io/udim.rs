@@ -27,7 +27,7 @@ pub(super) enum Picture {
 }
 
 impl Picture {
-    /// Returns true for an image with texels below zero; of tiles none is looked at.
+    /// Returns true for an image with texels below zero; tiles are not searched.
     pub(super) fn has_values_below_zero(self, builder: &SceneBuilder) -> bool {
         matches!(self, Self::Image(image) if builder.texels_below_zero(image) > 0)
     }

@@ -2,17 +2,17 @@
 //!
 //! The parser compares each attribute of an element with those before it, and copies the namespaces
 //! in scope for each element that declares one: both are quadratic. A pass over the text counts
-//! attributes and namespaces, and refuses what has more than any scene or document of MaterialX:
-//! [`MAX_ATTRIBUTES`] an element, [`MAX_NAMESPACES`] in all. With these the comparisons are fewer than
-//! 200 a byte of the text.
+//! attributes and namespaces. It refuses more than any scene or MaterialX document has:
+//! [`MAX_ATTRIBUTES`] an element, [`MAX_NAMESPACES`] in all. With these limits there are fewer than
+//! 200 comparisons a byte of the text.
 //!
 //! # Guarantee
 //! Document types are refused, so that entities cannot multiply. Every error has file, line and
 //! column.
 //!
 //! # Assumption
-//! Where the text is well-formed the pass sees the same tags as the parser; where it is not, the
-//! parser stops at the first fault, up to which both agree.
+//! In well-formed text the pass sees the same tags as the parser. In other text the two agree up to
+//! the first fault, where the parser stops.
 //!
 //! Held to this by the tests below, and by `suite::damaged_mitsuba` and `suite::damaged_usd`.
 
@@ -31,8 +31,8 @@ const MAX_NAMESPACES: usize = 64;
 /// Parses a document of the file `path`.
 ///
 /// # Errors
-/// [`Error::Invalid`] for what is not well-formed, has a document type, or more attributes or
-/// namespaces than permitted.
+/// [`Error::Invalid`] for text that is not well-formed, has a document type, or has more attributes
+/// or namespaces than permitted.
 pub(super) fn parse<'t>(text: &'t str, path: &Path) -> Result<Document<'t>> {
     if let Some((position, found, expected)) = excess(text) {
         return Err(Error::invalid(place(text, position, path), found, expected));
@@ -48,7 +48,7 @@ pub(super) fn parse<'t>(text: &'t str, path: &Path) -> Result<Document<'t>> {
     })
 }
 
-/// Line and column of a byte.
+/// Returns line and column of a byte.
 fn place(text: &str, position: usize, path: &Path) -> Location {
     let before = text.get(..position).unwrap_or(text);
     let start = before.rfind('\n').map_or(0, |end| end + 1);
@@ -56,12 +56,12 @@ fn place(text: &str, position: usize, path: &Path) -> Location {
     Location::line(path, line as u32).column(before[start..].chars().count() as u32 + 1)
 }
 
-/// Position of the first tag with too much, what it has, and what is permitted.
+/// Returns the position of the first tag that exceeds a limit, the count found, and the limit.
 fn excess(text: &str) -> Option<(usize, String, String)> {
     let (mut from, mut namespaces) = (0, 0);
     while let Some(start) = text[from..].find('<').map(|offset| from + offset) {
         let markup = &text[start..];
-        // Where the markup ends, if it begins and ends with these.
+        // Length of the markup, if it has the given begin and end.
         let length = |begin: &str, end: &str| {
             let inner = markup.strip_prefix(begin)?;
             Some(inner.find(end).map_or(markup.len(), |at| begin.len() + at + end.len()))
@@ -92,21 +92,21 @@ fn excess(text: &str) -> Option<(usize, String, String)> {
     None
 }
 
-/// A start tag.
+/// Start tag.
 struct Tag {
-    /// Bytes, including both brackets.
+    /// Length in bytes, including both brackets.
     length: usize,
     attributes: usize,
-    /// Of the attributes, those that declare a namespace, or have a name with `xmlns` in it.
+    /// Number of attributes that declare a namespace, or whose name contains `xmlns`.
     namespaces: usize,
 }
 
 impl Tag {
-    /// The tag that a text begins with.
+    /// Reads the tag at the beginning of the text.
     fn of(markup: &str) -> Self {
         let mut tag = Self { length: markup.len(), attributes: 0, namespaces: 0 };
         let bytes = markup.as_bytes();
-        // Since the last value: the names of attributes and what stands between.
+        // Text after the last value: names of attributes and separators.
         let mut names = 0;
         let mut at = 0;
         while at < bytes.len() {
@@ -140,7 +140,7 @@ mod tests {
         parse(text, Path::new("a.xml")).err().map(|error| error.to_string())
     }
 
-    /// An element `<e …/>` with so many attributes.
+    /// Returns an element `<e …/>` with the given number of attributes.
     fn element(attributes: usize) -> String {
         let mut text = "<e".to_owned();
         (0..attributes).for_each(|i| write!(text, " a{i}=\"'>'\"").unwrap());
@@ -153,7 +153,7 @@ mod tests {
         let found = message(&format!("<r>\n <!-- <\"> -->{}</r>", element(MAX_ATTRIBUTES + 1)));
         let expected = "a.xml:2:14: an element with 1025 attributes; expected at most 1024";
         assert_eq!(found.as_deref(), Some(expected));
-        // 300,000 comparisons with all before them would be 4.5·10¹⁰.
+        // 300,000 attributes would need 4.5·10¹⁰ comparisons.
         assert!(message(&element(300_000)).unwrap().contains("300000 attributes"));
     }
 

@@ -1,48 +1,50 @@
-//! Places far from zero, as an origin near them in double precision and what is left in single.
+//! Positions far from zero, stored as an origin in double precision and offsets in single
+//! precision.
 //!
-//! Numbers of single precision at a distance `d` from zero are `2⁻²⁴ d` to `2⁻²³ d` apart. A thing of size `s`
-//! that stands there is rounded by a share `2⁻²⁴ d/s` of its size; about an origin within it by
-//! `2⁻²⁴`.
+//! Numbers of single precision at a distance `d` from zero are `2⁻²⁴ d` to `2⁻²³ d` apart. Rounding
+//! moves an object of size `s` at this distance by `2⁻²⁴ d/s` of its size, and by `2⁻²⁴` of its
+//! size relative to an origin within the object.
 //!
 //! # Guarantee
-//! An origin is zero, or a whole multiple of a power of two that is no larger than the size of what
-//! stands about it: numbers of single precision about it are exact differences of those about zero.
+//! An origin is zero, or a multiple of a power of two that is no larger than the size of the set of
+//! positions. Offsets in single precision are then exact differences of numbers of single
+//! precision.
 //!
 //! # Held to this by
 //! The tests below.
 
 use glam::{DVec3, Vec3};
 
-/// Distance in half sizes of their box from which places have an origin of their own:
-/// about zero, rounding moves them by less than 10⁻⁴ of that. Chosen: things in ordinary rooms are
-/// nearer to zero, and keep their bits.
+/// Distance from zero, in half sizes of the bounding box, from which positions have an origin of
+/// their own. Below it, rounding moves positions by less than 10⁻⁴ of the half size. Chosen:
+/// objects in ordinary rooms are nearer to zero, and their bits do not change.
 const FAR: f64 = 1024.0;
 
-/// That distance for places whose coordinates are [`LARGE`]: wide things may have small parts. Chosen.
+/// As [`FAR`], for coordinates beyond [`LARGE`]: wide objects may have small parts. Chosen.
 const FAR_IF_LARGE: f64 = 8.0;
 
-/// Coordinates (m) beyond those of most scenes that are built about zero. Chosen.
+/// Coordinates (m) beyond those of most scenes that are built around zero. Chosen.
 const LARGE: f64 = 65536.0;
 
-/// Places in single precision about an origin.
+/// Positions in single precision relative to an origin.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LocalPlaces {
     /// The origin (m).
     pub origin: DVec3,
-    /// Places about it (m).
+    /// Positions relative to the origin (m).
     pub places: Vec<Vec3>,
 }
 
 impl LocalPlaces {
-    /// The places, about zero unless they are far from it in relation to their box.
+    /// Stores positions relative to their [`local_origin`].
     pub fn of(places: &[DVec3]) -> Self {
         let origin = local_origin(places.iter().copied());
         Self { origin, places: places.iter().map(|&place| (place - origin).as_vec3()).collect() }
     }
 }
 
-/// An origin for places (m) by which they lose little in single precision: zero unless they are far
-/// from it in relation to their box. Places that are not finite do not count.
+/// Returns an origin for positions (m): zero unless they are far from zero in relation to their
+/// bounding box. Positions that are not finite are ignored.
 pub fn local_origin(places: impl IntoIterator<Item = DVec3>) -> DVec3 {
     let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for place in places {
@@ -61,8 +63,8 @@ pub fn local_origin(places: impl IntoIterator<Item = DVec3>) -> DVec3 {
     origin_near(0.5 * (lo + hi), half)
 }
 
-/// The multiple of a power of two next to a place (m), of the largest power that is no larger than
-/// `size` (m).
+/// Returns the multiple of a power of two nearest to a position (m). The power is the largest that
+/// is no larger than `size` (m).
 pub fn origin_near(place: DVec3, size: f64) -> DVec3 {
     let least = place.abs().max_element() * f64::from(f32::EPSILON);
     let step = power_of_two_below(size.max(least));
@@ -70,12 +72,13 @@ pub fn origin_near(place: DVec3, size: f64) -> DVec3 {
     if origin.is_finite() { origin } else { DVec3::ZERO }
 }
 
-/// Distance (m) between neighbouring numbers of single precision as large as `length` (m).
+/// Returns the distance (m) between neighbouring numbers of single precision as large as `length`
+/// (m).
 pub fn spacing_at(length: f64) -> f64 {
     power_of_two_below(length.abs()) * f64::from(f32::EPSILON)
 }
 
-/// The largest power of two that is no larger than a positive number.
+/// Returns the largest power of two that is no larger than a positive number.
 fn power_of_two_below(number: f64) -> f64 {
     const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
     f64::from_bits(number.max(f64::MIN_POSITIVE).to_bits() & EXPONENT)
@@ -101,7 +104,7 @@ mod tests {
         assert_eq!(local.places, [Vec3::splat(0.1), Vec3::splat(0.7)]);
     }
 
-    /// A difference of two numbers of single precision that are next to each other is one of them.
+    /// The difference of two neighbouring numbers of single precision is exact in single precision.
     #[test]
     fn places_of_single_precision_lose_nothing_about_their_origin() {
         for size in [1e-3_f32, 0.7, 300.0, 4e4] {

@@ -95,7 +95,7 @@ fn arc_between(from: DQuat, to: DQuat) -> f64 {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     keys: Vec<Key>,
-    /// Origin of the coordinates that are mapped.
+    /// Origin of the coordinates before the map.
     about: DVec3,
 }
 
@@ -148,7 +148,7 @@ impl Track {
 
     /// Returns the map of coordinates relative to [`Self::about`].
     fn placed(&self, map: DAffine3) -> DAffine3 {
-        // Zero as it is: a sum with it could lose the sign of another.
+        // Exact for zero: adding zero could change the sign of a zero.
         if self.about == DVec3::ZERO {
             return map;
         }
@@ -162,8 +162,8 @@ impl Track {
         Self::new(self.keys.iter().map(|key| (key.seconds, self.placed(key.map) * first)))
     }
 
-    /// Returns the motion of things whose coordinates are relative to `origin` (m, before the map).
-    /// Unlike [`Self::after`] a translation, it turns about the same centres between keys.
+    /// Returns the motion of objects whose coordinates are relative to `origin` (m, before the
+    /// map). Unlike [`Self::after`] a translation, it keeps the centres of rotation between keys.
     #[must_use]
     pub fn about(self, origin: DVec3) -> Self {
         Self { about: self.about + origin, ..self }
@@ -316,7 +316,7 @@ mod tests {
         assert!(after.at(0.3).abs_diff_eq(track.at(0.3) * turn, 1e-12), "what is before it does not matter");
     }
 
-    /// Large numbers on either side of the map cancel.
+    /// Large offsets before and after the map cancel.
     #[test]
     fn a_track_about_another_origin_places_things_at_the_same_places() {
         let far = DVec3::new(5e6, -3e6, 1e6);

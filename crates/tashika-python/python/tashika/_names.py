@@ -1,4 +1,4 @@
-"""Keywords that a function does not have, with the one that was probably meant."""
+"""Suggestions for unknown keywords of functions."""
 
 import difflib
 import functools
@@ -11,7 +11,7 @@ R = TypeVar("R")
 
 
 def suggesting(function: Callable[P, R]) -> Callable[P, R]:
-    """The same function, whose TypeError for an unknown keyword suggests a known one."""
+    """Wraps a function so that its TypeError for an unknown keyword suggests a known one."""
     known = list(inspect.signature(function).parameters)
     name = function.__name__
 
@@ -24,6 +24,6 @@ def suggesting(function: Callable[P, R]) -> Callable[P, R]:
                 raise TypeError(f"{name}() got an unexpected keyword argument {keyword!r}{hint}")
         return function(*args, **keywords)
 
-    # Where it is found by its name, so that it can be pickled.
+    # Module in which the name is found, so that the function can be pickled.
     call.__module__ = "tashika"
     return call

@@ -90,7 +90,7 @@ pub(super) fn embed(shown: &[Shown<'_>], tone: Tone) -> Embedded {
     });
     let images = shown.iter().enumerate().map(|(index, image)| {
         let film = image.film;
-        // Where there is no map, what is known of errors is the standard error.
+        // Without a map of half-widths, the errors are given by the standard error.
         let has_map = RenderFilm::of(film).has_map();
         let asked_for = SCHEMA.iter().filter(|row| match row.spec.name {
             name if name == planes::HALF_WIDTH.name => has_map,

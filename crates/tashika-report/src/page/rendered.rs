@@ -36,7 +36,7 @@ pub fn render_page(film: &Film, facts: &RenderFacts) -> String {
     page.html()
 }
 
-/// Said of an audited picture whose half-widths are not known.
+/// Text for an audited picture whose half-widths are not known.
 const NO_MAP: &str = "There is no map of half-widths: too few truths of the audited pixels are known. The view \
                       “relative standard error” has what is foreseen, of which nothing is claimed.";
 
@@ -51,7 +51,7 @@ struct Counts {
     /// Relative half-widths of the pixels that ran out of budget and claim an interval all the same,
     /// in order.
     wider: Vec<f64>,
-    /// Pixels with an interval of an audited map, whatever the audit reached.
+    /// Pixels with an interval from an audited map, for any result of the audit.
     audited: u64,
 }
 
@@ -133,7 +133,7 @@ impl Counts {
         let is_audited = PictureClaim::of(metadata).is_some();
         for claim in Claim::ALL {
             let n = match claim {
-                // Of an audited picture they are the background, or a map that is not there.
+                // In an audited picture these are the background, or pixels without a map.
                 Claim::Exact | Claim::None if is_audited => 0,
                 Claim::None => tally.silent(),
                 Claim::Audited => self.audited,

@@ -271,7 +271,7 @@ fn audited_pictures_are_told_as_a_whole() {
     assert!((ratios[0] - 0.2).abs() < 1e-6 && (ratios[1] - 6.0).abs() < 1e-6, "{}", plot.csv);
 }
 
-/// Half-widths are in a page if there are any, and else what is known of errors.
+/// Pages have the half-widths if there are any, and the standard error otherwise.
 #[test]
 fn a_page_without_a_map_has_standard_errors() {
     let size = [3, 1];

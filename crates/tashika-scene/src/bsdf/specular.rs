@@ -15,10 +15,11 @@
 //! from the camera carry *basic* radiance `L / η²` (Nicodemus 1963), paths from lights carry flux,
 //! and both get the same weight, so that one function serves both. The two factors of a path that
 //! enters and leaves a closed object cancel, `η² · 1 / η² = 1`; hence basic radiance is radiance
-//! wherever camera and lights are in the outer medium. What light paths leave inside the glass is
-//! divided by `η²` there, so that viewers see basic radiance of surfaces and media in it too. The ends
-//! of paths bring the factor in where they are inside (Veach 1997, section 5.2): an emitter in a medium of
-//! index `n` shines with `1/n²` of its radiance, and a camera in one sees `n²` times what its paths carry.
+//! wherever camera and lights are in the outer medium. Light paths inside the glass deposit flux
+//! divided by `η²`, so that viewers see basic radiance of surfaces and media there too. The ends of
+//! paths apply the factor if they are inside (Veach 1997, section 5.2): an emitter in a medium of
+//! index `n` emits `1/n²` of its radiance, and a camera in such a medium sees `n²` times the
+//! radiance that its paths carry.
 //!
 //! # Held to this by
 //! The tests below.
@@ -67,8 +68,8 @@ pub struct Glass {
 }
 
 impl Glass {
-    /// `(n/n')²` of light that crosses the boundary, of the index `n` that it leaves and the index `n'`
-    /// that it gets into: `η²` out of the glass, `1/η²` into it.
+    /// Returns `(n/n')²` for light that crosses the boundary from index `n` to index `n'`: `η²` out
+    /// of the glass, `1/η²` into it.
     pub fn squared_ratio(&self, leaves_glass: bool) -> f64 {
         let squared = f64::from(self.ior) * f64::from(self.ior);
         if leaves_glass { squared } else { squared.recip() }

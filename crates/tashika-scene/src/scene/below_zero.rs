@@ -1,8 +1,8 @@
 //! Notes of colours that have values below zero.
 //!
-//! A floating-point image may be a height, of which a half is below zero, or a colour, of which
-//! nothing may be. Only the materials of the finished scene say which ([`Values`]): what they use as a
-//! colour is searched for values that count as 0 there, through all operands of a texture.
+//! A floating-point image may be a height, which may be negative, or a colour, which must not. The
+//! use in the materials of the finished scene decides ([`Values`]). Images that are used as
+//! colours, through all operands of a texture, are searched for values that count as 0.
 //!
 //! Held to this by the tests below and by the suite's `signed_images`.
 
@@ -11,18 +11,19 @@ use std::collections::BTreeSet;
 use super::{ImageId, NoteKind, SceneBuilder, Texture, TextureId, Values};
 use crate::color::Rgb;
 
-/// Message of a note of an image whose texels below zero are taken as 0; its count is theirs.
+/// Returns the message about texels below zero that count as 0; the count of its note is their
+/// number.
 pub fn below_zero_message(image: &str) -> String {
     format!("image {image:?} has texels below zero, which no colour is: taken as 0")
 }
 
 impl SceneBuilder {
-    /// Number of texels of an image that was added with a channel below zero.
+    /// Returns the number of texels of an added image with a channel below zero.
     pub fn texels_below_zero(&self, image: ImageId) -> u64 {
         self.below_zero[image.index()]
     }
 
-    /// Notes each image of which texels below zero are used as colours, with the number of the
+    /// Notes each image with texels below zero that is used as a colour, with the number of the
     /// texels, and constants below zero.
     pub(super) fn note_colors_below_zero(&mut self) {
         let has_sign = |node: &Texture| matches!(node, Texture::Constant(c) if !is_color(*c));
@@ -46,7 +47,7 @@ impl SceneBuilder {
                     images.extend(set.tiles.iter().map(|(_, image)| *image));
                 }
                 Texture::Constant(_) => constants += u64::from(has_sign(node)),
-                // An end of a linear map, whose values in between are what is seen.
+                // End of a linear map; the interpolated values are visible, not the end itself.
                 Texture::Mix { first, second, amount } => {
                     let is_constant =
                         |end: &TextureId| matches!(self.scene.textures[end.index()], Texture::Constant(_));
@@ -86,7 +87,7 @@ mod tests {
         Image { name: name.into(), width: 3, height: 1, pixels }
     }
 
-    /// Notes of a scene of two images, `a` used as a bump, `b` under a product.
+    /// Notes of a scene with two images: `a` is used as a bump map, `b` in a product.
     fn notes(use_of_a: impl Fn(TextureId) -> ColorInput) -> Vec<(String, u64)> {
         let mut builder = SceneBuilder::new("s", Location::file("s"));
         let mut texture = |name: &str| {

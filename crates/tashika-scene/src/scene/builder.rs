@@ -26,7 +26,7 @@ use crate::math::elementary::powf;
 pub struct SceneBuilder {
     pub(super) scene: Scene,
     pub(super) origin: Location,
-    /// For each image, how many of its texels are below zero.
+    /// Number of texels below zero of each image.
     pub(super) below_zero: Vec<u64>,
     /// For each texture, how many nodes one lookup visits.
     texture_costs: Vec<u32>,
@@ -34,7 +34,7 @@ pub struct SceneBuilder {
     material_costs: Vec<u32>,
     pub(super) numbered: Numbered,
     pub(super) places: Places,
-    /// How many instances there may be.
+    /// Largest number of instances.
     most_instances: usize,
 }
 
@@ -111,8 +111,8 @@ impl SceneBuilder {
         self.scene.animated = Some([first.min(from), last.max(to)]);
     }
 
-    /// Says that the file has lights, which may be off at the time of the scene: if anything in it moves,
-    /// [`Scene::with_default_light`] adds none.
+    /// Records that the file has lights, which may be off at the time of the scene. If anything in
+    /// the scene moves, [`Scene::with_default_light`] then adds no light.
     pub fn set_dark_now(&mut self) {
         self.scene.is_dark_now = true;
     }
@@ -124,8 +124,8 @@ impl SceneBuilder {
         }
     }
 
-    /// Adds an image; it must have `width · height > 0` texels, which must be finite. Where it is a
-    /// colour, values below zero count as 0, and [`Self::build`] notes so.
+    /// Adds an image of `width · height > 0` texels, which must be finite. If the image is used as
+    /// a colour, values below zero count as 0, and [`Self::build`] adds a note.
     pub fn add_image(&mut self, image: Image) -> Result<ImageId> {
         check::image(&image)
             .map_err(|wrong| wrong.error(self.origin.clone().item(format!("image {}", image.name))))?;
@@ -243,7 +243,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Takes over a mesh of a name and an origin, and notes what was repaired.
+    /// Adds a mesh with a name and an origin, and notes of its repairs.
     pub(super) fn push_mesh(
         &mut self,
         mesh: Mesh,
@@ -273,8 +273,8 @@ impl SceneBuilder {
         MeshId(self.scene.meshes.len() as u32 - 1)
     }
 
-    /// Sets how many instances the scene may have. A file that puts groups of objects into each
-    /// other asks for many more than it has bytes.
+    /// Sets the largest number of instances. Nested groups of objects can ask for many more
+    /// instances than a file has bytes.
     pub fn set_most_instances(&mut self, most: usize) {
         self.most_instances = most;
     }
@@ -321,7 +321,7 @@ impl SceneBuilder {
         self.add_emitter_at(emitter, place)
     }
 
-    /// Adds an emitter at a place in double precision (m), which replaces its own position.
+    /// Adds an emitter; the given position in double precision (m) replaces its own.
     pub fn add_emitter_at(&mut self, mut emitter: Emitter, place: DVec3) -> Result<()> {
         emitter.move_to(place.as_vec3());
         let color = emitter.color();
@@ -384,7 +384,8 @@ impl SceneBuilder {
         self.scene.turned_away = rule;
     }
 
-    /// Sets what is seen where no surface is; radiances must be finite. Texels below zero count as 0.
+    /// Sets the environment behind all surfaces; radiances must be finite. Texels below zero count
+    /// as 0.
     pub fn set_environment(&mut self, environment: Environment) -> Result<()> {
         if !environment.is_valid() {
             let at = self.origin.clone().item("environment");
@@ -404,8 +405,8 @@ impl SceneBuilder {
         self.add_camera_at(camera, to_world)
     }
 
-    /// Adds a camera with its pose in double precision, which replaces its own; the pose of a camera
-    /// that moves is that of its motion.
+    /// Adds a camera; the given pose in double precision replaces its own. The pose of a moving
+    /// camera is that of its motion.
     pub fn add_camera_at(&mut self, mut camera: Camera, to_world: impl Placement) -> Result<()> {
         let to_world = to_world.in_double();
         if camera.motion.is_none() {
@@ -424,7 +425,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// World box of what has been placed so far, at all times (m), in single precision.
+    /// Returns the world box of all instances added so far, at all times (m), in single precision.
     pub fn bounds(&self) -> Aabb {
         self.scene.instances.iter().fold(Aabb::EMPTY, |all, i| all.union(self.scene.box_of(i)))
     }

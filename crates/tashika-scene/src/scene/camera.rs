@@ -32,8 +32,8 @@ pub struct Camera {
     pub crop: Option<Window>,
     /// The medium that it stands in, if it is in one of its scene's.
     pub medium: Option<MediumId>,
-    /// Index of refraction of the medium that it stands in, relative to that outside of all glass: 1
-    /// there. The film shows `n²` times the basic radiance that camera paths carry
+    /// Index of refraction of the medium around the camera, relative to the medium outside of all
+    /// glass (1 there). The film shows `n²` times the basic radiance that camera paths carry
     /// ([`crate::bsdf::Glass`]).
     pub index: f32,
     /// What it shows the whole of, if nobody said where it stands: see [`Camera::of_size`].
@@ -102,16 +102,16 @@ impl Camera {
         Self { to_world, motion, ..self }
     }
 
-    /// Radiance over basic radiance where the camera stands, `n²`.
+    /// Returns radiance over basic radiance at the camera, `n²`.
     pub fn squared_index(&self) -> f32 {
         self.index * self.index
     }
 
-    /// Basic radiance of what is infinitely far away, over its radiance, for a camera path.
+    /// Returns basic radiance over radiance of light from infinitely far away, for a camera path.
     ///
-    /// It is 1, since that shines outside of all glass. A path that leaves the scene in the very medium
-    /// of a camera inside glass, as light does that passes under the surface of a pond without an end,
-    /// has crossed no boundary: there it is `1/n²`.
+    /// The ratio is 1 for light that comes from outside of all glass. A path that leaves the scene
+    /// in the medium of a camera inside glass has crossed no boundary, as light does that passes
+    /// below the surface of an infinite pond. The ratio is `1/n²` there.
     ///
     /// * `ratio`: product of [`squared_ratio`](crate::bsdf::Glass::squared_ratio) over the boundaries
     ///   that the path has crossed.

@@ -34,7 +34,7 @@ impl Wrong {
     }
 }
 
-/// The number of texels, and floating-point ones, which must be finite.
+/// Checks the number of texels, and floating-point texels, which must be finite.
 pub(super) fn image(image: &Image) -> Checked {
     let texels = image.pixels.len();
     if texels == 0 || texels as u64 != u64::from(image.width) * u64::from(image.height) {

@@ -141,9 +141,9 @@ impl Mesh {
 }
 
 impl SceneBuilder {
-    /// Adds a mesh that deforms while the shutter is open: it is `data` when that opens and has the
-    /// shape `closing`, about the same origin, when it closes. Of one that is the same at both ends it is the
-    /// [mesh](Self::add_mesh) that is added.
+    /// Adds a mesh that deforms while the shutter is open: from `data` when the shutter opens to
+    /// the shape `closing`, relative to the same origin, when it closes. If both shapes are equal,
+    /// a static [mesh](Self::add_mesh) is added.
     ///
     /// Wrong indices and counts are errors, as is a shutter that does not open at one finite time and
     /// close at a later one; triangles that cannot be rendered are left out and noted.

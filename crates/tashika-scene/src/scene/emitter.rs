@@ -133,7 +133,7 @@ pub enum Emitter {
 }
 
 impl Emitter {
-    /// Position (m); none of an emitter that is infinitely far away.
+    /// Returns the position (m); none for an emitter that is infinitely far away.
     pub fn position(&self) -> Option<Vec3> {
         match *self {
             Self::Point { position, .. } | Self::Spot { position, .. } | Self::Image { position, .. } => {
@@ -143,7 +143,7 @@ impl Emitter {
         }
     }
 
-    /// Puts it somewhere else (m), if it is anywhere.
+    /// Moves the emitter to a position (m), unless it is infinitely far away.
     pub(super) fn move_to(&mut self, place: Vec3) {
         match self {
             Self::Point { position, .. } | Self::Spot { position, .. } | Self::Image { position, .. } => {
@@ -153,7 +153,7 @@ impl Emitter {
         }
     }
 
-    /// The same emitter, `factor` times as bright.
+    /// Returns the emitter with `factor` times its brightness.
     #[must_use]
     pub fn scaled(mut self, factor: f32) -> Self {
         match &mut self {

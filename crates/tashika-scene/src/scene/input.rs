@@ -24,7 +24,7 @@ pub struct FloatInput {
 }
 
 impl ColorInput {
-    /// Colour at `uv`; what the texture contributes is at least 0.
+    /// Returns the colour at `uv`; the contribution of the texture is at least 0.
     pub fn at(&self, textures: Textures<'_>, uv: Vec2) -> Rgb {
         self.texture.map_or(self.factor, |t| self.factor * textures.lookup(t, uv).0)
     }
@@ -37,7 +37,7 @@ impl From<Rgb> for ColorInput {
 }
 
 impl FloatInput {
-    /// Number at `uv`, of any sign; 0 where a product of textured numbers is no number.
+    /// Returns the number at `uv`, of any sign; 0 if a product of textured numbers is NaN.
     pub fn at(&self, textures: Textures<'_>, uv: Vec2) -> f32 {
         self.texture.map_or(self.factor, |(texture, channel)| {
             let number = self.factor * textures.channel(texture, uv, channel);

@@ -77,7 +77,8 @@ pub struct IntensityMap {
 const ROUNDED: f32 = 1.0 + 1e-5;
 
 impl IntensityMap {
-    /// The map of an image whose texels are finite, those below zero being 0; none if it is black.
+    /// Creates a map from an image of finite texels; texels below zero count as 0. None if the map
+    /// is black.
     pub fn new(image: Image, spread: Spread, lookup: Lookup) -> Option<Self> {
         let wrap = match spread {
             Spread::Sphere(map) => map.wrap(),

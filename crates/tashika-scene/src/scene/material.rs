@@ -222,7 +222,7 @@ pub enum AlphaMode {
     },
     /// The fraction of light that is stopped.
     Blend,
-    /// Nothing is there, whatever the value, and what it emits shines in full.
+    /// Invisible for any value; its emission is not reduced.
     Unseen,
 }
 
@@ -348,7 +348,7 @@ impl Material {
         self.inputs().map(|(texture, _)| texture)
     }
 
-    /// The same textures with the meaning of their values.
+    /// Returns the same textures with the meaning of their values.
     pub(super) fn inputs(&self) -> impl Iterator<Item = (TextureId, Values)> {
         let color = |c: &ColorInput| c.texture.map(|texture| (texture, Values::Colors));
         let number = |f: &FloatInput| f.texture.map(|(texture, _)| (texture, Values::Numbers));

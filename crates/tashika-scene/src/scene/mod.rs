@@ -157,7 +157,7 @@ pub struct Scene {
     /// Whether any mesh that is placed has an interface.
     has_interfaces: bool,
     bounds: Aabb,
-    /// Origin of all coordinates in the file's (m).
+    /// Origin of all coordinates, in the coordinates of the file (m).
     origin: DVec3,
     /// Left out of its meshes: they are in no picture.
     triangles_without_area: u64,
@@ -166,7 +166,7 @@ pub struct Scene {
     /// What its user asked for in place of what the file says.
     changes: Vec<String>,
     has_default_light: bool,
-    /// True if the file has lights, which may be off at this time.
+    /// True if the file has lights, which may be off at the time of the scene.
     is_dark_now: bool,
     turned_away: TurnedAway,
     /// When the first and the last thing of the file moves (s).
@@ -275,8 +275,8 @@ impl Scene {
         self.cameras.iter().find(|c| c.name == name)
     }
 
-    /// World box around all instances, at all times (m, relative to [`Self::origin`]); a unit box about
-    /// it if there are none.
+    /// Returns the world box around all instances, at all times (m, relative to [`Self::origin`]);
+    /// a unit box around the origin if there are none.
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
@@ -286,7 +286,7 @@ impl Scene {
         &self.notes
     }
 
-    /// The same scene with more notes.
+    /// Returns the scene with additional notes.
     #[must_use]
     pub fn with_notes(mut self, more: &Notes) -> Self {
         for note in more.iter() {

@@ -44,7 +44,7 @@ impl Notes {
         self.push_many(kind, message, at, 1);
     }
 
-    /// Adds `count` occurrences; none if `count` is zero. What a message names is made
+    /// Adds `count` occurrences of a note, unless `count` is zero. Names in the message are made
     /// [`visible`].
     pub fn push_many(&mut self, kind: NoteKind, message: impl Into<String>, at: Location, count: u64) {
         if count > 0 {

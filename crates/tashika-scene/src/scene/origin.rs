@@ -1,19 +1,20 @@
-//! The origin that a scene is kept about.
+//! Origin of the coordinates of a scene.
 //!
-//! Files may place a room millions of metres from zero, where numbers of single precision are half a
-//! metre apart. A [`SceneBuilder`] therefore takes places in double precision, and at the end moves
-//! everything to an origin near what is seen: coordinates of a [`Scene`] are those of its file less
-//! [`Scene::origin`].
+//! Files may place a room millions of metres from zero, where numbers of single precision are half
+//! a metre apart. A [`SceneBuilder`] therefore accepts positions in double precision. At the end it
+//! moves everything to an origin near the visible objects: coordinates of a [`Scene`] are those of
+//! its file less [`Scene::origin`].
 //!
-//! An object of half size `s` at a distance `d` from the origin is rounded by a share `ρ ε`, `ρ = 1 +
-//! d/s`. The mean of `ρ`, weighted by how large an object is as cameras see it,
+//! An object of half size `s` at a distance `d` from the origin is rounded by a share `ρ ε` of its
+//! size, `ρ = 1 + d/s`. The mean of `ρ`, weighted by the apparent size of the object,
 //!
 //! ```text
 //! w = Σ_cameras min(1, s / distance)²          loss(origin) = Σ w ρ / Σ w
 //! ```
 //!
-//! is compared for zero, for the first cameras, the largest object that they see and the middle of all. Zero is kept
-//! unless another loses less by a factor of [`WORTH`]: scenes near zero keep their bits.
+//! is compared for zero, for the first cameras, for the largest object that they see, and for the
+//! middle of all objects. Zero is used unless another origin lowers the loss by a factor of
+//! [`WORTH`], so that the bits of scenes near zero do not change.
 //!
 //! # Guarantee
 //! Distances from the origin are differences in double precision, rounded once. With an origin of
@@ -30,20 +31,20 @@ use super::motion::inverse;
 use super::{Instance, MeshData, MeshShape, NoteKind, Scene, SceneBuilder};
 use crate::math::{local_origin, origin_near, spacing_at};
 
-/// Factor by which an origin other than zero must lose less; chosen: a closed room whose distance from zero
-/// is 30 times its size is 0.03 % too bright.
+/// Factor by which an origin other than zero must lower the loss; chosen: a closed room whose
+/// distance from zero is 30 times its size is 0.03 % too bright.
 const WORTH: f64 = 32.0;
 
-/// Cameras that are looked from at most.
+/// Largest number of cameras in the loss.
 const CAMERAS: usize = 8;
 
-/// An object is noted where it is further from the origin than this many times its half size: numbers there
-/// are more than a thousandth of that apart. Chosen.
+/// Distance from the origin, in half sizes, from which an object is noted: neighbouring numbers
+/// there are more than a thousandth of the half size apart. Chosen.
 const NOTED: f64 = 16384.0;
 
 /// Pose of an object in the world: an affine map of either precision.
 pub trait Placement {
-    /// The map in double precision.
+    /// Returns the map in double precision.
     fn in_double(&self) -> DAffine3;
 }
 
@@ -61,20 +62,20 @@ impl Placement for Affine3A {
     }
 }
 
-/// Places of the parts of a scene as the file has them, in double precision.
+/// Positions and poses of a scene in the coordinates of the file, in double precision.
 #[derive(Debug, Default)]
 pub(super) struct Places {
-    /// Origin of each mesh's positions in object space (m).
+    /// Origin of each mesh's positions, in object space (m).
     pub meshes: Vec<DVec3>,
-    /// Object to world of each instance, without the mesh's own origin.
+    /// Object-to-world map of each instance, without the mesh's own origin.
     pub instances: Vec<DAffine3>,
-    /// Position of each emitter (m); without meaning where it has none.
+    /// Position of each emitter (m); without meaning if the emitter has none.
     pub emitters: Vec<DVec3>,
-    /// To world of each camera that stands.
+    /// Camera-to-world map of each static camera.
     pub cameras: Vec<DAffine3>,
 }
 
-/// A box in the file's coordinates: its centre and its largest half size (m).
+/// Box in the coordinates of the file: its centre and its largest half size (m).
 #[derive(Clone, Copy)]
 struct Extent {
     center: DVec3,
@@ -82,12 +83,12 @@ struct Extent {
 }
 
 impl Extent {
-    /// Largest difference of coordinates from a place, in half sizes: `ρ`.
+    /// Returns `ρ`: the largest difference of coordinates from a position, in half sizes.
     fn distance(&self, place: DVec3) -> f64 {
         1.0 + (self.center - place).abs().max_element() / self.half
     }
 
-    /// The share of what is seen from a place, roughly.
+    /// Returns the approximate share of the object in a view from a position.
     fn seen_from(&self, place: DVec3) -> f64 {
         let share = (self.half / (self.center - place).length()).min(1.0);
         share * share
@@ -95,7 +96,7 @@ impl Extent {
 }
 
 impl SceneBuilder {
-    /// Moves everything to the origin, and rounds it there.
+    /// Moves everything to the origin, and rounds positions relative to it.
     pub(super) fn settle(&mut self) {
         let origin = self.choose_origin();
         self.note_lost(origin);
@@ -158,7 +159,7 @@ impl SceneBuilder {
             if all > 0.0 { lost / all } else { 1.0 }
         };
         let at_zero = loss(DVec3::ZERO);
-        // No loss is less than 1.
+        // The loss is at least 1.
         if at_zero <= WORTH || at_zero.is_nan() {
             return DVec3::ZERO;
         }
@@ -203,7 +204,7 @@ impl SceneBuilder {
         self.scene.notes.push_many(NoteKind::Approximated, message, at, count);
     }
 
-    /// Boxes of all instances that have a size, of those that move in the middle of their time.
+    /// Returns the boxes of all instances that have a size, at mid-time for those that move.
     fn extents(&self) -> impl Iterator<Item = Extent> {
         self.scene
             .instances
@@ -226,41 +227,42 @@ impl SceneBuilder {
     }
 }
 
-/// `T(−origin) · to_world · T(local)`.
+/// Returns `T(−origin) · to_world · T(local)`.
 fn placed(to_world: &DAffine3, local: DVec3, origin: DVec3) -> DAffine3 {
     DAffine3 { translation: to_world.transform_point3(local) - origin, ..*to_world }
 }
 
 impl Scene {
-    /// The place in the file's coordinates that all coordinates of the scene are relative to (m):
-    /// zero of scenes that stand near zero.
+    /// Returns the origin of the scene's coordinates, in the coordinates of the file (m): zero for
+    /// scenes near zero.
     #[inline]
     pub fn origin(&self) -> DVec3 {
         self.origin
     }
 
-    /// A place of the scene in the file's coordinates (m).
+    /// Converts a position of the scene to the coordinates of the file (m).
     #[inline]
     pub fn place_in_file(&self, place: Vec3) -> DVec3 {
         place.as_dvec3() + self.origin
     }
 
-    /// A place of the file in the scene's coordinates (m).
+    /// Converts a position of the file to the coordinates of the scene (m).
     #[inline]
     pub fn place_in_scene(&self, place: DVec3) -> Vec3 {
         (place - self.origin).as_vec3()
     }
 
-    /// Lowest and highest corner of [`Self::bounds`] in the file's coordinates (m).
+    /// Returns the lowest and highest corner of [`Self::bounds`] in the coordinates of the file
+    /// (m).
     pub fn bounds_in_file(&self) -> [DVec3; 2] {
         [self.bounds.lo, self.bounds.hi].map(|corner| self.place_in_file(corner))
     }
 }
 
 impl SceneBuilder {
-    /// Moves the positions of a mesh, and those of another shape of it, to an origin of their own if
-    /// they are far from zero. They are of single precision: a note gives the distance between
-    /// neighbouring numbers where that is large beside the mesh.
+    /// Moves the positions of a mesh, and of a second shape of it, to an origin of their own if
+    /// they are far from zero. The positions are in single precision: a note gives the distance
+    /// between neighbouring numbers where it is large beside the mesh.
     pub(super) fn localize(&mut self, data: &mut MeshData, other: Option<&mut MeshShape>) {
         if data.origin != DVec3::ZERO {
             return;

@@ -12,7 +12,7 @@ use crate::error::{Location, Result};
 /// A light that is added.
 #[derive(Clone, Debug)]
 pub enum Lamp {
-    /// One that needs nothing beside; its place is rounded to single precision.
+    /// Emitter without a map or other data; its position is rounded to single precision.
     Emitter(Emitter),
     /// [`Emitter::Point`].
     Point {
@@ -99,9 +99,9 @@ impl Scene {
             || self.area_emitters().any(|(_, e)| !e.radiance.factor.is_black())
     }
 
-    /// The same scene, if it has light, lights that are off at its time, or its user asked for any;
-    /// else under a white sky and a sun, with a note at `at`. Programs that show files to people call
-    /// it: a black image is of no use to them.
+    /// Returns the scene unchanged if it has light, has lights that are off at its time, or was
+    /// given light changes. Otherwise adds a white sky and a sun, with a note at `at`. Programs
+    /// call it because a black image is of no use to people.
     #[must_use]
     pub fn with_default_light(mut self, at: Location) -> Self {
         let is_off = self.is_dark_now && self.animated.is_some();

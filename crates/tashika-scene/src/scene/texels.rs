@@ -50,9 +50,10 @@ pub struct Image {
     pub pixels: Pixels,
 }
 
-/// Meaning of the values of an image or a texture, which decides about those below zero.
+/// Meaning of the values of an image or a texture; it decides how values below zero count.
 ///
-/// It belongs to the use, not to the image: one image may be a colour here and a height there.
+/// The meaning belongs to the use, not to the image: one image may be a colour in one place and a
+/// height in another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Values {
     /// Reflectances and radiances: floating-point texels below zero count as 0.
@@ -102,7 +103,15 @@ impl Image {
         }
     }
 
-    /// The number of floating-point texels with a channel below zero.
+    /// Returns true if no floating-point texel is infinite or not a number.
+    pub fn is_finite(&self) -> bool {
+        match &self.pixels {
+            Pixels::Float(p) => p.iter().flatten().all(|v| v.is_finite()),
+            _ => true,
+        }
+    }
+
+    /// Returns the number of floating-point texels with a channel below zero.
     pub fn texels_below_zero(&self) -> u64 {
         match &self.pixels {
             Pixels::Float(p) => p.iter().filter(|texel| texel.iter().any(|v| *v < 0.0)).count() as u64,
@@ -110,7 +119,8 @@ impl Image {
         }
     }
 
-    /// Colour of one texel, linear and at least 0, with opacity; coordinates must be in range.
+    /// Returns the colour of one texel, linear and at least 0, with opacity; coordinates must be in
+    /// range.
     pub fn texel(&self, x: u32, y: u32) -> (Rgb, f32) {
         self.texel_as(Values::Colors, x, y)
     }
@@ -148,12 +158,12 @@ impl Image {
         self.interpolated(Values::Colors, uv, wrap)
     }
 
-    /// The texel in which `uv` lies: linear colour and opacity.
+    /// Returns linear colour and opacity of the texel at `uv`.
     pub fn nearest(&self, uv: Vec2, wrap: [Wrap; 2]) -> (Rgb, f32) {
         self.sampled(Values::Colors, uv, wrap, Sampling::Nearest)
     }
 
-    /// Linear value and opacity at `uv`.
+    /// Returns linear value and opacity at `uv`.
     pub(super) fn sampled(
         &self,
         values: Values,
@@ -284,7 +294,8 @@ mod tests {
         assert_eq!([at(0.375, Wrap::Black), at(1.0, Wrap::Black), at(1.2, Wrap::Black)], [50.0, 75.0, 0.0]);
     }
 
-    /// Of two texels −3 and 1 a colour is 0 and 1, a number −3 and 1, in between as well.
+    /// Texels of −3 and 1 are 0 and 1 as colours, −3 and 1 as numbers, and are interpolated as
+    /// such.
     #[test]
     fn texels_below_zero_are_zero_as_colours_and_themselves_as_numbers() {
         let pixels = Pixels::Float(vec![[-3.0, 0.5, -3.0], [1.0, 0.5, 1.0]]);

@@ -14,9 +14,9 @@
 //! | [`Texture::Checkerboard`] | `a` where `⌊u'⌋ + ⌊v'⌋` is even, else `b`, at `(u', v') = T (u, v, 1)` |
 //! | [`Texture::Power`] | `max(a, 0)ᵏ` |
 //!
-//! Channel by channel, opacity included. A texture that is a colour takes images as colours, and is at
-//! least 0; one that is a number takes them as they are stored ([`Values`]). The operands of a node are older than the node, so that
-//! the graph has no cycles.
+//! All nodes work channel by channel, opacity included. A texture used as a colour reads images as
+//! colours, and is at least 0. A texture used as a number reads images as they are stored
+//! ([`Values`]). The operands of a node are older than the node, so that the graph has no cycles.
 
 use glam::{Mat3, Vec2};
 
@@ -138,13 +138,13 @@ pub struct Textures<'a> {
 }
 
 impl Textures<'_> {
-    /// Linear colour, at least 0, and opacity of a texture at `uv`.
+    /// Returns linear colour, at least 0, and opacity of a texture at `uv`.
     pub fn lookup(&self, texture: TextureId, uv: Vec2) -> (Rgb, f32) {
         let (color, opacity) = self.value(Values::Colors, texture, uv);
         (color.map(|v| v.max(0.0)), opacity)
     }
 
-    /// Three numbers of a texture at `uv`, of any sign, and its opacity.
+    /// Returns three numbers of a texture at `uv`, of any sign, and its opacity.
     pub fn numbers(&self, texture: TextureId, uv: Vec2) -> (Rgb, f32) {
         self.value(Values::Numbers, texture, uv)
     }
@@ -183,7 +183,7 @@ impl Textures<'_> {
         }
     }
 
-    /// One number of a texture at `uv`, of any sign.
+    /// Returns one number of a texture at `uv`, of any sign.
     pub fn channel(&self, texture: TextureId, uv: Vec2, channel: Channel) -> f32 {
         let (color, alpha) = self.numbers(texture, uv);
         match channel {
@@ -229,8 +229,8 @@ mod tests {
         assert_eq!(root, Rgb::new(0.5, 0.5f32.sqrt(), 1.0));
     }
 
-    /// `1 − 3 t` of a map with texels −1 and 1: 4 and −2 as a number; as a colour 1 and 0, since a
-    /// texel of −1 counts as 0 and the result is at least 0.
+    /// `1 − 3 t` of a map with texels −1 and 1 is 4 and −2 as a number. As a colour it is 1 and 0:
+    /// the texel −1 counts as 0, and the result is at least 0.
     #[test]
     fn colours_are_at_least_zero_and_numbers_have_a_sign() {
         let pixels = Pixels::Float(vec![[-1.0; 3], [1.0; 3]]);

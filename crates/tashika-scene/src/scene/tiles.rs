@@ -62,7 +62,7 @@ impl TileSet {
         self.tiles.binary_search_by_key(&number, |t| t.0).ok().map(|i| self.tiles[i].1)
     }
 
-    /// Linear value and opacity at coordinates to which the texture's transform has been applied.
+    /// Returns linear value and opacity at coordinates after the texture's transform.
     pub(super) fn sampled(
         &self,
         values: Values,

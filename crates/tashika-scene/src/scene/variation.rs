@@ -62,7 +62,7 @@ impl Variation {
         self.density.as_ref()
     }
 
-    /// Makes places relative to `origin` (m).
+    /// Makes positions relative to `origin` (m).
     pub(super) fn move_by(&mut self, origin: DVec3) {
         if let Some(density) = &mut self.density {
             density.grid.move_by(origin);

@@ -190,7 +190,7 @@ impl VolumeGrid {
         &self.to_cells
     }
 
-    /// Makes places relative to `origin` (m).
+    /// Makes positions relative to `origin` (m).
     pub(super) fn move_by(&mut self, origin: DVec3) {
         self.to_cells.translation = self.to_cells.transform_point3(origin);
     }

@@ -1,14 +1,15 @@
 //! VPL sets as files, so that all methods and machines render the same lights.
 //!
 //! Little-endian: the magic `TASHIKAV`, version (u32), length of the provenance (u32) and the
-//! provenance as JSON, number of VPLs (u64), then 48 bytes each, instant by instant: position, direction, intensity (3
-//! × f32), kind (u32: 0 omni, 1 oriented, 2 spot, 3 directional, 4, 5 and 7 spots with other
-//! fall-offs, 6 image, 8 in a medium), cosines of the inner and outer cone (f32, zero unless spot; of
-//! an image the number of its map as u32, and the cosine; in a medium the asymmetry of its phase
-//! function, and zero). The maps are the scene's: a set is for the scene that
-//! it was traced in. Positions are in the coordinates of the scene's file less `origin` of the provenance,
-//! three numbers (m) that are zero where they are not there. The length must be exactly that. Version 1 is of a scene that stands; in version 2
-//! the provenance has `instants` beside, for each its share of the time and its number of VPLs.
+//! provenance as JSON, number of VPLs (u64), then 48 bytes each, instant by instant: position,
+//! direction, intensity (3 × f32), kind (u32: 0 omni, 1 oriented, 2 spot, 3 directional, 4, 5 and 7
+//! spots with other fall-offs, 6 image, 8 in a medium), cosines of the inner and outer cone (f32,
+//! zero unless spot; of an image the number of its map as u32, and the cosine; in a medium the
+//! asymmetry of its phase function, and zero). The maps are those of the scene: a set belongs to
+//! the scene in which it was traced. Positions are in the coordinates of the scene's file less
+//! `origin` of the provenance, three numbers (m) that default to zero. The length must be exact.
+//! Version 1 belongs to a static scene. In version 2 the provenance also has `instants`: for each
+//! its share of the time and its number of VPLs.
 
 use std::fs::File;
 use std::io::{BufReader, Read};

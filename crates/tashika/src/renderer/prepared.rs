@@ -254,16 +254,16 @@ impl Prepared<'_> {
         Ok(rendered)
     }
 
-    /// Returns true if something is promised of each pixel, which [`audit`](Self::audit) can judge.
+    /// Returns true if something is promised of each pixel that [`audit`](Self::audit) can judge.
     pub fn can_be_audited(&self) -> bool {
         self.promise(None).is_some()
     }
 
-    /// Computes the truth of `count` pixels at random of a finished film of this view, and tells how
-    /// many are within the error: by exact sums where the truth is one, else by path tracing, whose
-    /// random numbers are others than those of the film. In the dark the error is the absolute one that
-    /// the film was rendered to. None if nothing is promised that could be judged, or if it was
-    /// cancelled.
+    /// Computes the truth of `count` random pixels of a finished film of this view, and counts the
+    /// pixels within the error. The truths are exact sums if the promise is about a sum, and
+    /// otherwise path-traced with random numbers that the film did not use. In the dark the error
+    /// is the absolute error of the film. None if nothing is promised that could be judged, or if
+    /// the audit was cancelled.
     ///
     /// # Errors
     /// A film of another view.
@@ -294,9 +294,9 @@ impl Prepared<'_> {
         rendered.complete && self.share.is_whole()
     }
 
-    /// What is promised of the distance from the truth, if anything is.
+    /// Returns the promised distance from the truth, if there is one.
     ///
-    /// * `absolute`: error that is enough where it is dark, if a film says one (W·m⁻²·sr⁻¹).
+    /// * `absolute`: error that is permitted in the dark, if a film states one (W·m⁻²·sr⁻¹).
     pub(super) fn promise(&self, absolute: Option<f64>) -> Option<ControlOptions> {
         let options = match &self.method {
             Method::Sum { options, .. } | Method::Transport { options, .. } => options,
@@ -306,9 +306,10 @@ impl Prepared<'_> {
         Some(ControlOptions { absolute_error: absolute.unwrap_or(options.absolute_error), ..*options })
     }
 
-    /// Integrator and setting that give the truth about this view, well enough to judge that promise.
+    /// Returns an integrator and a setting for the truth of this view, accurate enough to judge the
+    /// promise.
     pub(super) fn truth(&self, promise: &ControlOptions) -> Result<(Box<dyn Integrator + '_>, Setting<'_>)> {
-        /// Added to the seed where the film is made of paths itself.
+        /// Offset of the seed if the film itself is made of paths.
         const OTHER_PATHS: u64 = 0x7a_a0d1_7000;
         let mut setting = self.setting();
         if let (Method::Sum { .. }, Lights::Set(lights)) = (&self.method, &self.lights) {

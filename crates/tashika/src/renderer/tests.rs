@@ -224,7 +224,8 @@ fn audits_find_false_claims() {
     assert!(path.audit(&path.render().unwrap().film, 5).unwrap().is_none());
 }
 
-/// Paths that claim are audited by other paths than their own; of so many paths nothing is claimed.
+/// Films by path tracing with a claim are audited by other paths; a fixed number of paths claims
+/// nothing.
 #[test]
 fn paths_are_audited_by_other_paths() {
     let paths = tiny().method(MethodName::Path).size([6, 4]);

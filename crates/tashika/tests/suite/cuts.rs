@@ -200,7 +200,7 @@ fn twice_the_light_is_twice_the_picture_to_the_bit() {
         for ((a, b), seen) in once.iter().zip(&twice).zip(&background) {
             if seen.radiance.is_black() {
                 assert_eq!(a.radiance * 2.0, b.radiance, "{method}");
-                // By their bits, as an error that is not known is not a number.
+                // Compared by bits, since an unknown error is NaN.
                 let errors = [a.standard_error * 2.0, b.standard_error].map(f32::to_bits);
                 assert_eq!((errors[0], a.pairs, a.rays), (errors[1], b.pairs, b.rays), "{method}");
                 assert_eq!(a.half_width * 2.0, b.half_width, "{method}");
@@ -219,7 +219,7 @@ fn a_pixel_is_the_same_in_any_tile() {
         let all = world.estimate(method, &options, 2, Window::full(SIZE));
         for (x, y) in [(0, 0), (7, 3), (11, 7)] {
             let alone = world.estimate(method, &options, 2, Window { x, y, width: 1, height: 1 });
-            // As texts, in which an error that is not known equals itself.
+            // Compared as texts, in which NaN equals itself.
             let texts = [alone[0], all[(y * SIZE[0] + x) as usize]].map(|record| format!("{record:?}"));
             assert_eq!(texts[0], texts[1], "{method}");
         }

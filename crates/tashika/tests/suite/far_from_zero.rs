@@ -1,8 +1,9 @@
-//! Rooms far from zero: a closed room that glows is as bright wherever it stands, whatever the format,
-//! and places that leave the program are those of its file.
+//! Rooms far from zero: a closed room that glows is equally bright at any position, in any format,
+//! and positions in the output of the program are those of its file.
 //!
-//! The walls of the room emit `L_e = 0.8` and reflect `ρ = 0.6`, so that the radiance is
-//! `L_e / (1 − ρ) = 2` everywhere. Its half size is 1 m; single precision is half a metre wide at 5·10⁶ m.
+//! The walls of the room emit `L_e = 0.8` and reflect `ρ = 0.6`, so that the radiance is `L_e / (1
+//! − ρ) = 2` everywhere. Its half size is 1 m; numbers of single precision are half a metre apart
+//! at 5·10⁶ m.
 
 use std::sync::Arc;
 
@@ -20,11 +21,11 @@ use crate::cases::{builder, cuboid, film, glowing, lambert, lenient, luminances,
 
 const EXPECTED: f64 = 2.0;
 
-/// Middles of rooms: no number of single precision at most of them.
+/// Middles of rooms, most of which are not numbers of single precision.
 const FAR: [DVec3; 3] =
     [DVec3::new(1e6, 1e6, 1e6), DVec3::new(5e6 + 0.3, -4.2e6 - 0.1, 12.7), DVec3::new(-0.2, 5e6 + 0.4, 3e5)];
 
-/// Corners of the room, and its faces with their normals inward.
+/// Returns the corners of the room, and its faces with their normals inward.
 fn corners(middle: DVec3) -> Vec<DVec3> {
     cuboid(-Vec3::ONE, Vec3::ONE, true).positions.iter().map(|p| middle + p.as_dvec3()).collect()
 }
@@ -33,7 +34,7 @@ fn triangles() -> Vec<[u32; 3]> {
     cuboid(-Vec3::ONE, Vec3::ONE, true).triangles
 }
 
-/// Numbers with blanks between.
+/// Formats numbers with blanks between.
 fn list<T: ToString>(numbers: impl IntoIterator<Item = T>) -> String {
     numbers.into_iter().map(|n| n.to_string()).collect::<Vec<_>>().join(" ")
 }
@@ -42,7 +43,7 @@ fn numbers(places: &[DVec3]) -> String {
     list(places.iter().flat_map(|p| p.to_array()))
 }
 
-/// A folder with files, of which one is loaded.
+/// Loads the first of several files in a folder.
 fn load(name: &str, files: &[(&str, &[u8])]) -> Scene {
     let folder = TempDir::new().unwrap();
     files.iter().for_each(|(name, bytes)| std::fs::write(folder.path().join(name), bytes).unwrap());
@@ -59,9 +60,9 @@ fn mean(of: &[f64]) -> f64 {
     of.iter().sum::<f64>() / of.len() as f64
 }
 
-/// The film far away is that of the room about zero, but for single paths that rounding sends
-/// elsewhere: of 6,144 paths, each of some 30 random choices, one choice in 10⁶ falls to the other side
-/// of a rounded edge. Two paths that see as much more as there is are allowed for.
+/// Checks that the film far away equals that of the room around zero, except for single paths that
+/// rounding sends elsewhere. Of 6,144 paths, each of some 30 random choices, one choice in 10⁶
+/// falls to the other side of a rounded edge. Two paths of twice the radiance are permitted.
 fn is_as_bright(what: &str, room: impl Fn(DVec3) -> Scene) {
     let near = room(DVec3::ZERO);
     assert_eq!(near.origin(), DVec3::ZERO, "{what}: bits near zero stay");
@@ -167,7 +168,7 @@ fn obj(middle: DVec3) -> String {
     text
 }
 
-/// Objects stand in objects' frames, and move from there.
+/// Objects are placed and moved in the frames of other objects.
 #[test]
 fn instances_of_objects_are_where_their_transforms_put_them() {
     for middle in FAR {
@@ -193,7 +194,7 @@ fn instances_of_objects_are_where_their_transforms_put_them() {
     }
 }
 
-/// They have no camera of their own: the program's sees the whole room.
+/// These files have no camera: the program's own camera sees the whole room.
 #[test]
 fn rooms_of_obj_are_where_their_file_has_them() {
     for middle in FAR {
@@ -281,7 +282,7 @@ fn rooms_of_gltf_are_as_bright_wherever_they_stand() {
     });
 }
 
-/// The room, built by hand at a place, and a camera in it.
+/// Builds the room at a position, with a camera in it.
 fn built(middle: DVec3) -> tashika::scene::SceneBuilder {
     let mut b = builder();
     let material = b.add_material(glowing("wall", lambert(0.6), 0.8)).unwrap();
@@ -299,7 +300,7 @@ fn rooms_of_builders_and_things_that_move_in_them_are_as_bright() {
     is_as_bright("motion", |middle| {
         let mut b = built(middle);
         let material = b.add_material(glowing("ball", lambert(0.6), 0.8)).unwrap();
-        // Its own places are far away from its zero.
+        // Positions of the mesh are far from the zero of its own space.
         let away = DVec3::new(0.0, 0.0, 2e6);
         let mut ball = cuboid(Vec3::splat(-0.2), Vec3::splat(0.2), false);
         ball.place(&ball.positions.iter().map(|p| p.as_dvec3() + away).collect::<Vec<_>>());
@@ -335,7 +336,8 @@ fn rooms_of_builders_and_things_that_move_in_them_are_as_bright() {
     }
 }
 
-/// A sky dome or a sun as an object, and the other way around: the room is what is seen.
+/// A room with a large or distant object, such as a sky dome or a sun: the origin is near the room,
+/// wherever the two are.
 #[test]
 fn far_objects_do_not_spoil_a_room() {
     let with = |middle: DVec3, other: DVec3, half: f64| {
@@ -368,7 +370,7 @@ fn a_wide_scene_is_noted_with_what_is_lost() {
     let scene = b.build().unwrap();
     let note = scene.notes().iter().find(|note| note.message.contains("so far from zero")).expect("a note");
     assert!(note.kind == NoteKind::Approximated && note.message.contains("0.0625 m"), "{}", note.message);
-    // Positions of single precision: nothing of them is lost, and there is little.
+    // Positions given in single precision are kept exactly, but their precision is low.
     let mut b = builder();
     let mut mesh = cuboid(-Vec3::ONE, Vec3::ONE, true);
     mesh.positions.iter_mut().for_each(|p| *p += 1e6);
@@ -379,7 +381,7 @@ fn a_wide_scene_is_noted_with_what_is_lost() {
     assert_eq!(scene.bounds_in_file(), [DVec3::splat(1e6 - 1.0), DVec3::splat(1e6 + 1.0)]);
 }
 
-/// The set of a scene that is kept about another origin is moved there.
+/// A set of a scene with another origin is moved to the origin of this scene.
 #[test]
 fn lights_of_a_file_are_where_the_scene_has_them() {
     let trace = |scene: &Arc<Scene>| {

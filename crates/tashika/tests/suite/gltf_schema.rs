@@ -1,4 +1,4 @@
-//! Properties and extensions of glTF files that no schema knows.
+//! Properties and extensions of glTF files that are in no schema.
 
 use std::fs;
 
@@ -16,7 +16,7 @@ fn load(json: &Value) -> Result<Scene> {
     load_scene(&path, &lenient())
 }
 
-/// A file with an object of every type at the pointers of [`PLACES`].
+/// Returns a file with an object of every type at the pointers of [`PLACES`].
 fn file() -> Value {
     let info = || json!({ "index": 0, "extensions": { "KHR_texture_transform": { "scale": [1, 1] } } });
     json!({
@@ -45,7 +45,7 @@ fn file() -> Value {
     })
 }
 
-/// Pointers to the objects, with the places that notes give them.
+/// Pointers to the objects, with the paths in notes.
 const PLACES: &[(&str, &str)] = &[
     ("", ""),
     ("/asset", "asset."),
@@ -89,7 +89,7 @@ const PLACES: &[(&str, &str)] = &[
     ("/scenes/0", "scenes[0]."),
 ];
 
-/// Messages and places of the notes about what is unknown.
+/// Returns messages, paths and counts of the notes on unknown names.
 fn unknown(scene: &Scene) -> Vec<(String, Option<String>, u64)> {
     let notes =
         scene.notes().iter().filter(|n| n.kind == NoteKind::Ignored && n.message.contains("is unknown"));
@@ -108,7 +108,7 @@ fn a_property_that_its_object_does_not_have_is_noted_with_its_place() {
         assert!(message.starts_with("property \"quuxFlavour\" of "), "{message}");
         assert_eq!(*item, format!("{place}quuxFlavour"));
     }
-    // Of many the first is named.
+    // Of several occurrences the first is named.
     let mut json = file();
     json["nodes"] = json!([{ "mesh": 0, "quux": 1 }, { "quux": 2 }]);
     let found = unknown(&load(&json).unwrap());
@@ -128,7 +128,7 @@ fn an_extension_that_is_not_listed_is_noted_where_it_stands() {
         found,
         [("extension \"ACME_materials_velvet\" is unknown: left out".into(), Some(place.into()), 1)]
     );
-    // One that is listed is told once, there.
+    // An extension in `extensionsUsed` has one note, at that list.
     json["extensionsUsed"] = json!(["ACME_materials_velvet"]);
     assert_eq!(unknown(&load(&json).unwrap())[0].1.as_deref(), Some("extensionsUsed[0]"));
     assert_eq!(unknown(&load(&json).unwrap()).len(), 1);
@@ -148,7 +148,7 @@ fn a_slip_is_refused_with_the_name_that_was_meant() {
     assert!(said.ends_with(expected), "{said}");
     let said = refusal(&|json| json["materials"][0]["extensions"]["KHR_material_ior"] = json!({}));
     assert!(said.contains("did you mean \"KHR_materials_ior\"?"), "{said}");
-    // A property of another object is no slip.
+    // A property of another type of object is not a slip.
     let mut json = file();
     json["nodes"][0]["nodes"] = json!([]);
     assert_eq!(unknown(&load(&json).unwrap()).len(), 1);

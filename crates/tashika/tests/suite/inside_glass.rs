@@ -1,5 +1,5 @@
-//! Cameras and lamps inside of glass and water, against closed forms: radiance there is `n²` times basic
-//! radiance.
+//! Cameras and lamps inside of glass and water, against closed forms: radiance there is `n²` times
+//! basic radiance.
 
 use tashika::Renderer;
 use tashika::accel::Tracer;
@@ -17,14 +17,14 @@ use crate::media::{add, bounding, needle};
 
 const WATER: f32 = 1.33;
 const SIZE: [u32; 2] = [8, 8];
-/// Standard errors that a mean may be off: one in 10⁶ is by chance.
+/// Permitted error of a mean in standard errors: exceeded by chance with probability 10⁻⁶.
 const Z: f64 = 4.9;
 
 fn glass(ior: f32) -> Surface {
     Surface::Glass { ior, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE, facets: 0.0.into() }
 }
 
-/// A surface of water without an end, or nearly, at height 0, under a sky of radiance 1.
+/// Returns an almost infinite surface of water at height 0, under a sky of radiance 1.
 fn pond() -> SceneBuilder {
     let mut b = builder();
     let surface = parallelogram(Vec3::new(-5e3, 0.0, -5e3), Vec3::Z * 1e4, Vec3::X * 1e4);
@@ -33,14 +33,15 @@ fn pond() -> SceneBuilder {
     b
 }
 
-/// A camera a metre below the surface, at an angle from straight up, all of whose rays are its axis.
+/// Returns a camera a metre below the surface, at an angle from straight up, with all rays along
+/// its axis.
 fn looking_up(angle: f32) -> Camera {
     let eye = Vec3::new(0.0, -1.0, 0.0);
     let (sin, cos) = sin_cos(angle);
     Camera::look_at("below", eye, eye + Vec3::new(sin, cos, 0.0), Vec3::Z, 1e-4)
 }
 
-/// A picture of every method, and of the default one with errors and claims.
+/// Renders a picture by every method, and by the default one with errors and claims.
 fn films(tracer: &Tracer) -> Vec<(String, Film)> {
     let plain = || Renderer::on(tracer).size(SIZE).vpls(200);
     let mut films: Vec<(String, Film)> = MethodName::all()
@@ -61,17 +62,17 @@ fn films(tracer: &Tracer) -> Vec<(String, Film)> {
     films
 }
 
-/// Mean over the pixels, and its standard error.
+/// Returns the mean over the pixels, and its standard error.
 fn mean(film: &Film) -> [f64; 2] {
     let mut moments = Moments::default();
     film.colors().unwrap().for_each(|color| moments.push(color.r.into()));
     [moments.mean(), moments.standard_error()]
 }
 
-/// `n² (1 − R) + R`: the sky through the surface, and in its mirror what shines below, which has no
-/// boundary on the way; 1 beyond the critical angle of 48.75°. Paths that are told apart by reflection and
-/// refraction alone have a standard deviation of `(n² − 1) √(R (1 − R))`; a pixel of at least 8 paths and
-/// 64 pixels make the mean.
+/// The camera sees `n² (1 − R) + R`: the sky through the surface, and reflected light from below,
+/// which crosses no boundary. Beyond the critical angle of 48.75° this is 1. Paths that choose
+/// between reflection and refraction have a standard deviation of `(n² − 1) √(R (1 − R))`; the mean
+/// is over 64 pixels of at least 8 paths.
 #[test]
 fn the_sky_from_below_water_is_brighter_by_the_squared_index() {
     for degrees in [0.0_f32, 40.0, 47.0, 52.0] {
@@ -91,7 +92,8 @@ fn the_sky_from_below_water_is_brighter_by_the_squared_index() {
     }
 }
 
-/// Water that absorbs, up to its surface: `n² (1 − R) T`, and the mirror is dark, where water has no end.
+/// Water that absorbs gives `n² (1 − R) T` up to its surface; the reflection is black, since the
+/// water has no floor.
 #[test]
 fn media_take_their_share_on_the_way_to_the_surface() {
     let mut b = builder();
@@ -110,8 +112,9 @@ fn media_take_their_share_on_the_way_to_the_surface() {
     assert!((found - expected).abs() < most, "{found} for {expected} ± {most}");
 }
 
-/// A lamp in a block of glass: as it shines for a camera inside, and `(1 − R)/n²` of that for one outside,
-/// straight on. Nothing else shines. From outside all samples are as bright as the lamp or black.
+/// A lamp in a block of glass has its own radiance for a camera inside, and `(1 − R)/n²` of it for
+/// a camera outside, straight on. There is no other light. From outside, all samples are as bright
+/// as the lamp or black.
 #[test]
 fn a_lamp_in_glass_is_as_it_shines_from_inside_and_dimmer_from_outside() {
     const RADIANCE: f32 = 3.0;
@@ -138,9 +141,9 @@ fn a_lamp_in_glass_is_as_it_shines_from_inside_and_dimmer_from_outside() {
     }
 }
 
-/// Glass in a bright room: a white furnace, in which basic radiance is 1 everywhere, so that a camera
-/// sees `n²`: in a block of glass, in water in a tank of glass, and 1 in the hollow of a bottle, between
-/// two panes, before a block, and over a pond. All paths carry the same.
+/// Glass in a white furnace: basic radiance is 1 everywhere, so that a camera sees `n²` in a block
+/// of glass and in water in a tank of glass. It sees 1 in the hollow of a bottle, between two
+/// panes, before a block, and over a pond. All paths carry the same radiance.
 #[test]
 fn a_furnace_is_as_bright_as_the_squared_index_around_the_camera() {
     let cube = |half: f32, inward| cuboid(Vec3::splat(-half), Vec3::splat(half), inward);
@@ -187,8 +190,9 @@ fn a_furnace_is_as_bright_as_the_squared_index_around_the_camera() {
     }
 }
 
-/// A floor in a pond, lit by lamps in the water alone and seen from the water: sums, light transport and
-/// paths agree within their errors, since all of it is seen as it shines, whatever the surface sends back.
+/// A floor in a pond, lit by lamps in the water alone and seen from the water. Sums, light
+/// transport and paths agree within their errors, since all light is seen in its own medium, with
+/// any reflection by the surface.
 #[test]
 fn methods_agree_on_what_is_lit_below_water() {
     let mut b = pond();
@@ -214,7 +218,7 @@ fn methods_agree_on_what_is_lit_below_water() {
             sum += f64::from(of_paths.radiance.r);
         }
     }
-    // Half-widths at 95 % are more than a standard error.
+    // A half-width at 95 % is more than a standard error.
     assert!(off.abs() < Z * squared.sqrt(), "{} of {}", off, sum);
     assert!(Z * squared.sqrt() < 0.05 * sum, "sharp: {} of {sum}", squared.sqrt());
 }

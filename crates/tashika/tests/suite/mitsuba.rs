@@ -844,7 +844,7 @@ fn shapes_without_a_bsdf_are_grey_and_lamps_black() {
     }
 }
 
-/// The numbers are those that Mitsuba 3.9.1 renders in its RGB variants, to four digits.
+/// Expected numbers are those of the RGB variants of Mitsuba 3.9.1, to four digits.
 #[test]
 fn a_spectrum_of_one_number_is_equal_energy_in_emitters_since_version_3() {
     let spectrum = "<spectrum name=\"radiance\" value=\"2\"/>";
@@ -862,7 +862,7 @@ fn a_spectrum_of_one_number_is_equal_energy_in_emitters_since_version_3() {
             assert!((0.5 * found - expected).abs() < 1e-4, "{version} {value}: {found} for {expected}");
         }
     }
-    // A reflectance is white adapted, and a number a number.
+    // A reflectance is adapted to white; a number stays a number.
     let body = "<shape type=\"rectangle\"><bsdf type=\"roughplastic\"><spectrum name=\"diffuse_reflectance\" value=\"0.25\"/>\
                 <spectrum name=\"alpha\" value=\"0.5\"/></bsdf></shape>";
     let Surface::Coated { reflectance, facets, .. } = load(body).materials()[0].surface else { panic!() };

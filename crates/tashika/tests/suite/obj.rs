@@ -378,7 +378,7 @@ fn indices_of_attributes_that_the_whole_file_lacks_are_left_out() {
     assert_eq!(note(&scene, "without any vt").unwrap().count, 3);
 }
 
-/// Exporters write 0 for a texture coordinate or a normal that is not there.
+/// Exporters write 0 for a missing texture coordinate or normal.
 #[test]
 fn corners_with_index_zero_go_without_the_attribute() {
     let scene = load_obj(&format!("{POINTS}f 1/0/2 2/0/2 3/0/2\nf 1/1/0 3/3/0 4/4/0\n"));
@@ -642,7 +642,7 @@ fn a_missing_image_is_told_at_the_line_of_its_statement() {
     let told = note(&scene, "gone.png").unwrap();
     assert_eq!((told.kind, told.first.line), (NoteKind::Missing, Some(4)));
     assert_eq!(told.first.item.as_deref(), Some("newmtl m"));
-    // The same material twice, on other lines, is no other material.
+    // An equal definition on other lines is the same material.
     let twice = "map_Kd a.png\nnewmtl m\n\nmap_Kd a.png\n";
     assert!(note(&load_material(twice, &[]), "defined again").is_none());
 }
@@ -676,7 +676,7 @@ fn a_slip_is_refused_with_the_name_that_was_meant() {
         let said = refusal(&obj, mtl);
         assert!(said.contains(expected), "{said}");
     }
-    // Numbered names, and keywords that differ by what they mean, are notes.
+    // Numbered names, and keywords that differ in meaning, are notes.
     let scene = load(&[
         ("scene.obj", format!("mtllib scene.mtl\n{triangle}usemtl wall_2\nf 1 2 3\n").as_bytes()),
         ("scene.mtl", b"newmtl wall_1\nmap_Tr a.png\n"),

@@ -1,6 +1,6 @@
-//! Every plane of the schema from every method: filled with its value, which is known in closed form, or
-//! absent. In clear air, in fog and in motion; of whole images, of parts and of parts that are merged;
-//! with groups of lights.
+//! Tests of every plane of the schema from every method: a plane has its value in closed form, or
+//! is absent. The scenes are in clear air, in fog and in motion; the films are whole images, parts,
+//! and merged parts; some have groups of lights.
 
 use std::path::Path;
 
@@ -23,25 +23,25 @@ use crate::cases::{builder, cuboid, lambert, parallelogram, place, tracer};
 use crate::media::{add, bounding};
 
 const SIZE: [u32; 2] = [12, 8];
-/// Of the camera above the floor (m).
+/// Height of the camera above the floor (m).
 const HEIGHT: f32 = 5.0;
 const ALBEDO: f32 = 0.5;
-/// How far a mean may be off, as a share: of 2,048 samples at most, summed in single precision.
+/// Relative tolerance of a mean of at most 2,048 samples, summed in single precision.
 const ROUNDING: f32 = 2048.0 * f32::EPSILON / 2.0;
 
-/// Of the fog, absorbed and scattered (m⁻¹), and how thick it is (m).
+/// Absorption and scattering of the fog (m⁻¹), and its thickness (m).
 const FOG: [f32; 3] = [0.3, 0.1, 1.5];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Air {
     Clear,
     Fog,
-    /// In which the floor goes a metre, and so a pixel, up on the film.
+    /// The floor moves up by one metre, which is one pixel on the film.
     Motion,
 }
 
-/// A floor under the left half of the film, seen from above by parallel rays, a metre to the pixel, under
-/// a white sky.
+/// Returns a floor under the left half of the film, seen from above by parallel rays, a metre to
+/// the pixel, under a white sky.
 fn scene(air: Air) -> Tracer {
     let mut b = builder();
     let floor = parallelogram(Vec3::new(-60.0, -60.0, 0.0), Vec3::X * 60.0, Vec3::Y * 120.0);
@@ -72,7 +72,7 @@ fn place_moving(b: &mut SceneBuilder, mesh: MeshData, material: Material) {
     b.add_moving_instance(mesh, track, [0.0, 1.0]).unwrap().unwrap();
 }
 
-/// A renderer for each method, and for the ways in which ours and paths make promises.
+/// Returns a renderer for each method, and for each kind of promise of ours and of paths.
 fn renderers(tracer: &Tracer) -> Vec<(String, Renderer<'static>)> {
     let plain = || Renderer::on(tracer).size(SIZE).vpls(300).gather_points(16).mattes(2).motion_vectors();
     let mut all: Vec<(String, Renderer<'static>)> = MethodName::all()
@@ -91,7 +91,7 @@ fn renderers(tracer: &Tracer) -> Vec<(String, Renderer<'static>)> {
     all
 }
 
-/// Holds a film to the schema.
+/// Checks a film against the schema.
 fn check(film: &Film, air: Air, asked: &str) {
     let in_fog = air == Air::Fog;
     for row in SCHEMA {
@@ -139,10 +139,11 @@ fn check(film: &Film, air: Air, asked: &str) {
                     let is_lit = |c: &f32| c.is_finite() && (*c > 0.0 || in_fog && *c == 0.0);
                     assert!(found.iter().all(is_lit), "{at}: {found:?}");
                 }
-                // Zero means exact: what is not known is no number.
+                // Zero means exact; an unknown error is NaN.
                 "STANDARD_ERROR" => assert!(found[0].is_nan() || found[0] >= 0.0, "{at}: {found:?}"),
                 "MOTION" => is(&[0.0, if is_floor && air == Air::Motion { 1.0 } else { 0.0 }], 1e-4),
-                // Half of all times, of 16 samples at least: off by four of their standard deviations.
+                // Mean of the times of 16 samples at least, within four of their standard
+                // deviations.
                 "TIME" => is(&[sees(0.5)], 4.0 / (12.0 * 16.0_f32).sqrt()),
                 "TRANSMITTANCE" => {
                     let [absorbs, scatters, thickness] = FOG;

@@ -1,9 +1,9 @@
-//! Floating-point images with values below zero: data by what they are, colours from zero.
+//! Floating-point images with values below zero: stored values as data, at least zero as colours.
 //!
-//! A bump map turns the normal by its slopes, so that a constant more or less on all heights changes
-//! nothing, whatever its sign. Heights of at most [`MOST`] are interpolated with at most eight
-//! roundings, of which two differ by a step of 5·10⁻⁴: slopes are right to
-//! `2 · 8 · MOST · 2⁻²⁴ / 5·10⁻⁴`.
+//! A bump map turns the normal by its slopes, so that a constant offset of all heights has no
+//! effect, whatever its sign. Heights of at most [`MOST`] are interpolated with at most eight
+//! roundings, and slopes are differences over a step of 5·10⁻⁴. Their error is at most `2 · 8 ·
+//! MOST · 2⁻²⁴ / 5·10⁻⁴`.
 
 use tashika::color::Rgb;
 use tashika::math::{Vec2, Vec3};
@@ -19,14 +19,14 @@ const MOST: f32 = 2.5;
 /// Largest difference of a unit normal between two maps that differ by a constant.
 const ROUNDED: f32 = 2.0 * 8.0 * MOST / (1 << 24) as f32 / 5e-4;
 
-/// A grey float map of 4 × 4 heights, of which each is 0.25 or 0.5 above the last.
+/// Returns a grey float map of 4 × 4 heights, each 0.25 or 0.5 above the last.
 fn heights(offset: f32) -> Vec<u8> {
     let height = |i: u8| offset + f32::from(i % 3) * 0.25;
     let numbers = (0..16).flat_map(|i| height(i).to_le_bytes());
     b"Pf 4 4 -1\n".iter().copied().chain(numbers).collect()
 }
 
-/// A square with a bump map, and with a reflectance.
+/// Returns a square with a bump map, and with a reflectance.
 fn bumped(format: &str, reflectance: &str, offset: f32) -> Scene {
     let map = heights(offset);
     let files: &[(&str, &[u8])] = &[("h.pfm", &map)];
@@ -85,7 +85,7 @@ fn a_height_map_means_the_same_wherever_its_zero_is() {
 fn one_image_may_be_a_height_and_a_colour() {
     let reflectance = "<texture type=\"bitmap\" name=\"reflectance\"><boolean name=\"raw\" value=\"true\"/>\
                        <string name=\"filename\" value=\"h.pfm\"/></texture>";
-    // Of sixteen heights of −0.25, 0 and 0.25 six are below zero.
+    // Six of sixteen heights of −0.25, 0 and 0.25 are below zero.
     let scene = bumped("Mitsuba", reflectance, -0.25);
     for (found, expected) in normals(&scene).into_iter().zip(normals(&bumped("Mitsuba", "", 0.0))) {
         assert!((found - expected).length() < ROUNDED, "{found} instead of {expected}");
@@ -99,14 +99,14 @@ fn one_image_may_be_a_height_and_a_colour() {
     assert_eq!(repairs(&scene), [(said.to_owned(), 6)]);
 }
 
-/// The normal of a texel `t` is `scale · t + bias`: the usual map of 0 to 1, texels that are normals
-/// themselves, and any other.
+/// The normal of a texel `t` is `scale · t + bias`: for the usual map of 0 to 1, for texels that
+/// are normals themselves, and for other maps.
 #[test]
 fn normals_of_usd_have_the_scale_and_the_bias_that_they_are_stored_by() {
     let normal = [0.6_f32, 0.0, 0.8];
     for (scale, bias) in [(2.0, -1.0), (1.0, 0.0), (-1.0, 0.0), (4.0, -2.0)] {
         let texel = normal.map(|v| (v - bias) / scale);
-        // Of one more texel, far away, that is below zero.
+        // One additional texel below zero, far away.
         let texels: Vec<u8> =
             [texel, texel, texel, [-1.0; 3]].iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
         let map = [b"PF 4 1 -1\n".as_slice(), &texels].concat();
@@ -139,7 +139,7 @@ fn normals_of_usd_have_the_scale_and_the_bias_that_they_are_stored_by() {
         let texel = scene.textures().numbers(texture, Vec2::new(0.3, 0.5)).0;
         let found = texel.map(|v| 2.0 * v - 1.0).to_array();
         let difference = found.iter().zip(normal).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-        // A few roundings of numbers up to 2.
+        // Tolerance for a few roundings of numbers up to 2.
         assert!(difference < 1e-6, "{scale} t + {bias}: {found:?}");
         assert_eq!(repairs(&scene), []);
     }

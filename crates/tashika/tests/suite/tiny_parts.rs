@@ -1,5 +1,5 @@
-//! Pictures of scenes with triangles that are tiny beside their distance, as exporters write them
-//! at the caps and poles of cones and spheres: as without them.
+//! Pictures of scenes with triangles that are tiny relative to their distance, as exporters write
+//! at the caps and poles of cones and spheres. The pictures are those without the triangles.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use crate::cases::{builder, glowing, lambert, parallelogram, place};
 const SIZE: [u32; 2] = [24, 16];
 const PATHS: u32 = 64;
 
-/// Radiance of all pixels of a floor below a lamp with a square cap of a radius.
+/// Returns the radiance of all pixels of a floor below a lamp with a square cap of a radius.
 fn picture(cap: Option<f32>, cap_shines: bool) -> Vec<f32> {
     let mut b = builder();
     place(
@@ -32,7 +32,7 @@ fn picture(cap: Option<f32>, cap_shines: bool) -> Vec<f32> {
         let first = of.positions.len() as u32;
         of.positions.extend(corners);
         of.triangles.extend([[first, first + 2, first + 1], [first, first + 3, first + 2]]);
-        // It shares a leaf with something large, so that most rays come to it.
+        // The cap shares a leaf with a large object, so that most rays test it.
         if !cap_shines {
             let first = caps.positions.len() as u32;
             caps.positions.extend([
@@ -56,8 +56,8 @@ fn picture(cap: Option<f32>, cap_shines: bool) -> Vec<f32> {
     pixels.iter().map(|pixel| pixel.radiance.luminance()).collect()
 }
 
-/// A cap that does not shine, down to the smallest that is kept, covers no path: all bits are those
-/// of the smallest.
+/// A cap that does not emit covers no path, down to the smallest cap that is kept: all bits equal
+/// those with the smallest cap.
 #[test]
 fn a_tiny_cap_is_not_seen_and_casts_no_shadow() {
     let smallest = picture(Some(1e-30), false);
@@ -68,8 +68,8 @@ fn a_tiny_cap_is_not_seen_and_casts_no_shadow() {
 }
 
 /// A cap that is a part of the lamp adds no light: the differences of pixels have a mean of zero,
-/// within five of its standard errors. Triangles of the lamp are drawn by other numbers, so that
-/// bits differ.
+/// within five of its standard errors. The bits differ, since triangles of the lamp are sampled
+/// with other random numbers.
 #[test]
 fn a_tiny_cap_of_a_lamp_adds_no_light() {
     let plain = picture(None, true);

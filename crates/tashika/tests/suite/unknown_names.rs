@@ -1,5 +1,5 @@
-//! Names that a format does not know: a note with the line where they stand, and an error where they
-//! are a slip of one that it knows.
+//! Names that a format does not know: each gives a note with its line, or an error if the name is a
+//! slip of a known one.
 
 use tashika::error::Error;
 use tashika::io::{FormatFeatures, features};
@@ -9,19 +9,20 @@ use super::mitsuba::{example, files_of_examples, load_in, xml};
 use super::pbrt::{Folder, V3, V4, notes, refusal};
 use super::pbrt_appearance::{folder_of_features, scene_with};
 
-/// A name that is near to no other.
+/// A name that is near no other.
 const BOGUS: &str = "quux_flavour";
 
 fn format(name: &str) -> FormatFeatures {
     features().into_iter().find(|format| format.format == name).unwrap()
 }
 
-/// The line of the text in which the name stands.
+/// Returns the line of the text that contains the name.
 fn line_of_bogus(text: &str) -> u32 {
     1 + text[..text.find(BOGUS).unwrap()].matches('\n').count() as u32
 }
 
-/// Number and lines of the notes about it, and of all but those about defaults.
+/// Returns the counts and lines of the notes on the name, and the number of other notes except
+/// those on defaults.
 fn told(scene: &Scene) -> (Vec<(u64, Option<u32>)>, usize) {
     let notes: Vec<_> = scene.notes().iter().filter(|n| n.kind != NoteKind::Defaulted).collect();
     let about = notes.iter().filter(|n| n.message.contains(BOGUS) && n.kind == NoteKind::Ignored);
@@ -54,7 +55,7 @@ fn pbrt_notes_a_parameter_that_a_plugin_does_not_know() {
         plugins += 1;
     }
     assert!(plugins > 70, "{plugins}");
-    // What has no effect on the picture.
+    // Directives without effect on the picture.
     for directive in
         ["Sampler \"halton\"", "PixelFilter \"box\"", "Accelerator \"bvh\"", "Integrator \"path\"", "Option"]
     {
@@ -145,7 +146,7 @@ fn pbrt_refuses_a_slip_and_says_which_name_was_meant() {
         assert!(refused.contains(expected), "{text}: {refused}");
         assert!(matches!(Folder::new().load(&text), Err(Error::Invalid { .. })));
     }
-    // Names of the other version, numbered ones, and those that are far from all are notes.
+    // Names of the other version, numbered names, and names far from all others are notes.
     for (text, count) in [
         (format!("{V4} Material \"diffuse\" \"rgb Ks\" [1 1 1]"), 1),
         (format!("{V3} Material \"matte\" \"rgb Ks\" [1 1 1] WorldEnd"), 1),
@@ -198,7 +199,7 @@ fn mitsuba_refuses_a_slip_and_says_which_name_was_meant() {
         let refused = refusal(body);
         assert!(refused.contains(expected), "{body}: {refused}");
     }
-    // The spelling of the older versions is one of the same name.
+    // A name in the spelling of older versions is known.
     let old = xml(
         "0.6.0",
         "<shape type=\"cube\"><transform name=\"toWorld\"/><float name=\"weight\" value=\"1\"/></shape>",

@@ -1,4 +1,4 @@
-//! Lamps of alpha 0: nobody sees them, and they shine in full.
+//! Lamps of alpha 0: they are invisible, and emit in full.
 
 use tashika::color::Rgb;
 use tashika::integrator::{PathStop, PathTracer};
@@ -9,7 +9,7 @@ use super::light_transport::agree;
 use super::pbrt::{V3, V4, notes, scene};
 use crate::cases::{builder, diffuse_room, film, glowing, lambert, luminances, parallelogram, place, tracer};
 
-/// A square that shines down and is not seen, of sides of 0.8 m.
+/// Adds an invisible square of 0.8 m a side that emits downward.
 fn add_unseen_lamp(b: &mut SceneBuilder, height: f32, radiance: f32) {
     let lamp = parallelogram(Vec3::new(-0.4, height, -0.4), Vec3::X * 0.8, Vec3::Z * 0.8);
     let alpha = Some(Alpha { value: 0.0.into(), mode: AlphaMode::Unseen });
@@ -22,20 +22,22 @@ fn what_is_below_is_lit_in_full_and_seen_through_the_lamp() {
     let floor = parallelogram(Vec3::new(-9.0, 0.0, -9.0), Vec3::Z * 18.0, Vec3::X * 18.0);
     place(&mut b, floor, Material::new("floor", lambert(0.6)));
     add_unseen_lamp(&mut b, 1.0, 10.0);
-    // From above, through the lamp, so narrow that all of the film is the point under its middle.
+    // View from above, through the lamp, so narrow that the whole film is the point below its
+    // middle.
     b.add_camera(Camera::look_at("c", Vec3::new(0.0, 2.0, 0.0), Vec3::ZERO, Vec3::Z, 1e-3)).unwrap();
     let tracer = tracer(b);
     let path = PathTracer::new(&tracer, PathStop::Count(20_000), 8).unwrap();
     let film = film(&tracer, &path, [1, 1], 1, 3);
     let error = f64::from(film.plane("standard_error").unwrap().f32_samples().unwrap()[0]);
-    // ρ L F, with the form factor of a square over an element under its middle (Howell, B-3).
+    // Expected radiance `ρ L F`, with the form factor of a square over an element below its middle
+    // (Howell, B-3).
     let x = 0.4_f64;
     let root = (1.0 + x * x).sqrt();
     let factor = 4.0 * 2.0 * (x / root) * (x / root).atan() / (2.0 * std::f64::consts::PI);
     let expected = 0.6 * 10.0 * factor;
     let found = luminances(&film)[0];
     assert!(error < 0.005 * expected, "{error}: the comparison is sharp");
-    // Two-sided level 10⁻⁶.
+    // Tolerance at a two-sided level of 10⁻⁶.
     assert!((found - expected).abs() < 4.9 * error, "{found} ± {error} for {expected}");
 }
 
@@ -62,6 +64,6 @@ fn lamps_of_pbrt_with_alpha_0_are_unseen_and_others_are_as_opaque_as_they_say() 
     let half = lamp(V4, "\"float alpha\" 0.5");
     let material = &half.materials()[half.meshes()[0].material.index()];
     assert_eq!((material.alpha.unwrap().mode, material.alpha.unwrap().value.factor), (AlphaMode::Blend, 0.5));
-    // What does not shine is not there at all.
+    // A shape of alpha 0 that does not emit is left out.
     assert!(scene(&format!("{V4} Shape \"sphere\" \"float alpha\" 0")).instances().is_empty());
 }

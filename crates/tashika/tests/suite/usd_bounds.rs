@@ -1,14 +1,15 @@
-//! Work and memory that USD files ask for: in proportion to their bytes, however their prims double.
+//! Bounds on work and memory of USD files, in proportion to their bytes, for prims that double in
+//! any way.
 //!
-//! Each text here stands for more than 2³⁰ prims, opinions or instances, which a test would not end
-//! with.
+//! Each text here stands for more than 2³⁰ prims, opinions or instances, so that the test would not
+//! end without the bounds.
 
 use super::usd::{load, quad};
 
 /// Number of doublings.
 const LEVELS: usize = 30;
 
-/// Prims `/L1` and so on, each with two prims below it that are made of the one before.
+/// Returns prims `/L1` and so on, each with two children that are composed of the previous prim.
 fn nested(arc: &str) -> String {
     let prim = |name: &str, below: usize| format!("def Xform \"{name}\" ( {arc} = </L{below}> ) {{ }}\n");
     let level = |i: usize| format!("class \"L{i}\" {{\n{}{}}}\n", prim("a", i - 1), prim("b", i - 1));
@@ -16,7 +17,7 @@ fn nested(arc: &str) -> String {
     quad("L0", "") + &levels + &prim("W", LEVELS)
 }
 
-/// Prims that are made of two others each.
+/// Returns prims that are composed of two others each.
 fn listed(arc: &str) -> String {
     let level = |i: usize| {
         let below = i - 1;
@@ -27,7 +28,7 @@ fn listed(arc: &str) -> String {
     quad("a0", "") + &quad("b0", "") + &levels + &format!("def Xform \"W\" ( {arc} = </a{LEVELS}> ) {{ }}\n")
 }
 
-/// The error of a text, whose place it must name.
+/// Returns the error of a text; the error must have a location.
 fn refused(text: &str) -> String {
     let error = load(text).unwrap_err().to_string();
     let (_, place) = error.split_once("s.usda:").unwrap_or_else(|| panic!("no file: {error}"));

@@ -1,4 +1,4 @@
-//! USD prims that cannot be used: what is not seen and does not shine is left out, with a note.
+//! Unusable USD prims: prims that are invisible and emit no light are left out, with a note.
 
 use tashika::error::Result;
 use tashika::io::{LightChanges, LoadOptions, open_scene};
@@ -30,7 +30,7 @@ fn shapes_and_lights_without_a_size_are_left_out() {
         let all: Vec<_> = scene.notes().iter().filter(|note| note.kind == NoteKind::Repaired).collect();
         assert_eq!(all.len(), 1, "{prim}: {:?}", notes(&scene));
         let place = all[0].first.to_string();
-        // Beside the quad, which has seven lines, and the head of five.
+        // The header has five lines, and the quad seven.
         assert!(place.contains(&format!("s.usda:13: /W.{property}")), "{prim}: {place}");
         assert!(scene.notes().first_departure().is_some(), "a strict run refuses it");
     }
@@ -81,7 +81,7 @@ fn inverses_that_are_not_there_leave_out_what_they_move() {
     assert!(notes(&scene).iter().any(|(k, m)| *k == NoteKind::Repaired && m.contains("inverses")));
 }
 
-/// A scene as users open it.
+/// Opens a scene as users do.
 fn opened(text: &str, at: Option<f64>) -> Result<Scene> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("s.usda");
@@ -98,7 +98,7 @@ fn moments_at_which_nothing_is_there_show_the_background() {
         assert_eq!(scene.instances().len(), count, "{frame}");
         assert!(scene.environment().is_some(), "{frame}");
     }
-    // Without a time, and where nothing ever changes, there is nothing to render.
+    // Without a time, and in a file without changes, there is nothing to render.
     let never = quad("Q", "token visibility = \"invisible\"") + "def DomeLight \"D\" { }";
     for at in [None, Some(0.5)] {
         assert!(opened(&never, at).is_err(), "{at:?}");

@@ -1,5 +1,5 @@
-//! Values that USD prims have from those above them: materials, purposes, visibility and display
-//! colours, of subsets and prototypes too.
+//! Inherited values of USD prims: materials, purposes, visibility and display colours, of subsets
+//! and prototypes too.
 
 use std::collections::BTreeMap;
 
@@ -34,7 +34,7 @@ fn color(surface: &Surface) -> Rgb {
     }
 }
 
-/// Name of each instance, its lowest `x`, and its colour.
+/// Returns the name, the lowest `x` and the colour of each instance.
 fn colors(scene: &Scene) -> Vec<(String, f32, [f32; 3])> {
     let of = |id| {
         let points = scene.mesh_of(id).positions().iter();
@@ -51,7 +51,7 @@ const RED: [f32; 3] = [1.0, 0.0, 0.0];
 const GREEN: [f32; 3] = [0.0, 1.0, 0.0];
 const BLUE: [f32; 3] = [0.0, 0.0, 1.0];
 
-/// Two quads as the faces of one mesh, the second with `subset`.
+/// Returns two quads as the faces of one mesh, the second with `subset`.
 fn two_faces(more: &str, subset: &str) -> String {
     format!(
         r#"def Mesh "M" {{
@@ -82,7 +82,7 @@ fn bindings_that_are_stronger_than_descendants_hold_for_subsets() {
     assert_eq!(found(&strong), [GREEN]);
     let mesh = two_faces(&bind("blue", STRONG), &bind("red", ""));
     assert_eq!(found(&mesh), [BLUE]);
-    // What is bound for final renders counts before all else, of subsets too.
+    // Bindings for final renders come first, for subsets too.
     let full = two_faces(&bind("blue", ""), "rel material:binding:full = </L/green>\n");
     assert_eq!(found(&full), [BLUE, GREEN]);
     let above = two_faces("rel material:binding:full = </L/green>\n", &bind("red", ""));
@@ -91,7 +91,7 @@ fn bindings_that_are_stronger_than_descendants_hold_for_subsets() {
 
 #[test]
 fn bindings_to_what_is_no_material_show_the_display_colour() {
-    // As `ComputeBoundMaterial` has it: the nearest binding counts, whatever it names.
+    // Rule of `ComputeBoundMaterial`: the nearest binding counts, even if its material is missing.
     let text = |path: &str| {
         let own = format!("rel material:binding = <{path}>\ncolor3f[] primvars:displayColor = [(1, 0, 0)]");
         format!("{LOOKS}def Xform \"X\" {{ rel material:binding = </L/green>\n{} }}", quad("Q", &own))
@@ -100,7 +100,7 @@ fn bindings_to_what_is_no_material_show_the_display_colour() {
         let scene = load(&text(path)).unwrap();
         assert_eq!(colors(&scene)[0].2, RED, "{path}");
         assert_eq!(notes(&scene).len(), 1, "{path}");
-        // Of a subset: that of its mesh.
+        // A subset then has the material of its mesh.
         let subset =
             two_faces("rel material:binding = </L/blue>\n", &format!("rel material:binding = <{path}>"));
         let scene = load(&format!("{LOOKS}{subset}")).unwrap();
@@ -125,7 +125,7 @@ fn subsets_of_other_elements_and_families_do_not_bind() {
     }
 }
 
-/// An instancer of two prototypes, one below it and one elsewhere, at `x = 0` and `x = 10`.
+/// Returns an instancer of two prototypes, one below it and one elsewhere, at `x = 0` and `x = 10`.
 fn instancer(more: &str, below: &str, elsewhere: &str) -> String {
     format!(
         r#"def PointInstancer "P" {{
@@ -148,13 +148,13 @@ def Scope "lib" {{ token visibility = "invisible"
 fn prototypes_are_what_they_are_in_their_own_place() {
     let bind = |material: &str| format!("rel material:binding = </L/{material}>\n");
     assert_eq!(found(&instancer("", &bind("red"), &bind("green"))), [RED, GREEN]);
-    // The instancer is above the first alone.
+    // Only the first prototype is below the instancer.
     let grey = found(&instancer(&bind("blue"), "", ""));
     assert_eq!(grey[0], BLUE);
     assert!(grey[1] != BLUE, "{grey:?}");
     let strong = format!("rel material:binding = </L/blue> {STRONG}\n");
     assert_eq!(found(&instancer(&strong, &bind("red"), &bind("green"))), [BLUE, GREEN]);
-    // Display colours and purposes as well.
+    // Display colours and purposes are inherited likewise.
     let shown = |color: &str| format!("color3f[] primvars:displayColor = [{color}]\n");
     assert_eq!(found(&instancer("", &shown("(1, 0, 0)"), &shown("(0, 1, 0)"))), [RED, GREEN]);
     let guide = "uniform token purpose = \"guide\"\n";
@@ -211,13 +211,13 @@ fn constant_display_colours_and_opacities_are_inherited() {
     assert_eq!(found(&below(red, "")), [RED]);
     assert_eq!(found(&below(&format!("{red} ( interpolation = \"constant\" )"), "")), [RED]);
     assert_eq!(found(&below(red, "color3f[] primvars:displayColor = [(0, 0, 1)]")), [BLUE]);
-    // Of a value a vertex, no prim below has any, nor what is above it.
+    // A value per vertex is not inherited, and hides inherited ones.
     let blocked = below(&format!("{red} ( interpolation = \"vertex\" )"), "");
     let blocked = format!("def Xform \"Y\" {{ {red}\n {blocked} }}");
     assert_eq!(found(&blocked), found(&quad("Q", "")));
     let grey = found(&quad("Q", ""))[0];
     assert_eq!(found(&below(&format!("{red} ( interpolation = \"vertex\" )"), "")), [grey]);
-    // A palette counts as far as it is used.
+    // Only the used entries of a palette count.
     let palette =
         "color3f[] primvars:displayColor = [(0, 1, 0), (1, 0, 0)]\nint[] primvars:displayColor:indices = [1]";
     assert_eq!(found(&below(palette, "")), [RED]);
@@ -250,7 +250,7 @@ fn purposes_are_inherited_and_visibility_hides_what_is_below() {
     }
     let hidden = "token visibility = \"invisible\"";
     assert!(names(&in_scope(hidden, "token visibility = \"inherited\"")).is_empty());
-    // Prims without a type have neither, as the format has it.
+    // Prims without a type have neither visibility nor purpose in the format.
     assert_eq!(names(&in_scope(hidden, "").replace("def Xform", "def")), ["/X/Q"]);
     assert_eq!(names(&in_scope(&purpose("guide"), "").replace("def Xform", "def")), ["/X/Q"]);
     let api = |more: &str| {

@@ -1,8 +1,8 @@
-//! Small files that ask for much work: each ends in an error that says which limit it meets, where.
+//! Small files that ask for much work: each gives an error that names the limit and the location.
 //!
-//! Each construct took over a second a megabyte, or over a gigabyte, without its limit; none is
-//! judged by time here. `scripts/fuzz_program.py --scale` measures the seconds of these families and
-//! of eighty others.
+//! Without its limit each construct took over a second a megabyte, or over a gigabyte. These tests
+//! measure no time; `scripts/fuzz_program.py --scale` measures the seconds of these families and of
+//! eighty others.
 
 use std::fmt::Write;
 
@@ -22,14 +22,14 @@ fn mitsuba(body: &str) -> String {
     error.to_string()
 }
 
-/// `make` of 0 to below `n`, joined.
+/// Joins the results of `make` for 0 to `n − 1`.
 fn joined(n: usize, make: impl Fn(usize) -> String) -> String {
     (0..n).map(make).collect()
 }
 
 #[test]
 fn namespaces_and_attributes_of_xml_are_limited() {
-    // 322 kB, over a minute; and as many in six elements around the others.
+    // 322 kB that took over a minute, and as many declarations in six elements around the others.
     let elements = joined(6000, |i| format!("<n{i}:x xmlns:m{i}=\"v\"/>"));
     let declared = |from: usize, to: usize| joined(to - from, |i| format!(" xmlns:n{0}=\"u{0}\"", from + i));
     let error = mitsuba(&format!("<shape{}>{elements}</shape>", declared(0, 6000)));
@@ -55,11 +55,11 @@ fn namespaces_and_attributes_of_xml_are_limited() {
 fn defaults_that_double_say_what_doubles() {
     let doubling = joined(40, |i| format!("<default name=\"b{}\" value=\"$b{i}$b{i}\"/>\n", i + 1));
     let error = mitsuba(&format!("<default name=\"b0\" value=\"xx\"/>\n{doubling}"));
-    // Two characters, twenty times doubled, are too many: line 2 and b20 in line 22.
+    // Two characters, doubled twenty times, are too long: line 2 and b20 in line 22.
     let expected = "a.xml:22:1: the attribute value of <default>, more than 1048576 bytes long where $b19 is \
                     replaced; expected a shorter text: does one default double another?";
     assert!(error.ends_with(expected), "{error}");
-    // A long one, a thousand times.
+    // A long text, replaced a thousand times.
     let long = "x".repeat(1 << 20);
     let error = mitsuba(&format!(
         "<default name=\"b\" value=\"{long}\"/>\n{}",
@@ -71,7 +71,7 @@ fn defaults_that_double_say_what_doubles() {
 
 #[test]
 fn materials_of_materialx_have_names_of_a_limited_length() {
-    // Each input has the path of its material.
+    // Each input stores the path of its material.
     let name = "m".repeat(20_000);
     let inputs = joined(20_000, |i| format!("<input name=\"i{i}\" nodename=\"n\"/>"));
     let document = format!(
@@ -88,7 +88,7 @@ fn materials_of_materialx_have_names_of_a_limited_length() {
 
 #[test]
 fn defaults_of_pbrt_are_limited_in_all() {
-    // Each saved state has them, and each shape.
+    // Each saved state and each shape has a copy of them.
     let text = joined(8000, |i| format!("AttributeBegin Attribute \"shape\" \"float a{i}\" 1\n"));
     let error = load("a.pbrt", &format!("WorldBegin\n{text}")).unwrap_err().to_string();
     assert!(error.contains("bytes of parameters by Attribute; expected at most 32768"), "{error}");

@@ -133,8 +133,8 @@ impl Points {
         Self { pixel, is_emission_rare, tree, by_place }
     }
 
-    /// About how much light that comes by bent ways is not found (luminance, W·m⁻²·sr⁻¹); none where
-    /// the camera sees no surface that gathers light, whatever the neighbourhood sees.
+    /// Approximate luminance of unsampled light on specular paths (W·m⁻²·sr⁻¹). Zero where the
+    /// camera sees no surface that gathers light, whatever the neighbourhood sees.
     pub(super) fn not_found(&self, common: &Common<'_>, nearby: &Nearby) -> f64 {
         if self.pixel.points.is_empty() {
             return 0.0;

@@ -300,7 +300,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
                 break Ended::Met;
             }
             if !found.mean.total().is_finite() {
-                // No work makes it finite.
+                // More samples cannot make the pixel finite.
                 break Ended::OutOfBudget;
             }
             // A cut may have fewer than it may have.

@@ -39,9 +39,10 @@ use crate::warp::balance;
 /// A path on its way.
 struct Path {
     leg: Leg,
-    /// Of basic radiance.
+    /// Weight of basic radiance.
     weight: Rgb,
-    /// Of boundaries of glass that it has crossed (`SpecularPoint::squared_ratio`).
+    /// Product of `SpecularPoint::squared_ratio` over the boundaries of glass that the path has
+    /// crossed.
     ratio: f64,
     /// Density of the direction, if drawing from the emitters could have found it too.
     density: Option<f32>,

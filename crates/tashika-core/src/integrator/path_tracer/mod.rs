@@ -121,7 +121,7 @@ impl<'s> PathTracer<'s> {
         let of_nearby = nearby.map_or(0, Nearby::rays_per_pixel);
         let half_width = claim.stated(half_width);
         let standard_error = match done {
-            // One path says nothing of its error.
+            // A single path has no estimate of its error.
             1 => f64::NAN,
             _ => moments.iter().map(Moments::standard_error).fold(0.0, f64::max),
         };
@@ -280,9 +280,9 @@ impl Tracing<'_> {
         let scene = self.tracer.scene();
         let contribution = ContributionKernel::default().within(scene);
         let mut radiance = Rgb::BLACK;
-        // Of basic radiance.
+        // Weight of basic radiance.
         let mut weight = Rgb::gray(self.camera.squared_index());
-        // Of boundaries of glass that the path has crossed.
+        // Product over the boundaries of glass that the path has crossed.
         let mut ratio = 1.0;
         // Density of the last direction, if drawing from the emitters could have found it too.
         let mut density: Option<f32> = None;
@@ -376,8 +376,8 @@ impl Tracing<'_> {
         }
     }
 
-    /// Basic radiance of a light that was drawn, over what it was drawn with: another than 1 only of
-    /// what is infinitely far away.
+    /// Returns basic radiance over radiance of a sampled light: 1 except for light from infinitely
+    /// far away.
     fn basic_of(&self, light: &Vpl, ratio: f64) -> f32 {
         if light.kind == VplKind::Directional { self.camera.basic_of_infinity(ratio) } else { 1.0 }
     }

@@ -160,7 +160,7 @@ impl<'a> Looking<'a> {
     /// * `moments`: of them, by part of what is controlled; `mean`: of their radiances.
     /// * `gathers`: whether any met what scatters light.
     pub fn look(&mut self, moments: &[Moments], mean: &RgbSum, gathers: bool) -> Next {
-        // No further path makes it finite.
+        // More paths cannot make the pixel finite.
         if !mean.total().is_finite() {
             return Next::End { claim: Claim::None, half_width: f64::NAN, stop: Stop::NotFinite };
         }
@@ -302,7 +302,7 @@ mod tests {
         }
     }
 
-    /// Whatever the rule, with the paths of the first look.
+    /// Every rule stops after its first batch of paths.
     #[test]
     fn a_mean_that_is_not_finite_ends_at_once() {
         let (options, most) = (options(0.1), 1 << 20);

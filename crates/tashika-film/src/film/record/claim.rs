@@ -44,8 +44,8 @@ pub enum Stop {
     Budget,
     /// There is light that the method cannot find, too much of it for a claim.
     NotFound,
-    /// The estimate is infinite or not a number: numbers ran out of range on the way. It claims
-    /// nothing, whatever the method says.
+    /// The estimate is infinite or not a number, because an intermediate result left the range of
+    /// the numbers. The pixel claims nothing, whatever the method.
     NotFinite,
 }
 

@@ -83,8 +83,8 @@ impl<'f> RenderFilm<'f> {
         self.film.window().area() as usize
     }
 
-    /// Returns true if an interval is claimed of some pixel, or all are exact: there is a map of
-    /// half-widths.
+    /// Returns true if the film has a map of half-widths: some pixel claims an interval, or all
+    /// pixels are exact.
     pub fn has_map(&self) -> bool {
         let mut claims = (0..self.pixels()).map(|pixel| self.claim(pixel));
         let is_map = claims.clone().any(Claim::states_interval) || claims.all(|claim| claim == Claim::Exact);
@@ -106,9 +106,8 @@ impl<'f> RenderFilm<'f> {
         self.half_widths.is_some()
     }
 
-    /// Why work on the pixel ended; [`Stop::Complete`] in a film that does not say, and
-    /// [`Stop::NotFinite`] where a rendered pixel has a colour that is infinite or not a number, whatever
-    /// the film says.
+    /// Reason why work on the pixel ended: [`Stop::Complete`] in a film without this plane, and
+    /// [`Stop::NotFinite`] for every rendered pixel whose colour is infinite or not a number.
     pub fn stop(&self, pixel: usize) -> Stop {
         let said = self.stops.map_or(Stop::Complete, |stops| Stop::of_id(stops[pixel]));
         let is_finite = || self.color(pixel).is_none_or(Rgb::is_finite);
@@ -190,7 +189,7 @@ mod tests {
         assert!(read.is_rendered(2) && !read.has_stops());
     }
 
-    /// Of a film of another program, which says nothing of it.
+    /// Films of other programs have no plane that marks such pixels.
     #[test]
     fn pixels_that_are_not_finite_are_counted_whoever_made_the_film() {
         let mut bare = film(&[planes::RADIANCE]);

@@ -156,7 +156,7 @@ pub struct HalfWidths {
 }
 
 impl HalfWidths {
-    /// Of a pixel that claims nothing.
+    /// Half-widths of a pixel that claims nothing.
     const UNKNOWN: Self = Self { clustering: f32::NAN, lights: f32::NAN, compensation: f32::NAN };
 }
 
@@ -233,8 +233,8 @@ macro_rules! schema {
             /// [`store`](Self::store) wants them.
             pub const PLANES: &[PlaneSpec] = &[$(planes::$key),+];
 
-            /// Sets the pixel of a film of [`Self::PLANES`], [`as_told`](Self::as_told). Half-widths are NaN
-            /// where nothing is claimed: in a film, zero means exact.
+            /// Sets a pixel of a film of [`Self::PLANES`] to [`as_told`](Self::as_told).
+            /// Half-widths are NaN where nothing is claimed: in a film, zero means exact.
             ///
             /// # Panics
             /// If the film has not these planes first, or the pixel is outside.
@@ -341,8 +341,8 @@ schema! {
 }
 
 impl PixelRecord {
-    /// The record, which of a rendered pixel whose radiance is infinite or not a number says so, and
-    /// claims nothing: its half-widths are not numbers.
+    /// Returns the record; without a claim, with half-widths of NaN and [`Stop::NotFinite`], if the
+    /// radiance of a rendered pixel is infinite or not a number.
     #[must_use]
     pub fn as_told(self) -> Self {
         if self.radiance.is_finite() || self.stop == Stop::NotRendered {
@@ -375,7 +375,7 @@ mod tests {
         }
     }
 
-    /// Whatever a method says of it; where nothing was rendered there is nothing to say.
+    /// The claim of the method has no influence; pixels that were not rendered stay as they are.
     #[test]
     fn a_pixel_that_is_not_finite_claims_nothing_and_says_so() {
         let size = [3, 1];
@@ -404,7 +404,7 @@ mod tests {
         assert_eq!(film.plane(planes::STOP).unwrap().u32_at(2, 1), [4]);
     }
 
-    /// Zero would read as exact.
+    /// A half-width of zero would mean exact.
     #[test]
     fn a_film_has_no_half_width_where_nothing_is_claimed() {
         let size = [3, 1];

@@ -24,10 +24,10 @@ use crate::io::notes::shown;
 use crate::math::motion::Track;
 use crate::scene::{Camera, NoteKind, Projection, SceneBuilder};
 
-/// Vertical fields of view are kept in this range (rad).
+/// Range of vertical fields of view (rad).
 const YFOV: (f32, f32) = (1e-4, PI - 1e-2);
 
-/// That of cameras whose own is no number (rad); chosen.
+/// Vertical field of view of cameras without a finite one (rad); chosen.
 const DEFAULT_YFOV: f32 = 0.8;
 
 /// Adds the node's camera, if it has one, under a name that is not among `names` yet.

@@ -39,13 +39,13 @@ use crate::io::notes::shown;
 pub(super) struct Parsed<'a> {
     /// Everything but animations.
     pub root: Root,
-    /// Places of nodes in double precision, by node; empty if no node is far from its parent.
+    /// Positions of nodes in double precision, by node; empty if no node is far from its parent.
     pub places: Vec<WidePlace>,
     /// The animations, not looked into.
     pub animations: Vec<serde_json::Value>,
     /// What morph targets move beside positions, normals and tangents, and the first place of each.
     pub other_targets: BTreeMap<String, String>,
-    /// Properties and extensions that no table knows.
+    /// Properties and extensions that are in no table.
     pub unknown: Unknown,
     /// The binary chunk of a `.glb`.
     pub binary: Option<&'a [u8]>,
@@ -98,13 +98,13 @@ struct SceneNodes {
     nodes: Vec<Index<json::Node>>,
 }
 
-/// Places of nodes, which the crate's types round to single precision.
+/// Positions of nodes, which the crate's types round to single precision.
 #[derive(Deserialize)]
 struct WidePlaces {
     nodes: Vec<WidePlace>,
 }
 
-/// Place of a node in its parent (m), in double precision.
+/// Position of a node in its parent (m), in double precision.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub(super) struct WidePlace {
     #[serde(default)]
@@ -113,8 +113,8 @@ pub(super) struct WidePlace {
     pub matrix: Option<[f64; 16]>,
 }
 
-/// Coordinates (m) from which on places are read in double precision: numbers of single precision are
-/// 8 mm apart there.
+/// Smallest coordinate (m) that is read in double precision: there, neighbouring numbers of single
+/// precision are 8 mm apart.
 const FAR: f32 = 65536.0;
 
 /// Returns true if a node is far from its parent.

@@ -134,7 +134,7 @@ pub(super) fn chosen<'s>(
     })
 }
 
-/// A finite number of at least 0: 0, with a note, for one below.
+/// Reads a finite number; a number below 0 becomes 0, with a note.
 pub(super) fn number(value: &Value, at: &Location, builder: &mut SceneBuilder) -> Result<f32> {
     let number = value.as_f64().map(|v| v as f32).filter(|v| v.is_finite());
     let number = number.ok_or_else(|| {

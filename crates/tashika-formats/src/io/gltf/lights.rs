@@ -28,7 +28,7 @@ use crate::scene::{Emitter, Falloff, FalloffShape, NoteKind, SceneBuilder};
 /// Smallest difference of the cosines of a spot's two angles; from the extension's sample code.
 const MIN_COS_DIFFERENCE: f32 = 1e-3;
 
-/// Note about lights that would take light away.
+/// Note about lights of negative intensity or colour.
 pub(super) const NEGATIVE: &str = "lights of a negative intensity or colour: 0 in its place";
 
 /// Adds the node's light, if it has one.

@@ -1,9 +1,9 @@
-//! The properties that objects of glTF 2.0 and of its extensions have, and those of a file that are
-//! none of them.
+//! Properties of the objects of glTF 2.0 and of its extensions, and properties of a file that are
+//! not among them.
 //!
-//! The schema lets objects have further properties, so that a slip of the pen is a valid file: what
-//! no table knows is noted where it stands, and refused if it is a slip of a property of that object.
-//! What stands in `extras` is anybody's, and so is an extension that the table does not have.
+//! The schema permits further properties, so that a misspelt property is valid. A property that is
+//! in no table is noted with its path. It is refused if it is a slip of a property of that object.
+//! The contents of `extras`, and of extensions without a table, are not checked.
 //!
 //! Sources: the JSON schemas of glTF 2.0 and of the extensions.[^gltf] Held to this by
 //! `suite::gltf_schema`.
@@ -22,12 +22,12 @@ use crate::io::features::Feature;
 use crate::io::notes::{quoted, shown};
 use crate::scene::{NoteKind, SceneBuilder};
 
-/// How many different names are kept; chosen.
+/// Largest number of different names that are recorded; chosen.
 const MAX_NAMES: usize = 100;
 
-/// Of each type of object its properties but `extensions` and `extras`: `name`, `name=type` for an
-/// object, `name*type` for a list of objects. Extensions have their name as their type, and
-/// `name@host` where what they are depends on what they stand in.
+/// Properties of each type of object, without `extensions` and `extras`: `name`, `name=type` for an
+/// object, `name*type` for a list of objects. The type of an extension is its name, or `name@host`
+/// if its properties depend on the enclosing type.
 const TYPES: &[(&str, &[&str])] = &[
     ("glTF", &["extensionsUsed", "extensionsRequired", "accessors*accessor", "animations*animation"]),
     ("glTF", &["asset=asset", "buffers*buffer", "bufferViews*bufferView", "cameras*camera", "images*image"]),
@@ -110,7 +110,7 @@ const TYPES: &[(&str, &[&str])] = &[
 /// Contents of a property.
 #[derive(Clone, Copy)]
 enum Holds {
-    /// Nothing that is looked into.
+    /// A value that is not searched.
     Value,
     /// An object of a type.
     Object(&'static str),
@@ -118,7 +118,7 @@ enum Holds {
     List(&'static str),
 }
 
-/// The properties of a type, each with what it holds.
+/// Returns the properties of a type, each with its contents.
 fn properties(of: &str) -> impl Iterator<Item = (&'static str, Holds)> {
     TYPES.iter().filter(move |(name, _)| *name == of).flat_map(|(_, all)| all.iter()).map(|&property| {
         if let Some((name, of)) = property.split_once('=') {
@@ -131,7 +131,7 @@ fn properties(of: &str) -> impl Iterator<Item = (&'static str, Holds)> {
     })
 }
 
-/// The type of an extension of an object of the type `host`, if the table has it.
+/// Returns the type of an extension of an object of type `host`, if the table has that extension.
 fn extension_type(name: &str, host: &str) -> Option<&'static str> {
     let matches = |key: &str| match key.split_once('@') {
         Some((of, place)) => of == name && place == host,
@@ -140,10 +140,11 @@ fn extension_type(name: &str, host: &str) -> Option<&'static str> {
     TYPES.iter().map(|(key, _)| *key).find(|key| matches(key))
 }
 
-/// Names of a file that no table has.
+/// Names in a file that are in no table.
 #[derive(Debug, Default)]
 pub(super) struct Unknown {
-    /// By type, and name: where first, and how often. The type of an extension is empty.
+    /// Path of the first occurrence and number of occurrences, by type and name. The type of an
+    /// extension is empty.
     names: BTreeMap<(&'static str, String), (String, u64)>,
     path: Vec<Step>,
 }
@@ -155,25 +156,25 @@ enum Step {
 }
 
 impl Unknown {
-    /// Reads the JSON of a file that was read before.
+    /// Searches the JSON of a file.
     pub(super) fn of(text: &[u8]) -> Self {
         let mut unknown = Self::default();
         let mut json = serde_json::Deserializer::from_slice(text);
-        // What is wrong with the text was told by those who read it for its sense.
+        // Errors of syntax were reported by the reader of the scene.
         let _ = Object { of: "glTF", unknown: &mut unknown }.deserialize(&mut json);
         unknown
     }
 
-    /// Tells what was found.
+    /// Notes the unknown names.
     ///
     /// # Errors
-    /// If a name is a slip of one that is known there.
+    /// If a name is a slip of a known name of that type.
     pub(super) fn tell(&self, listed: &[String], file: &Location, builder: &mut SceneBuilder) -> Result<()> {
         for ((of, name), (path, count)) in &self.names {
             let at = file.clone().item(path);
             if of.is_empty() {
                 Feature::refuse_slip(FEATURES, ["extension", name], &at)?;
-                // Those that are listed are told there.
+                // Extensions in `extensionsUsed` have their own notes.
                 if !listed.contains(name) {
                     let message = Feature::unknown(["extension", name], "left out");
                     builder.notes_mut().push_many(NoteKind::Ignored, message, at, *count);
@@ -212,25 +213,25 @@ impl Unknown {
     }
 }
 
-/// An object of a type, which is looked through.
+/// Visitor of an object of a type.
 struct Object<'a> {
     of: &'static str,
     unknown: &'a mut Unknown,
 }
 
-/// The extensions of an object of a type.
+/// Visitor of the extensions of an object of a type.
 struct Extensions<'a> {
     host: &'static str,
     unknown: &'a mut Unknown,
 }
 
-/// A list of objects of a type.
+/// Visitor of a list of objects of a type.
 struct List<'a> {
     of: &'static str,
     unknown: &'a mut Unknown,
 }
 
-/// A visitor for one sort of value that takes no offence at others.
+/// Methods of a visitor that ignore all other kinds of values.
 macro_rules! lenient {
     ($($visit:ident: $value:ty;)+) => {
         $(fn $visit<E>(self, _: $value) -> std::result::Result<(), E> {

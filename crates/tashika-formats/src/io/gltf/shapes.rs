@@ -108,8 +108,8 @@ impl Shape {
         (self.skin.as_ref().map(|skin| skin.index), self.weights.iter().map(bits).collect())
     }
 
-    /// The vertices of a primitive at each moment, once if they are the same at all of them,
-    /// what they are about (m), and whether they are in world space.
+    /// Returns the vertices of a primitive at each moment (once if they are equal at all moments),
+    /// their origin (m), and true if they are in world space.
     pub fn applied(
         &self,
         source: &Source<'_>,

@@ -141,7 +141,7 @@ impl Influences {
         Ok(Some(Self { sets }))
     }
 
-    /// Takes the vertices with the joints: their places, and the normals in place.
+    /// Moves the vertices with the joints. Returns their positions; normals are changed in place.
     pub fn apply(&self, joints: &[DAffine3], vertices: &mut MeshShape) -> Vec<DVec3> {
         let mut places = Vec::with_capacity(vertices.positions.len());
         for v in 0..vertices.positions.len() {

@@ -30,7 +30,7 @@ use crate::io::{LoadOptions, SceneFiles};
 pub(super) struct Source<'a> {
     /// The document; its indices are in range.
     pub root: Root,
-    /// Places of nodes in double precision; empty if no node is far from its parent.
+    /// Positions of nodes in double precision; empty if no node is far from its parent.
     places: Vec<WidePlace>,
     pub files: &'a SceneFiles,
     binary: Option<&'a [u8]>,
@@ -63,7 +63,7 @@ impl<'a> Source<'a> {
         self.files.options()
     }
 
-    /// Returns the place of a node in its parent (m): its translation, and that of its matrix.
+    /// Returns the position of a node in its parent (m), from its translation and from its matrix.
     pub fn translations(&self, node: usize) -> [Option<DVec3>; 2] {
         let wide = self.places.get(node);
         let of_node = &self.root.nodes[node];

@@ -1,8 +1,9 @@
 //! What a URI in a glTF file stands for: bytes in the URI itself, or a file.
 //!
 //! Input: the URI as written. Output: bytes. `data:` URIs[^rfc2397] carry base64[^rfc4648] or
-//! percent-encoded bytes[^rfc3986], base64 with line breaks as mail has them; everything else is a path relative to the scene file,
-//! percent-encoded as glTF asks (section 2.8), or plain as some exporters write it.
+//! percent-encoded bytes[^rfc3986]; base64 may have line breaks, as in mail. Every other URI is a
+//! path relative to the scene file, percent-encoded as glTF asks (section 2.8), or plain as some
+//! exporters write it.
 //!
 //! # Limits
 //! Nothing is fetched from a network.
@@ -160,7 +161,7 @@ mod tests {
         let decode = |uri| decode_data(data_part(uri).unwrap(), &at);
         assert_eq!(decode("data:application/octet-stream;base64,Zm9v").unwrap(), b"foo");
         assert_eq!(decode("DATA:;BASE64,Zg%3D%3D").unwrap(), b"f");
-        // As mail and some exporters break it.
+        // Line breaks as in mail and in files of some exporters.
         assert_eq!(decode("data:;base64,Zm9v\r\n Ym\nFy%0A").unwrap(), b"foobar");
         assert_eq!(decode("data:,a%20b%zz%").unwrap(), b"a b%zz%");
         assert!(decode("data:text/plain").is_err());

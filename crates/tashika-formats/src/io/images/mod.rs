@@ -7,9 +7,9 @@
 //!
 //! # Guarantee
 //! An image of more than [`LoadOptions::max_image_texels`] is refused by its header, before memory
-//! is asked for. All texels are finite: values that are no number become zero, infinities the
-//! largest or the least finite value of the image, or zero if that is on the other side of zero.
-//! Values below zero stay: whether they are heights or colours is known where the image is used.
+//! is asked for. All texels are finite. NaN becomes zero. Infinities become the largest or the
+//! least finite value of the image, or zero if that value has the other sign. Values below zero
+//! stay, because only the use of an image decides if they are heights or colours.
 //!
 //! # Held to this by
 //! The tests beside it; `damaged_gltf::an_image_that_claims_to_be_huge_is_refused`.
@@ -43,16 +43,16 @@ pub(super) struct Decoded {
     pub image: Image,
     /// Whether every texel is opaque.
     pub opaque: bool,
-    /// The channel that a number is found in, if the image has no other.
+    /// Channel of a number, if it is not the luminance.
     pub lone: Option<Channel>,
     /// Texels that were replaced because they were not finite.
     not_finite: u64,
-    /// Differences from what the file means.
+    /// Descriptions of differences from the meaning of the file.
     approximations: Vec<String>,
 }
 
 impl Decoded {
-    /// Adds notes of what was replaced and what was taken otherwise than meant.
+    /// Adds notes of replaced texels and of differences from the meaning of the file.
     pub(super) fn note(&self, notes: &mut Notes, at: &Location) {
         let name = &self.image.name;
         let message = format!("image {name:?} has texels that are not finite: replaced");
@@ -68,14 +68,14 @@ struct Picture {
     width: u32,
     height: u32,
     texels: Texels,
-    /// The channel that a number is found in, if there is no other.
+    /// Channel of a number, if it is not the luminance.
     lone: Option<Channel>,
-    /// Differences from what the file means.
+    /// Descriptions of differences from the meaning of the file.
     approximations: Vec<String>,
 }
 
 impl Picture {
-    /// One whose numbers are greys or in all channels, as its file means it.
+    /// Creates a picture whose numbers are luminances.
     fn new(width: u32, height: u32, texels: Texels) -> Self {
         Self { width, height, texels, lone: None, approximations: Vec::new() }
     }
@@ -191,7 +191,7 @@ fn check_size<N: Copy + Display + TryInto<u32>>(width: N, height: N, max_texels:
     Err(format!("{width}×{height} texels, where 1 to {max_texels} are permitted"))
 }
 
-/// Replaces what is not finite; the number of texels with such a value.
+/// Replaces values that are not finite. Returns the number of texels with such a value.
 fn repair(texels: &mut [[f32; 3]]) -> u64 {
     let finite = || texels.as_flattened().iter().copied().filter(|v| v.is_finite());
     let (least, largest) = (finite().fold(0.0, f32::min), finite().fold(0.0, f32::max));

@@ -2,11 +2,12 @@
 //! tiles, of any sample type.
 //!
 //! # Windows
-//! The image is the **display window**. What the data window has beyond it is cut off; where it has
-//! nothing texels are 0.
+//! The image is the **display window**. Texels of the data window outside of it are cut off; texels
+//! of the display window without data are 0.
 //!
 //! # Channels
-//! By their names, in any case of letters, in the first part and the first layer that has some:
+//! Channels are selected by name, in any case, from the first part and the first layer that has
+//! some:
 //!
 //! | order | channels | colour |
 //! |---|---|---|
@@ -16,8 +17,8 @@
 //! | 4 | some of `R`, `G`, `B`, then of a layer's | as named, 0 for those that are not there |
 //! | 5 | the only channel of a part, whatever its name | grey, with a note |
 //!
-//! Opacities and further channels are left out. Colours of other `chromaticities` than Rec. 709's
-//! become Rec. 709's, white becoming white.
+//! Opacities and further channels are ignored. Colours with `chromaticities` other than those of
+//! Rec. 709 are converted to Rec. 709; white stays white.
 //!
 //! # Guarantee
 //! A display window takes no more than [`FREE_BYTES`], or [`MOST_PACKED`] bytes a byte of the file.
@@ -49,11 +50,11 @@ pub(super) const SIGNATURE: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 /// Most channels of an image; chosen.
 const MAX_CHANNELS: usize = 256;
 
-/// Bytes of texels that any display window may take: 2048 × 2048.
+/// Bytes of texels permitted for every display window: 2048 × 2048.
 const FREE_BYTES: u64 = 12 << 22;
 
-/// Bytes of texels that a display window may take for each byte of the file, beyond the above: what
-/// compression reaches.
+/// Further bytes of texels of a display window for each byte of the file: the most that compression
+/// reaches.
 const MOST_PACKED: u64 = 2000;
 
 /// The texels from the top row, if there are no more than `max_texels`; what is wrong, otherwise.
@@ -70,7 +71,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Pictur
     if meta.headers.iter().any(has_levels) {
         check_levels(bytes)?;
     }
-    // The first of those that come first in the table above.
+    // First part among those with the lowest order in the table above.
     let of_parts = meta.headers.iter().filter_map(|part| Some((part, Colors::of(part)?)));
     let Some((part, colors)) = of_parts.min_by_key(|(_, colors)| colors.order) else {
         let names = meta.headers.iter().flat_map(|part| &part.channels.list).take(8);
@@ -116,8 +117,8 @@ pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Pictur
     Ok(Picture { width, height, texels: Texels::Floats(texels), lone: colors.lone(), approximations })
 }
 
-/// The texels of the display window, from those of the data window by their numbers; also whether
-/// the two have nothing in common.
+/// Copies the texels of the data window to the display window. Returns also true if the two windows
+/// are disjoint.
 fn in_window(
     display: IntegerBounds,
     data: IntegerBounds,
@@ -125,7 +126,7 @@ fn in_window(
 ) -> (Vec<[f32; 3]>, bool) {
     let Vec2(width, height) = display.size;
     let Vec2(data_width, data_height) = data.size;
-    // Of a data window's row or column, the place in the display window.
+    // Offset from a row or column of the data window to that of the display window.
     let shift = |data: i32, display: i32| i64::from(data) - i64::from(display);
     let [left, top] =
         [shift(data.position.0, display.position.0), shift(data.position.1, display.position.1)];
@@ -145,19 +146,19 @@ fn in_window(
     (texels, is_outside)
 }
 
-/// The channels of a part that are its colours.
+/// Colour channels of a part.
 struct Colors {
-    /// The row of the table above; plain names come before layers.
+    /// Row of the table above; plain names come before layers.
     order: u32,
-    /// Numbers of the channels that are red, green and blue.
+    /// Indices of the red, green and blue channel.
     places: [Option<usize>; 3],
-    /// Name of the channel, if it was taken because there is no other.
+    /// Name of the channel, if it is the only one of the part.
     only: Option<String>,
 }
 
 impl Colors {
     fn of(part: &Header) -> Option<Self> {
-        // By layer, the plain names first: the places of R, G, B, Y and X.
+        // Indices of R, G, B, Y and X by layer; plain names come first.
         let mut layers: BTreeMap<&[u8], [Option<usize>; 5]> = BTreeMap::new();
         let list = &part.channels.list;
         for (place, channel) in list.iter().enumerate() {
@@ -174,7 +175,7 @@ impl Colors {
                 b"x" => 4,
                 _ => continue,
             };
-            // Of names that differ only in case the first, which is the upper one.
+            // Names that differ only in case: the first counts, which is in upper case.
             layers.entry(layer).or_default()[letter].get_or_insert(place);
         }
         let found = layers.iter().filter_map(|(layer, &[r, g, b, y, x])| {
@@ -197,7 +198,7 @@ impl Colors {
         found.min_by_key(|colors| colors.order).or_else(only)
     }
 
-    /// The colour's only channel, which a number is found in.
+    /// Returns the only channel of the colour, if there is just one.
     fn lone(&self) -> Option<Channel> {
         match self.places.map(|place| place.is_some()) {
             [true, false, false] => Some(Channel::R),

@@ -1,4 +1,4 @@
-//! Every format but OpenEXR by exact values, and by damaged files.
+//! Tests of every format but OpenEXR against exact values, and with damaged files.
 
 use ::exr::prelude::f16;
 use image::{ImageBuffer, Luma, LumaA, Rgb, Rgba};

@@ -12,7 +12,7 @@ pub(super) fn number(text: &str) -> Result<f32, String> {
     number.ok_or_else(|| format!("{text:?} is no number"))
 }
 
-/// A finite number in double precision.
+/// Parses a finite number in double precision.
 pub(super) fn wide_number(text: &str) -> Result<f64, String> {
     number(text)?;
     text.trim().parse().map_err(|_| format!("{text:?} is no number"))

@@ -1,15 +1,16 @@
-//! Which parameters Mitsuba's plugins know, in snake case.
+//! Parameters of Mitsuba's plugins, in snake case.
 //!
-//! What nobody asked for is judged by this table: a name that is not in it, where it stands, is
-//! noted, and refused if it is a slip of one that is. Parameters and nested objects share it. Names
-//! of Mitsuba 0.6 and 3 stand together.
+//! Parameters that no reader used are looked up in this table. A name that is not a parameter of
+//! the plugin is noted, and refused if it is a slip of one that is. Parameters and nested objects
+//! share the table, and so do the names of Mitsuba 0.6 and 3.
 //!
-//! Sources: the documentation of Mitsuba 0.6 and 3, and the names that plugins of Mitsuba 3.9.1 look
-//! up. Held to this by `suite::unknown_names::mitsuba_*`.
+//! Sources: the documentation of Mitsuba 0.6 and 3, and the names that plugins of Mitsuba 3.9.1
+//! look up. Held to this by `suite::unknown_names::mitsuba_*`.
 
 use super::object::Class;
 
-/// A class, the plugins of it that have these, and their names. Without plugins, all have them.
+/// Class, plugins and names of parameters. An empty list of plugins stands for all plugins of the
+/// class.
 type Row = (Class, &'static [&'static str], &'static [&'static str]);
 
 use Class::{Bsdf, Emitter, Film, Filter, Integrator, Medium, Sampler, Sensor, Shape, Texture};
@@ -175,22 +176,22 @@ const ROWS: &[Row] = &[
     (Medium, &["singlescatter"], &["fast_single_scatter", "fss_samples", "single_scatter_shadow_rays"]),
 ];
 
-/// True for a name that is a parameter of a plugin.
+/// Returns true if the name is a parameter of the plugin.
 pub(super) fn has(class: Class, plugin: &str, name: &str) -> bool {
-    // Films take any number of captions and of entries of their header, and spectral ones a spectrum
-    // of any name for each channel.
+    // Films have any number of captions and of header entries. Spectral films have a spectrum of
+    // any name for each channel.
     let is_free = class == Film
         && (name.starts_with("label[") || name.starts_with("metadata[") || plugin == "specfilm");
     is_free || names(class, plugin).any(|known| known == name)
 }
 
-/// Parameters of a plugin.
+/// Returns the parameters of a plugin.
 pub(super) fn names(class: Class, plugin: &str) -> impl Iterator<Item = &'static str> {
     let of_this = move |row: &&Row| row.0 == class && (row.1.is_empty() || row.1.contains(&plugin));
     ROWS.iter().filter(of_this).flat_map(|row| row.2.iter().copied())
 }
 
-/// True for a name that is a parameter of something.
+/// Returns true if the name is a parameter of any plugin.
 pub(super) fn is_name(name: &str) -> bool {
     ROWS.iter().any(|row| row.2.contains(&name))
 }

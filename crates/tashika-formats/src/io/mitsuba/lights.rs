@@ -224,7 +224,7 @@ fn place_and_time(object: &Object) -> PlaceAndTime {
     }
 }
 
-/// The unit vector along `v`; `+z`, with a note, if that has no direction.
+/// Returns the unit vector along `v`; `+z`, with a note, if `v` has no direction.
 pub(super) fn unit(v: DVec3, object: &Object) -> Vec3 {
     v.try_normalize().map(|v| v.as_vec3().normalize()).unwrap_or_else(|| {
         object.repaired("to_world", "lights without direction: along +z".to_owned());
@@ -232,8 +232,8 @@ pub(super) fn unit(v: DVec3, object: &Object) -> Vec3 {
     })
 }
 
-/// The rotation (or reflection) of a transform, without its scale; none, with a note, if that flattens
-/// space.
+/// Returns the rotation (or reflection) of a transform, without its scale; the identity, with a
+/// note, if the transform flattens space.
 pub(super) fn rigid(m: &DMat4, object: &Object) -> Mat3 {
     transforms::orthonormal(m).unwrap_or_else(|| {
         object.repaired("to_world", "lights with a transform that flattens space: not turned".to_owned());

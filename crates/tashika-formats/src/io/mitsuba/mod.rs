@@ -77,10 +77,10 @@ pub(super) use features::FEATURES;
 /// How deep objects may refer to each other.
 const MAX_DEPTH: usize = 64;
 
-/// After so many references that lead nowhere, slips are not looked for; chosen.
+/// Number of undefined references that are compared with ids; chosen.
 const MAX_SLIPS: usize = 100;
 
-/// A slip is looked for among so many ids at most; chosen.
+/// Largest number of ids that a reference is compared with; chosen.
 const MAX_COMPARED: usize = 10_000;
 
 /// Reads a scene file and what it refers to.
@@ -218,7 +218,7 @@ impl<'a> Translation<'a> {
         Ok(false)
     }
 
-    /// Tells which parameters are unknown of what has no effect on the picture.
+    /// Notes unknown parameters of an object that has no effect on the picture.
     fn without_effect(&mut self, object: &Object) -> Result<()> {
         object.accept_known();
         object.note_unused(self.builder.notes_mut())
@@ -249,7 +249,7 @@ impl<'a> Translation<'a> {
     /// Tells which references lead nowhere.
     ///
     /// # Errors
-    /// If one is a slip of an id that is defined.
+    /// If one of them is a slip of a defined id.
     fn note_missing(&mut self) -> Result<()> {
         let mut missing = 0;
         for child in self.document.objects.iter().flat_map(|o| &o.children) {

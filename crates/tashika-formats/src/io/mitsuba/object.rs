@@ -170,7 +170,7 @@ impl Object {
         Some(value)
     }
 
-    /// The line of a parameter, or of the object if it has none of that name.
+    /// Returns the line of a parameter, or of the object if it has no parameter of that name.
     pub(super) fn line_of(&self, name: &str) -> &Location {
         self.parameters.iter().rev().find(|p| p.name == name).map_or(&self.at, |p| &p.at)
     }
@@ -186,7 +186,7 @@ impl Object {
         self.take(name, as_float)
     }
 
-    /// A number in a range: moved into it, with a note, where it is outside.
+    /// Reads a number; a number outside of the range is moved into it, with a note.
     pub(super) fn float_in(&self, name: &str, range: std::ops::RangeInclusive<f64>) -> Option<f64> {
         let value = self.float(name)?;
         let moved = value.clamp(*range.start(), *range.end());
@@ -197,7 +197,7 @@ impl Object {
         Some(moved)
     }
 
-    /// Keeps a note about a parameter until what is not used is told.
+    /// Records a note about a parameter until [`note_unused`](Self::note_unused) is called.
     pub(super) fn repaired(&self, name: &str, message: String) {
         let repair = (message, self.line_of(name).clone());
         let mut repairs = self.repairs.borrow_mut();
@@ -261,24 +261,23 @@ impl Object {
         }
     }
 
-    /// Counts nested objects as used, and parameters that the plugin knows: those of something that
-    /// is left out change nothing here.
+    /// Counts nested objects as used, and parameters that the plugin knows: an ignored object's
+    /// parameters have no effect.
     pub(super) fn accept_known(&self) {
         self.accepts_known.set(true);
         self.children.iter().for_each(|c| c.used.set(true));
     }
 
-    /// Counts everything as used: what stands inside of something that is unknown needs no notes of
-    /// its own.
+    /// Counts everything as used: the contents of an unknown object need no notes of their own.
     pub(super) fn accept_all(&self) {
         self.parameters.iter().for_each(|p| p.used.set(true));
         self.children.iter().for_each(|c| c.used.set(true));
     }
 
-    /// Tells what nobody asked for, and which parameters were moved into their range.
+    /// Notes unused parameters, and parameters that were moved into their range.
     ///
     /// # Errors
-    /// If the name of one is a slip of one that the plugin knows.
+    /// If an unused name is a slip of a parameter of the plugin.
     pub(super) fn note_unused(&self, notes: &mut Notes) -> Result<()> {
         for (message, at) in self.repairs.take() {
             notes.push(NoteKind::Repaired, message, at);

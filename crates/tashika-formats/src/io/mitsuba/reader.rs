@@ -4,8 +4,8 @@
 //! * Elements nest at most [`MAX_NESTING`] deep, files include each other at most
 //!   [`MAX_INCLUDE_DEPTH`] deep and [`MAX_INCLUDES`] times in all: neither depth of the stack nor
 //!   work is left to the file.
-//! * Document types are refused, so that entities cannot multiply; the text that `$name`s become has at
-//!   most [`MAX_REPLACED`] bytes in all.
+//! * Document types are refused, so that entities cannot multiply. Attributes with replaced
+//!   `$name`s have at most [`MAX_REPLACED`] bytes in all.
 //! * Every error has the file, line and column of its element.
 //!
 //! # Limits
@@ -42,9 +42,9 @@ pub(super) const MAX_NESTING: usize = 64;
 const MAX_INCLUDE_DEPTH: usize = 17;
 /// How many files may be included in all, counting each time.
 const MAX_INCLUDES: usize = 4096;
-/// Bytes of all attributes in which names were replaced; chosen.
+/// Most bytes of all attributes with replaced names; chosen.
 const MAX_REPLACED: u64 = 1 << 26;
-/// All elements but the root and those of transforms, for slips.
+/// Elements other than the root and transforms, for the detection of slips.
 const ELEMENTS: [&str; 32] = [
     "alias",
     "animation",
@@ -396,7 +396,7 @@ impl Reader<'_> {
             }
             "spectrum" => (
                 values::spectrum(&text).map(|s| match s {
-                    // Mitsuba 3 takes a number as equal energy, those before as white.
+                    // In Mitsuba 3 a number is equal energy, in earlier versions white.
                     Ok(Spectrum::Constant(value)) if self.document.version.0 >= 3 => {
                         Value::Spectrum(Spectrum::Uniform(value))
                     }

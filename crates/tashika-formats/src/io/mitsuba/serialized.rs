@@ -191,7 +191,7 @@ impl Numbers<'_> {
         Ok(bytes.as_chunks::<4>().0.iter().map(|&b| f32::from_le_bytes(b)).collect())
     }
 
-    /// Vectors of double precision.
+    /// Reads vectors of double precision.
     fn places(&mut self, count: u64) -> Result<Vec<DVec3>> {
         let bytes = self.bytes(count * 24)?;
         let numbers: Vec<f64> = bytes.as_chunks::<8>().0.iter().map(|&b| f64::from_le_bytes(b)).collect();

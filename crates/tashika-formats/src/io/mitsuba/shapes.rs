@@ -216,7 +216,7 @@ impl<'a> Translation<'a> {
             "cylinder" => {
                 let p0 = object.vector("p0").unwrap_or(DVec3::ZERO);
                 let p1 = object.vector("p1").unwrap_or(DVec3::Z);
-                // Of length 0 it is no surface.
+                // A cylinder of length 0 has no surface.
                 (unit_cylinder, cylinder_frame(p0, p1, radius).unwrap_or(DMat4::ZERO))
             }
             "disk" => (unit_disk, DMat4::from_scale(DVec3::splat(radius))),

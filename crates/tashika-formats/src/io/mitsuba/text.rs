@@ -5,19 +5,19 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// Longest text that defaults may make of an attribute (bytes).
+/// Longest attribute after replacement by defaults (bytes).
 pub(super) const MAX_ATTRIBUTE: usize = 1 << 20;
 
-/// Why a name cannot be replaced.
+/// Reason why a name cannot be replaced.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Unreplaced {
-    /// It has no default.
+    /// The name has no default.
     Missing(String),
-    /// With its default the text is longer than [`MAX_ATTRIBUTE`].
+    /// With the default the text is longer than [`MAX_ATTRIBUTE`].
     TooLong(String),
 }
 
-/// `text` with its `$name`s replaced, or the first that cannot be.
+/// Returns `text` with its `$name`s replaced, or the first name that cannot be replaced.
 pub(super) fn substitute<'t>(
     text: &'t str,
     defaults: &BTreeMap<String, String>,

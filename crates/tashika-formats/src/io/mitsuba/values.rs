@@ -13,9 +13,9 @@ use crate::color::{Rgb, srgb_decode};
 /// A spectrum as the file gives it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Spectrum {
-    /// The same at all wavelengths; emitted, white.
+    /// Equal at all wavelengths; white if emitted.
     Constant(f64),
-    /// The same at all wavelengths; emitted, as reddish as equal energy is.
+    /// Equal at all wavelengths; equal energy, which is reddish, if emitted.
     Uniform(f64),
     /// Wavelength (nm) and value, by increasing wavelength.
     Samples(Vec<(f32, f32)>),

@@ -18,7 +18,7 @@ use super::text::{name, number, split_keyword, trim, words};
 use crate::io::textures::upward;
 use crate::scene::{Channel, UvTransform, Wrap};
 
-/// Line of a statement. It is no part of what the statement says: all are equal.
+/// Line of a statement. All lines compare equal, so that they do not distinguish statements.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line(pub(super) u32);
 
@@ -33,7 +33,7 @@ impl PartialEq for Line {
 pub(super) struct Map {
     /// File, as it is written.
     pub(super) name: String,
-    /// Where it stands, from 1.
+    /// Line of the statement, from 1.
     pub(super) line: Line,
     /// `-o`.
     offset: [f32; 2],
@@ -48,7 +48,7 @@ pub(super) struct Map {
 }
 
 impl Map {
-    /// Reads what follows the keyword on a line; nothing if there is no name.
+    /// Parses the text after the keyword; none if it has no name.
     pub(super) fn parse(rest: &[u8], line: u32) -> Option<Self> {
         let mut map = Self {
             name: String::new(),

@@ -52,7 +52,7 @@ use mtl::Definitions;
 use parse::Reference;
 use references::Textures;
 
-/// A slip is looked for among so many names at most; chosen.
+/// Largest number of names that an undefined name is compared with; chosen.
 const MAX_COMPARED: usize = 10_000;
 
 /// How many different materials that are not defined are named.
@@ -114,16 +114,16 @@ struct Materials<'a> {
     definitions: Definitions,
     textures: Textures<'a>,
     undefined: Named,
-    /// How many names were not defined.
+    /// Number of undefined names.
     missing: usize,
     files: &'a SceneFiles,
 }
 
 impl Materials<'_> {
-    /// The material of a name.
+    /// Returns the material of a name.
     ///
     /// # Errors
-    /// If no library defines it, and it is a slip of one that is defined.
+    /// If no library defines the name, and it is a slip of a defined one.
     fn material(&mut self, used: &Reference, builder: &mut SceneBuilder) -> Result<Material> {
         let Reference { name, line } = used;
         if let Some(definition) = self.definitions.get(name) {

@@ -73,9 +73,9 @@ pub(super) struct Reference {
 /// What an OBJ file holds.
 #[derive(Default)]
 pub(super) struct Geometry {
-    /// Points of `v` (m), until all are read.
+    /// Points of `v` (m), until the end of the file.
     places: Vec<DVec3>,
-    /// Points of `v` (m), relative to `origin`, once all are read.
+    /// Points of `v` (m), relative to `origin`, after the end of the file.
     pub(super) positions: Vec<Vec3>,
     /// Origin of the positions (m).
     pub(super) origin: DVec3,
@@ -182,7 +182,7 @@ impl<'a> Parser<'a> {
             _ => {
                 let word = excerpt(keyword);
                 let at = Location::line(self.file, line);
-                // Bytes that are no text at all are told as that.
+                // Bytes that are not text have their own error.
                 let near = nearest_name(&word, ["usemtl", "mtllib"]).filter(|_| self.known_statements);
                 if let Some(near) = near {
                     return Err(Error::misspelt(at, STATEMENT, &word, near));
@@ -256,8 +256,8 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    /// `v`, `v/t`, `v//n` or `v/t/n`; a trailing slash with nothing behind it is tolerated, and so is
-    /// an index 0, as exporters write it for texture coordinates or normals that are not there.
+    /// Parses `v`, `v/t`, `v//n` or `v/t/n`. A trailing slash is tolerated, and so is an index 0,
+    /// which exporters write for missing texture coordinates and normals.
     fn corner(&mut self, line: u32, word: &[u8]) -> Result<Corner> {
         let g = &self.geometry;
         let mut parts = word.split(|&b| b == b'/');

@@ -125,7 +125,7 @@ pub(super) fn number(word: &[u8]) -> Option<f32> {
     text.parse().ok().or_else(|| not_finite(text))
 }
 
-/// A number in double precision, by the rules of [`number`].
+/// Parses a number in double precision, by the rules of [`number`].
 pub(super) fn wide_number(word: &[u8]) -> Option<f64> {
     let text = std::str::from_utf8(word).ok()?;
     text.parse().ok().or_else(|| not_finite(text).map(f64::from))

@@ -37,7 +37,7 @@ use crate::io::notes::excerpt;
 use crate::math::motion::Track;
 use crate::scene::{NoteKind, Scene};
 
-/// All directives, for slips.
+/// All directives, for the detection of slips.
 const DIRECTIVES: [&str; 44] = [
     "Accelerator",
     "ActiveTransform",
@@ -96,7 +96,7 @@ pub(super) struct Interpreter<'f> {
     shapes: Shapes,
     sky: Surroundings,
     objects: BTreeMap<String, Vec<Part>>,
-    /// Instances of objects that are not defined before them.
+    /// Instances of objects that are defined after them.
     waiting: Vec<Instance>,
     /// The object between `ObjectBegin` and `ObjectEnd`.
     object: Option<(String, Vec<Part>)>,
@@ -411,19 +411,19 @@ impl<'f> Interpreter<'f> {
             b"Sampler" => self.without_effect("sampler", &class, &parameters)?,
             b"PixelFilter" | b"Filter" => self.without_effect("filter", &class, &parameters)?,
             b"Accelerator" => self.without_effect("accelerator", &class, &parameters)?,
-            // Of version 2.
+            // Directives of version 2.
             _ => {}
         }
         Ok(())
     }
 
-    /// Tells which parameters are unknown of what has no effect on the picture.
+    /// Notes unknown parameters of a directive that has no effect on the picture.
     fn without_effect(&mut self, kind: &str, class: &str, parameters: &Parameters) -> Result<()> {
         parameters.accept_known();
         self.loading.note_unused(kind, class, parameters)
     }
 
-    /// Carries out a definition, unless that was done before the reading began.
+    /// Executes a definition, unless it was executed before the reading.
     fn meet(&mut self, definition: Definition) -> Result<()> {
         if self.loading.names.was_ahead(&definition) {
             return Ok(());
@@ -443,23 +443,24 @@ impl<'f> Interpreter<'f> {
             Named::Color => textures.define(loading, [name, "spectrum", class], parameters),
             Named::Material => self.materials.define_named(loading, textures, name, parameters),
             Named::Medium => self.media.define(loading, name, parameters, *to_world),
-            // These have no definition of one directive.
+            // Objects are not defined by a single directive.
             Named::Object => Ok(()),
         }
     }
 
-    /// Definitions that a second reading has to begin with; empty if this one was enough.
+    /// Returns the definitions that a second reading begins with; empty if no second reading is
+    /// needed.
     pub(super) fn needed_ahead(&self) -> Vec<Definition> {
         self.loading.names.needed_ahead()
     }
 
-    /// Carries out definitions before the reading.
+    /// Executes definitions before the reading.
     pub(super) fn begin_with(&mut self, ahead: &[Definition]) -> Result<()> {
         self.loading.names.begin_with(ahead);
         ahead.iter().try_for_each(|definition| self.define(definition))
     }
 
-    /// Refuses names that are slips of those that the scene defines.
+    /// Refuses undefined names that are slips of defined ones.
     fn refuse_slips(&self) -> Result<()> {
         self.loading.names.refuse_slips(|of| match of {
             Named::Float => self.textures.names(true),

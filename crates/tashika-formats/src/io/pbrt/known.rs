@@ -1,14 +1,13 @@
-//! Which parameters pbrt-v3 and pbrt-v4 know, by what they are of.
+//! Parameters of pbrt-v3 and pbrt-v4, by the kind and type of their owner.
 //!
-//! A parameter that a reader looks up counts as used. What is left over is judged by this table:
-//! a name that is not in it, where it stands, is noted, and refused if it is a slip of one that is.
-//! Names of both formats, and a few of pbrt-v2, stand together.
+//! A parameter that a reader looks up counts as used. The others are looked up in this table. A
+//! name that is not a parameter of its owner is noted, and refused if it is a slip of one that is.
+//! The table has the names of both formats, and a few of pbrt-v2.
 //!
 //! Sources: the format descriptions of pbrt-v3 and pbrt-v4 at pbrt.org, and the parameters that
 //! their sources look up. Held to this by `suite::unknown_names::pbrt_*`.
 
-/// Kind of thing, the types of it that have these parameters, and their names. Without types, all have
-/// them.
+/// Kind, types and names of parameters. An empty list of types stands for all types of the kind.
 type Row = (&'static str, &'static [&'static str], &'static [&'static str]);
 
 /// All rows.
@@ -125,18 +124,18 @@ const ROWS: &[Row] = &[
     ),
 ];
 
-/// Parameters of something of a type.
+/// Returns the parameters of a kind and type.
 pub(super) fn names(kind: &str, class: &str) -> impl Iterator<Item = &'static str> {
     let of_this = move |row: &&Row| row.0 == kind && (row.1.is_empty() || row.1.contains(&class));
     ROWS.iter().filter(of_this).flat_map(|row| row.2.iter().copied())
 }
 
-/// Parameters of something of any type.
+/// Returns the parameters of all types of a kind.
 pub(super) fn names_of_kind(kind: &str) -> impl Iterator<Item = &'static str> {
     ROWS.iter().filter(move |row| row.0 == kind).flat_map(|row| row.2.iter().copied())
 }
 
-/// True for a name that is a parameter of something.
+/// Returns true if the name is a parameter of any kind.
 pub(super) fn is_name(name: &str) -> bool {
     ROWS.iter().any(|row| row.2.contains(&name))
 }

@@ -174,7 +174,8 @@ pub(super) fn number(word: &[u8]) -> Option<f32> {
     value.is_finite().then_some(value)
 }
 
-/// A finite number in double precision; numbers beyond the range of single precision are none.
+/// Parses a finite number in double precision; numbers beyond the range of single precision are
+/// refused.
 pub(super) fn wide_number(word: &[u8]) -> Option<f64> {
     number(word)?;
     std::str::from_utf8(word).ok()?.parse().ok()

@@ -89,7 +89,7 @@ pub(super) fn light(
     to_world: &DAffine3,
     sky: &mut Surroundings,
 ) -> Result<()> {
-    // Version 2 has two of them.
+    // In version 2 there are two names for it.
     let class = if class == "exinfinite" { "infinite" } else { class };
     loading.met("light", class, "left out", &p.at())?;
     p.accept(&["nsamples", "samples"]);
@@ -118,7 +118,7 @@ pub(super) fn light(
     loading.note_unused("light", class, p)
 }
 
-/// Adds an emitter at a place, if that is finite.
+/// Adds an emitter at a position, if the position is finite.
 pub(super) fn add(loading: &mut Loading<'_>, p: &Parameters, emitter: Emitter, place: DVec3) -> Result<()> {
     let (position, color) = match emitter {
         Emitter::Point { position, intensity } | Emitter::Spot { position, intensity, .. } => {

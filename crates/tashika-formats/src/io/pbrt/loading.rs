@@ -29,7 +29,7 @@ pub(super) struct Loading<'f> {
     /// The maps of lights.
     pub(super) maps: Maps,
     named: Named,
-    /// The names that the scene defines and uses.
+    /// Names that the scene defines and uses.
     pub(super) names: Names,
     /// For meshes, maps of lights, and grids of media: a small text can ask for the same large thing
     /// again and again.
@@ -70,7 +70,7 @@ impl<'f> Loading<'f> {
     /// `unknown` says.
     ///
     /// # Errors
-    /// If the feature is refused, or the name is a slip of one that is in the table.
+    /// If the feature is refused, or the name is a slip of a name in the table.
     pub(super) fn met(&mut self, kind: &'static str, name: &str, unknown: &str, at: &Location) -> Result<()> {
         if !Feature::look_up(FEATURES, [kind, name], at, self.builder.notes_mut())? {
             Feature::refuse_slip(FEATURES, [kind, name], at)?;
@@ -85,10 +85,10 @@ impl<'f> Loading<'f> {
         Feature::find(FEATURES, kind, name).is_some()
     }
 
-    /// Tells which parameters of a `kind`, of type `class` if that has types, nothing looked at.
+    /// Notes unused parameters of a `kind`, of type `class` if the kind has types.
     ///
     /// # Errors
-    /// If the name of one is a slip of one that is known there.
+    /// If an unused name is a slip of a known parameter.
     pub(super) fn note_unused(&mut self, kind: &str, class: &str, parameters: &Parameters) -> Result<()> {
         let owner = if class.is_empty() && kind != "material" {
             kind.to_owned()
@@ -105,10 +105,10 @@ impl<'f> Loading<'f> {
         Ok(())
     }
 
-    /// Tells that nothing looks at a parameter of an owner that knows parameters of those names.
+    /// Notes an unused parameter of an owner with the parameters `known`.
     ///
     /// # Errors
-    /// If its name is a slip of one of them.
+    /// If the name is a slip of one of `known`.
     pub(super) fn note_unknown(
         &mut self,
         owner: &str,

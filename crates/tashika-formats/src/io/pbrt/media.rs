@@ -80,7 +80,7 @@ impl Sides {
 }
 
 impl Media {
-    /// All names.
+    /// Returns the names of all media.
     pub(super) fn names(&self) -> Vec<String> {
         self.named.keys().cloned().collect()
     }

@@ -1,12 +1,12 @@
 //! Names that a scene defines: textures, materials, media.
 //!
-//! In pbrt-v3 a name stands for what was defined last before it is used. pbrt-v4 makes textures,
-//! media and materials after it has read all files, so that a name may be used before it is
-//! defined. Such a scene is read twice: the first time tells which names are used too early, the
-//! second time begins with their definitions and with what these use.
+//! In pbrt-v3 a name stands for the last definition before its use. pbrt-v4 makes textures, media
+//! and materials after it has read all files, so that a use may precede the definition. Such a
+//! scene is read twice: the first reading finds the names that are used too early; the second
+//! reading begins with their definitions, and with the definitions that these use.
 //!
-//! A name that is defined nowhere is noted where it is used, and refused if it is a slip of one
-//! that is. Held to this by `suite::pbrt_names`.
+//! An undefined name is noted where it is used, and refused if it is a slip of a defined name. Held
+//! to this by `suite::pbrt_names`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -16,13 +16,13 @@ use glam::DAffine3;
 use super::parameters::{Kind, Parameters};
 use crate::error::{Error, Location, Result, nearest_name};
 
-/// After so many different names that are defined nowhere, slips are not looked for; chosen.
+/// Number of undefined names that are compared with defined ones; chosen.
 const MAX_SLIPS: usize = 100;
 
-/// A slip is looked for among so many names at most; chosen.
+/// Largest number of names that an undefined name is compared with; chosen.
 const MAX_COMPARED: usize = 10_000;
 
-/// Kind of thing that a name is of.
+/// Kind of a named thing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Named {
     /// A texture of numbers.
@@ -35,7 +35,7 @@ pub(super) enum Named {
 }
 
 impl Named {
-    /// The word for it in messages.
+    /// Returns the word for the kind in messages.
     fn word(self) -> &'static str {
         match self {
             Self::Float | Self::Color => "texture",
@@ -51,10 +51,10 @@ impl Named {
 pub(super) struct Definition {
     pub(super) of: Named,
     pub(super) name: String,
-    /// Type of a texture; others have it among their parameters.
+    /// Type of a texture; other kinds have their type among their parameters.
     pub(super) class: String,
     pub(super) parameters: Rc<Parameters>,
-    /// Of a medium.
+    /// Transform of a medium.
     pub(super) to_world: Option<DAffine3>,
 }
 
@@ -63,7 +63,7 @@ impl Definition {
         (self.of, self.name.clone())
     }
 
-    /// The names that it uses.
+    /// Returns the names that the definition uses.
     fn uses(&self) -> Vec<(Named, String)> {
         let textures = self.parameters.of_kind(Kind::Texture).flat_map(|p| {
             let names = p.strings().iter();
@@ -75,40 +75,41 @@ impl Definition {
     }
 }
 
-/// The names that a reading has met.
+/// Names that were defined or used in a reading.
 #[derive(Debug, Default)]
 pub(super) struct Names {
-    /// The first definition of each, where a name may be used before it.
+    /// First definition of each name that may be used before its definition.
     defined: BTreeMap<(Named, String), Definition>,
-    /// Used while not defined, and where first.
+    /// Location of the first use of each undefined name.
     undefined: BTreeMap<(Named, String), Location>,
-    /// Defined before the reading, and not met since.
+    /// Names that were defined before the reading, and not in it so far.
     ahead: BTreeSet<(Named, String)>,
 }
 
 impl Names {
-    /// A name is used that is not defined.
+    /// Records a use of an undefined name.
     pub(super) fn miss(&mut self, of: Named, name: &str, at: &Location) {
         self.undefined.entry((of, name.to_owned())).or_insert_with(|| at.clone());
     }
 
-    /// Keeps a definition for names that are used before it.
+    /// Records a definition for names that are used before it.
     pub(super) fn keep(&mut self, definition: Definition) {
         self.defined.entry(definition.key()).or_insert(definition);
     }
 
-    /// True, once, for a definition that was carried out before the reading.
+    /// Returns true, once, for a definition that was executed before the reading.
     pub(super) fn was_ahead(&mut self, definition: &Definition) -> bool {
         self.ahead.remove(&definition.key())
     }
 
-    /// The definitions that a second reading has to begin with, each after those that it uses;
-    /// empty if no name was used before its definition. Names that use themselves stay undefined.
+    /// Returns the definitions that a second reading begins with, each after the definitions that
+    /// it uses; empty if no name was used before its definition. Names that use themselves stay
+    /// undefined.
     pub(super) fn needed_ahead(&self) -> Vec<Definition> {
         let mut ahead = Vec::new();
         let mut begun = BTreeSet::new();
         for wanted in self.undefined.keys() {
-            // Those that are begun, with whether what they use stands above them.
+            // Names in progress; true if the names that they use are above them on the stack.
             let mut stack = vec![(wanted.clone(), false)];
             while let Some((key, is_expanded)) = stack.pop() {
                 let Some(definition) = self.defined.get(&key) else { continue };
@@ -124,13 +125,13 @@ impl Names {
         ahead
     }
 
-    /// Definitions that are carried out before the reading.
+    /// Records the definitions that are executed before the reading.
     pub(super) fn begin_with(&mut self, ahead: &[Definition]) {
         self.ahead = ahead.iter().map(Definition::key).collect();
     }
 
-    /// Refuses a name that is defined nowhere and is a slip of one that is; `known` has the names of
-    /// a kind that are defined at the end.
+    /// Refuses an undefined name that is a slip of a defined one. `known` returns the names of a
+    /// kind that are defined at the end.
     ///
     /// # Errors
     /// [`Error::Invalid`] with the name that was probably meant.

@@ -87,7 +87,7 @@ impl Kind {
 /// The values of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Values {
-    /// Numbers of all types but integers and places.
+    /// Numbers of all types except integers and positions.
     Numbers(Vec<f32>),
     /// Coordinates of `point3` and `vector3`.
     Places(Vec<f64>),
@@ -122,7 +122,7 @@ impl Parameter {
         self.place.location()
     }
 
-    /// Bytes that a copy takes, roughly.
+    /// Returns the approximate size of a copy (bytes).
     pub(super) fn bytes(&self) -> usize {
         let values = match &self.values {
             Values::Numbers(values) => 4 * values.len(),
@@ -181,7 +181,8 @@ impl Parameters {
         self.place.location()
     }
 
-    /// Where a parameter of that name is declared, else where the directive stands.
+    /// Returns the location of a parameter, or of the directive if it has no parameter of that
+    /// name.
     pub(super) fn place_of(&self, name: &str) -> Location {
         let named = self.defaults.iter().chain(&self.list).rev().find(|p| p.name == name);
         named.map_or_else(|| self.at(), Parameter::at)
@@ -215,24 +216,23 @@ impl Parameters {
         self.list.iter().filter(|p| names.contains(&p.name.as_str())).for_each(|p| p.used.set(true));
     }
 
-    /// Marks every parameter that is known there, by [`known`](super::known), as one that changes
-    /// nothing here.
+    /// Marks all parameters in [`known`](super::known) as having no effect here.
     pub(super) fn accept_known(&self) {
         self.accepts_known.set(true);
     }
 
-    /// True if known parameters that nothing looked at change nothing here.
+    /// Returns true if unused known parameters have no effect here.
     pub(super) fn accepts_known(&self) -> bool {
         self.accepts_known.get()
     }
 
-    /// Marks every parameter as one that nothing has looked at.
+    /// Marks every parameter as unused.
     pub(super) fn forget_uses(&self) {
         self.list.iter().chain(&self.defaults).for_each(|p| p.used.set(false));
         self.accepts_known.set(false);
     }
 
-    /// All parameters of a declared type, without a look at them.
+    /// Returns all parameters of a declared type, without marking them as used.
     pub(super) fn of_kind(&self, kind: Kind) -> impl Iterator<Item = &Parameter> {
         self.defaults.iter().chain(&self.list).filter(move |p| p.kind == kind)
     }
@@ -301,7 +301,7 @@ impl Parameters {
         }
     }
 
-    /// All places of a `point3`.
+    /// Returns all positions of a `point3`.
     pub(super) fn points(&self, name: &str) -> Vec<DVec3> {
         match self.find(&[Kind::Point3], name).map(|parameter| &parameter.values) {
             Some(Values::Places(numbers)) => numbers.as_chunks::<3>().0.iter().map(|&v| v.into()).collect(),

@@ -26,8 +26,8 @@ use crate::math::motion::Track;
 /// Deepest nesting of saved states.
 pub(super) const MAX_SAVED: usize = 10_000;
 
-/// Bytes of the parameters that `Attribute` gives at most; chosen. Each state that is saved has them,
-/// and each shape.
+/// Most bytes of the parameters given by `Attribute`; chosen. Each saved state and each shape has a
+/// copy of them.
 pub(super) const MAX_DEFAULTS: usize = 1 << 15;
 
 /// What directives see and change.

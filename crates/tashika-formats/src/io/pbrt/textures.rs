@@ -43,7 +43,7 @@ pub(super) struct Textures {
 }
 
 impl Textures {
-    /// All names of textures of numbers, or of colours.
+    /// Returns the names of all textures of numbers, or of colours.
     pub(super) fn names(&self, of_numbers: bool) -> Vec<String> {
         if of_numbers { self.floats.keys().cloned().collect() } else { self.colors.keys().cloned().collect() }
     }

@@ -46,8 +46,8 @@ const MAX_EXPANSION: u64 = 256;
 /// are there for all vertices or none.
 ///
 /// # Errors
-/// [`Error::Invalid`] for a file that is not PLY, has no vertices, or contradicts itself. A cloud of
-/// points without faces is an empty mesh, with a note.
+/// [`Error::Invalid`] for a file that is not PLY, has no vertices, or contradicts itself. A cloud
+/// of points without faces is an empty mesh, with a note.
 pub(super) fn read(
     bytes: &[u8],
     options: &LoadOptions,
@@ -97,7 +97,7 @@ fn unpacked<'a>(bytes: &'a [u8], options: &LoadOptions, at: &Location) -> Result
     Ok(Cow::Owned(unpacked))
 }
 
-/// All elements in the order of the file; no faces if there is no such element.
+/// Reads all elements in the order of the file; faces are none if there is no such element.
 fn elements<N: Numbers>(header: &Header, mut numbers: N, at: &Location) -> Result<(Vertices, Option<Faces>)> {
     let missing = || {
         let found = "a header without element \"vertex\"";
@@ -120,7 +120,7 @@ fn elements<N: Numbers>(header: &Header, mut numbers: N, at: &Location) -> Resul
     Ok((vertices.ok_or_else(missing)?, faces))
 }
 
-/// The triangles of faces, whose corners are vertices that are there.
+/// Returns the triangles of the faces whose corners are existing vertices.
 fn triangles(vertices: &Vertices, faces: &Faces, notes: &mut Notes, at: &Location) -> Vec<[u32; 3]> {
     let mut triangles = Vec::with_capacity(faces.sizes.len());
     let mut triangulator = Triangulator::new();

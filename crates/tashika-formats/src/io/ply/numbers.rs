@@ -10,7 +10,7 @@ pub(super) enum Wrong {
     End,
     /// There is something else.
     Word(String),
-    /// The index of a vertex that is not there, and the number of vertices.
+    /// Index of a missing vertex, and number of vertices.
     Index(f64, u64),
 }
 

@@ -63,7 +63,7 @@ fn list_length(numbers: &mut impl Numbers, scalar: Scalar) -> Result<u64, Wrong>
 
 /// The element `vertex`.
 pub(super) struct Vertices {
-    /// About `origin`.
+    /// Positions relative to `origin`.
     pub positions: Vec<Vec3>,
     pub origin: DVec3,
     /// One a vertex, or none.
@@ -132,12 +132,13 @@ pub(super) struct Faces {
     pub corners: Vec<u32>,
     /// Corners of each.
     pub sizes: Vec<u32>,
-    /// True if the file has texture coordinates of each corner, which are skipped.
+    /// True if corners have texture coordinates, which are skipped.
     pub has_uvs: bool,
 }
 
 impl Faces {
-    /// Reads the element, whose indices are below `vertices`; its number of rows must have been checked.
+    /// Reads the element. Its indices must be below `vertices`; its number of rows must have been
+    /// checked.
     pub(super) fn read(
         element: &Element,
         vertices: u64,

@@ -182,7 +182,7 @@ fn polygons_are_triangulated_and_odd_ones_noted() {
     assert!(notes[0].contains("fewer than three") && notes[1].contains("cross themselves"), "{notes:?}");
 }
 
-/// As scanners write them (points alone) and MeshLab does (texture coordinates of corners).
+/// Files as written by scanners (points alone) and by MeshLab (texture coordinates of corners).
 #[test]
 fn points_without_faces_and_coordinates_of_corners_are_noted() {
     let cloud = TEXT.split("element face").next().unwrap().to_owned() + "end_header\n0 0 5 0 0 1 255 0 0\n";

@@ -1,9 +1,9 @@
 //! Materials that are bound to prims.
 //!
-//! A binding holds for a prim and those below it, until they are bound themselves; one
+//! A binding holds for a prim and its descendants, until a descendant has its own. A binding
 //! `strongerThanDescendants` is not replaced. Bindings for final renders (`material:binding:full`)
-//! count before those for all purposes, wherever they stand. A binding to what is no material
-//! counts as none.
+//! count before those for all purposes, at any level. A binding to a prim that is not a material is
+//! ignored.
 //!
 //! Held to this by `usd_scope` of the suite.
 
@@ -23,18 +23,18 @@ struct Binding {
     is_strong: bool,
 }
 
-/// The relationships, in their order.
+/// Names of the relationships, in the order of `Bindings`.
 const NAMES: [&str; 2] = ["material:binding:full", "material:binding"];
 
 impl Bindings {
-    /// The material that counts.
+    /// Returns the material that is used.
     pub fn material(&self) -> Option<&Text> {
         self.0.iter().flatten().map(|binding| &binding.material).next()
     }
 }
 
 impl Stage<'_> {
-    /// Takes over the bindings of a prim below those that are there.
+    /// Replaces inherited bindings by those of a prim.
     pub fn bind(&mut self, prim: &Prim, bindings: &mut Bindings) -> Result<()> {
         for (bound, name) in bindings.0.iter_mut().zip(NAMES) {
             let Some(material) = self.targets(prim, name).into_iter().next() else { continue };
@@ -48,8 +48,8 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// The material of a subset of a mesh, if it is another one than the mesh has; none,
-    /// with a note, if it is not there.
+    /// Returns the material of a subset, if it differs from that of the mesh; none, with a note, if
+    /// the material is missing.
     pub fn own_material(&mut self, subset: &Prim, of_mesh: &Bindings) -> Result<Option<Text>> {
         let mut bindings = of_mesh.clone();
         self.bind(subset, &mut bindings)?;

@@ -22,7 +22,7 @@ use crate::io::notes::shown;
 use crate::math::elementary::atan2_f64;
 use crate::scene::{Camera, Lens, NoteKind, Projection};
 
-/// Note on cameras without a picture.
+/// Note on cameras that cannot make a picture.
 const UNUSABLE: &str =
     "cameras whose focal length or aperture is not above 0, or whose transform loses directions: left out";
 
@@ -61,7 +61,7 @@ impl Stage<'_> {
             let radius = 0.5 * focal * tenth / stop;
             camera.lens = Lens::round(radius as f32, (focus * self.meters_per_unit) as f32);
         }
-        // As the program's users know it: its own name, unless another camera has it.
+        // Name in the program's interface: the camera's own, made unique.
         camera.name = unique(shown(prim.name()), &mut self.camera_names);
         if self.builder.add_camera_at(camera, to_world).is_err() {
             let at = self.at(prim);

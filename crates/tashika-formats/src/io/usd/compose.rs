@@ -7,8 +7,8 @@
 //! layers in theirs, are what a [`Prim`] is.
 //!
 //! # Guarantee
-//! A prim that is made of itself is refused. The number of sites in all is bounded by the bytes of the
-//! layers ([`work`](super::work)), and prims lie at most [`MAX_DEPTH`] deep in each other.
+//! A prim that is made of itself is refused. The number of sites in all is bounded by the bytes of
+//! the layers ([`work`](super::work)), and prims lie at most [`MAX_DEPTH`] deep in each other.
 //!
 //! # Differences from USD
 //! Classes that a referenced file inherits are those of that file alone; specialised classes are
@@ -127,8 +127,8 @@ impl<'f> Composer<'f> {
         Ok(Some(node))
     }
 
-    /// The same sites, which are named through `nested` others, one name further, without what they name
-    /// themselves.
+    /// Returns the child `name` of a node, without the sites that the child itself names. The node
+    /// is reached through `nested` others.
     fn step(&self, parent: &Node, name: &str, nested: usize) -> Result<Node> {
         let path: Text = if &*parent.path == "/" {
             format!("/{name}").into()
@@ -140,7 +140,7 @@ impl<'f> Composer<'f> {
             Some((layer, prim))
         });
         let specs: Vec<_> = specs.collect();
-        // Long paths are copied with each step.
+        // Each step copies the path, which may be long.
         self.steps.add(1 + path.len() as u64 / 64, nested);
         let depth = parent.depth;
         if parent.names() > MAX_DEPTH {
@@ -163,12 +163,12 @@ impl<'f> Composer<'f> {
         })
     }
 
-    /// Refuses a prim that asks for too much with all before it.
+    /// Refuses a prim that exceeds the permitted work of the scene.
     pub fn check(&self, node: &Node) -> Result<()> {
         self.steps.check(&self.layers, || self.at(node))
     }
 
-    /// Location of the prim that a node is.
+    /// Returns the location of a node's prim.
     fn at(&self, node: &Node) -> Location {
         match node.first_spec() {
             Some(site) => self.layers.at(site, &node.path),

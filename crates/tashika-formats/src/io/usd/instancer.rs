@@ -2,7 +2,7 @@
 //!
 //! Point `i` shows prototype `protoIndices[i]` at `M T_i R_i S_i`, with `M` of the instancer, and
 //! the prototype's own transform after that. Materials, display colours and purposes of a prototype
-//! are those of its own place in the scene; that it is hidden there does not count.
+//! are inherited in its own place in the scene; its visibility is not.
 //!
 //! Held to this by `usd_meshes::points_place_their_prototypes`.
 
@@ -85,8 +85,8 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// The meshes of a prototype, as it stands by itself; a note at `at` if it is not there. It is read
-    /// once for all instancers.
+    /// Returns the meshes of a prototype, in its own space. A missing prototype gives a note at
+    /// `at`. The prototype is read once for all instancers.
     fn prototype(&mut self, path: &Text, at: &Location) -> Result<Rc<Vec<Placed>>> {
         if let Some(known) = self.prototypes.get(path) {
             return Ok(Rc::clone(known));

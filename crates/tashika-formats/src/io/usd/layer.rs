@@ -33,7 +33,7 @@ pub(super) struct Metadata {
     pub sublayers: Vec<Text>,
     /// Whether a sublayer's time is shifted or scaled.
     pub has_offsets: bool,
-    /// True if prims of other layers are given other names.
+    /// True if the layer renames prims of other layers.
     pub has_relocates: bool,
     pub meters_per_unit: Option<f64>,
     pub up_axis: Option<Text>,
@@ -65,7 +65,7 @@ pub(super) struct PrimSpec {
     pub inherits: ListOp<Text>,
     pub specializes: ListOp<Text>,
     pub selections: Vec<(Text, Text)>,
-    /// Instances of a point instancer that are not there.
+    /// Inactive instances of a point instancer.
     pub inactive_ids: ListOp<i64>,
     /// True if values come from a series of other files.
     pub has_clips: bool,
@@ -86,9 +86,9 @@ pub(super) struct Property {
     /// By time code, which rises.
     pub samples: Vec<(f64, Stored)>,
     pub has_spline: bool,
-    /// True if the file calls it `custom`: no schema has it.
+    /// True if the file declares the property `custom`, that is, in no schema.
     pub is_custom: bool,
-    /// True if a value holds until the next sample: of whole numbers and truth values.
+    /// True if a value holds until the next sample, as whole numbers and truth values do.
     pub is_held: bool,
     /// What a relationship names.
     pub targets: ListOp<Text>,
@@ -129,7 +129,7 @@ impl Layer {
         self.prims.len() as u32 - 1
     }
 
-    /// Path of a prim, without names of variants; found by a search.
+    /// Searches the path of a prim, without names of variants.
     pub fn path(&self, index: u32) -> String {
         let mut above: BTreeMap<u32, (u32, Option<&Text>)> = BTreeMap::new();
         for (owner, prim) in self.prims.iter().enumerate() {
@@ -154,7 +154,7 @@ impl Layer {
 }
 
 impl PrimSpec {
-    /// The first prim that it names to be made of.
+    /// Returns the first prim that this prim is composed of.
     pub fn named(&self) -> Option<&Text> {
         let paths = [&self.inherits, &self.specializes].map(ListOp::first);
         let references = [&self.references, &self.payloads].map(ListOp::first);

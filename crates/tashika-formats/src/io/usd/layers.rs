@@ -100,12 +100,12 @@ impl<'f> Layers<'f> {
         &self.layers[layer].0.prims[prim as usize]
     }
 
-    /// Length of all files that were read as layers (bytes).
+    /// Returns the length of all files that were read as layers (bytes).
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// Path of a prim in its layer.
+    /// Returns the path of a prim in its layer.
     pub fn path(&self, (layer, prim): (LayerId, u32)) -> String {
         self.layers[layer].0.path(prim)
     }

@@ -45,7 +45,7 @@ use crate::scene::{
 /// Least difference of the cosines between which a spot fades.
 const MIN_FADING: f32 = 1e-4;
 
-/// Note on lights that look nowhere.
+/// Note on lights without a direction.
 const NO_DIRECTION: &str = "lights whose transform loses their direction: left out";
 
 /// What lights have in common.
@@ -108,8 +108,8 @@ impl Stage<'_> {
         }
     }
 
-    /// A radiance without what is below 0; nothing of one that is not finite, or nowhere above 0 and
-    /// somewhere below it. Either gives a note.
+    /// Returns a radiance with negative channels replaced by 0, with a note. Returns none, with a
+    /// note, if a channel is not finite, or if some are negative and none is positive.
     fn valid(&mut self, radiance: Rgb, at: &Location) -> Option<Rgb> {
         if radiance.is_valid() {
             return Some(radiance);
@@ -167,7 +167,7 @@ impl Stage<'_> {
         self.builder.add_emitter(Emitter::Directional { direction, irradiance })
     }
 
-    /// Direction of a light; none, with a note, if its transform loses it.
+    /// Returns the direction of a light; none, with a note, if its transform has none.
     fn axis(&mut self, prim: &Prim, state: &State) -> Option<Vec3> {
         let axis = state.to_world.transform_vector3(DVec3::NEG_Z).try_normalize();
         if axis.is_none() {
@@ -293,7 +293,7 @@ impl Stage<'_> {
         if self.light_number(prim, "shaping:focus", 0.0)? != 0.0 {
             met("light", "inputs:shaping:focus", self.at(prim), &mut self.builder)?;
         }
-        // The schema's own angle, where it is applied.
+        // The schema's own default, if the schema is applied.
         let usual = if self.has_schema(prim, "ShapingAPI") { 90.0 } else { 180.0 };
         let angle = self.light_number(prim, "shaping:cone:angle", usual)?;
         if angle >= 180.0 {

@@ -62,7 +62,7 @@ pub(super) struct Materials {
     by_path: BTreeMap<Text, Option<(Prim, Identity)>>,
     read: BTreeMap<(Identity, bool), UsedMaterial>,
     shown: BTreeMap<[u32; 4], UsedMaterial>,
-    /// True for the paths of materials, as far as they were looked up.
+    /// Paths that were looked up; true for materials.
     pub known: BTreeMap<Text, bool>,
 }
 

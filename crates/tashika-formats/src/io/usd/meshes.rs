@@ -75,7 +75,7 @@ impl Stage<'_> {
         Ok(meshes)
     }
 
-    /// Returns true if a subset is of faces, and for materials; else there is a note.
+    /// Returns true if a subset is a set of faces with a material; otherwise adds a note.
     fn is_of_faces(&mut self, subset: &Prim) -> Result<bool> {
         let row = if self.word(subset, "elementType")?.is_some_and(|word| &*word != "face") {
             "GeomSubset of other elements"
@@ -88,7 +88,8 @@ impl Stage<'_> {
         Ok(false)
     }
 
-    /// The faces that an attribute names, of those that there are; a note if it names others.
+    /// Returns the existing faces among those that an attribute names; a note is added for missing
+    /// ones.
     fn listed_faces(&mut self, prim: &Prim, name: &str, count: usize) -> Result<Vec<usize>> {
         let faces = self.value(prim, name)?;
         let faces = faces.as_ref().and_then(|faces| faces.numbers()).unwrap_or_default();
@@ -124,7 +125,7 @@ impl Stage<'_> {
         // Each face is of the first part that has it.
         let mut part_of: Vec<Option<usize>> = vec![None; faces.counts.len()];
         let last = parts.len() - 1;
-        // A hole is of none.
+        // A hole belongs to no part.
         for face in self.listed_faces(prim, "holeIndices", counts.faces)? {
             part_of[face] = Some(parts.len());
         }

@@ -105,13 +105,13 @@ struct Stage<'f> {
     materials: Materials,
     meshes: BTreeMap<MeshKey, Vec<MeshId>>,
     shapes: BTreeMap<(String, MaterialId), MeshId>,
-    /// Prototypes of point instancers, by path.
+    /// Meshes of the prototypes of point instancers, by path.
     prototypes: BTreeMap<Text, Rc<Vec<Placed>>>,
     shown: MeansOf,
     surroundings: Surroundings,
     camera_names: BTreeSet<String>,
     named: Named,
-    /// Prims of layers whose properties were looked at.
+    /// Prims of layers whose properties were checked.
     looked_at: BTreeSet<(LayerId, u32)>,
     value_budget: Allowance,
     geometry_budget: Allowance,

@@ -15,7 +15,7 @@ pub(super) enum Source {
     Output(Prim, Text),
 }
 
-/// The last of connections from one to the next: what has the value, or a shader and its output.
+/// End of a chain of connections: a property with a value, or a shader and its output.
 enum End {
     Value(Prim, Text),
     Output(Prim, Text),
@@ -31,7 +31,8 @@ impl Stage<'_> {
         })
     }
 
-    /// The prim and the property that an input has its value from: itself, or an input of the material.
+    /// Returns the prim and the property with the value of an input: the input itself, or an input
+    /// of the material.
     pub fn owner(&mut self, prim: &Prim, name: &str) -> Result<(Prim, Text)> {
         Ok(match self.end(prim, name)? {
             Some(End::Value(prim, name)) => (prim, name),

@@ -1,8 +1,8 @@
 //! A prim of the scene and the values that its opinions come to.
 //!
-//! Of a value the strongest opinion counts. Without a time it is the default, or where nobody gives
-//! one the first of what changes with time; at a time `t` it is what changes, between two times
-//! linearly where numbers are alike, else as before it, as are whole numbers and truth values.
+//! The strongest opinion counts. Without a time the value is the default, or the first sample if
+//! there is no default. At a time `t` the value is interpolated linearly between samples of equal
+//! shape; other values, whole numbers and truth values are those of the sample before `t`.
 //!
 //! Held to this by `usd` of the suite.
 
@@ -76,12 +76,12 @@ impl Stage<'_> {
         all.iter().any(|schema| &**schema == name)
     }
 
-    /// Returns true if values of it come from a series of other files.
+    /// Returns true if values of the prim come from a series of other files.
     pub fn has_clips(&self, prim: &Prim) -> bool {
         prim.opinions.iter().any(|&(layer, spec, _)| self.composer.layers.spec((layer, spec)).has_clips)
     }
 
-    /// Instances of a point instancer that are not there.
+    /// Returns the inactive instances of a point instancer.
     pub fn inactive_ids(&self, prim: &Prim) -> Vec<i64> {
         let mut all = Vec::new();
         for &(layer, spec, _) in prim.opinions.iter().rev() {
@@ -108,7 +108,7 @@ impl Stage<'_> {
         found.unwrap_or_else(|| self.at(prim))
     }
 
-    /// The strongest layer and prim that have a property.
+    /// Returns the strongest layer and prim that have a property.
     pub fn speaker(&self, prim: &Prim, name: &str) -> Option<(LayerId, u32)> {
         let layers = &self.composer.layers;
         self.strongest(prim, |l, s| layers.spec((l, s)).properties.contains_key(name).then_some((l, s)))

@@ -23,8 +23,8 @@ pub(super) struct Shown {
     pub opacity: Option<f32>,
 }
 
-/// Means of primvars that were read: by the layer and the prim that give the values and their indices,
-/// and whether they are constant.
+/// Means of primvars, and true for constant ones, by the layer and the prim of the values and of
+/// their indices.
 pub(super) type MeansOf =
     BTreeMap<((LayerId, u32), Option<(LayerId, u32)>, &'static str), Option<(Vec<f32>, bool)>>;
 
@@ -119,8 +119,8 @@ impl Stage<'_> {
         }
     }
 
-    /// Takes over the display colour and opacity of a prim; prims below it have them as well if they
-    /// are the same all over it, and else none.
+    /// Reads the display colour and opacity of a prim. Prims below inherit them only if they are
+    /// constant over the prim.
     pub fn show(&mut self, prim: &Prim, [own, below]: [&mut Shown; 2]) -> Result<()> {
         *own = *below;
         if let Some(([r, g, b], is_inherited)) = self.mean::<3>(prim, "displayColor")? {
@@ -135,7 +135,8 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// The mean of a primvar over a prim, with a note if it varies, and whether it is constant.
+    /// Returns the mean of a primvar over a prim, with a note if it varies, and true if it is
+    /// constant.
     fn mean<const N: usize>(&mut self, prim: &Prim, name: &'static str) -> Result<Option<([f32; N], bool)>> {
         let attribute = format!("primvars:{name}");
         let indexed = format!("{attribute}:indices");
@@ -161,7 +162,7 @@ impl Stage<'_> {
         name: &str,
     ) -> Result<Option<([f32; N], bool)>> {
         let Some(value) = self.value(prim, attribute)? else { return Ok(None) };
-        // One value may stand without its brackets.
+        // A single value may be written without brackets.
         let value = match value {
             Value::Tuple(numbers) => Value::Array { width: numbers.len().max(1), numbers },
             Value::Number(number) => Value::Array { width: 1, numbers: vec![number] },

@@ -1,8 +1,8 @@
 //! Fates of the properties that schemas define.
 //!
-//! A property is read, or noted where a file gives it another value than its fallback, or has no
-//! effect on pictures, as the table has it ([`FEATURES`](super::FEATURES), kind `no effect`).
-//! Prims that are left out as a whole have a row of their own.
+//! A property is read, or noted where its value differs from its fallback, or has no effect on
+//! pictures. The reasons for the latter are in the table ([`FEATURES`](super::FEATURES), kind `no
+//! effect`). Prims that are ignored as a whole have a row of their own.
 //!
 //! Held to this by the tests below, over all properties of Pixar's own library
 //! (`scripts/usd_schemas.py`).
@@ -11,16 +11,17 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Fate {
     Read,
-    /// Name of the table's row with the reason.
+    /// Name of the table's row that has the reason.
     NoEffect(&'static str),
-    /// Kind and name of the row that a note has its words from, unless the value is this.
+    /// Kind and name of the table's row that has the text of the note, and the value without a
+    /// note.
     Noted([&'static str; 2], Without),
 }
 
-/// A value that deserves no note.
+/// Value of a property that gives no note.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Without {
-    /// None, or an empty list.
+    /// No value, or an empty list.
     Nothing,
     Number(f64),
     Word(&'static str),
@@ -29,7 +30,7 @@ pub(super) enum Without {
 use self::Fate::{NoEffect, Noted, Read};
 use self::Without::{Nothing, Number, Word};
 
-/// Fates by name; a name that ends in `*` is of all that begin so.
+/// Fates by name; a name that ends in `*` is a prefix.
 type Fates = &'static [(&'static str, Fate)];
 
 /// Properties of prims of any type.
@@ -129,7 +130,7 @@ const CAMERA: Fates = &[
     ("backPlate:*", Noted(["camera", "backPlate"], Nothing)),
 ];
 
-/// Properties of lights, without `inputs:`, which older files have not.
+/// Properties of lights, without the prefix `inputs:`, which older files lack.
 const LIGHT: Fates = &[
     ("intensity", Read),
     ("exposure", Read),
@@ -180,7 +181,7 @@ const INSTANCER: Fates = &[
 
 const SUBSET: Fates = &[("elementType", Read), ("familyName", Read), ("indices", Read)];
 
-/// Fates by type of prim; none for types whose properties are not looked at.
+/// Returns the fates of a type of prim; none if its properties are not checked.
 fn fates(type_name: &str) -> Option<Fates> {
     Some(match type_name {
         "" | "Xform" | "Scope" => &[],
@@ -195,8 +196,8 @@ fn fates(type_name: &str) -> Option<Fates> {
     })
 }
 
-/// Returns the fate of a property, if a schema has it; none at all for types of prims whose
-/// properties are not looked at.
+/// Returns the fate of a property, if a schema has it. The outer option is none if properties of
+/// this type of prim are not checked.
 pub(super) fn fate(type_name: &str, property: &str) -> Option<Option<Fate>> {
     let own = fates(type_name)?;
     let is_light = type_name.ends_with("Light") || type_name == "DomeLight_1";
@@ -214,7 +215,7 @@ mod tests {
     use crate::io::features::{Feature, Support};
     use crate::io::usd::FEATURES;
 
-    /// Schema, property and fallback of each line of the list.
+    /// Returns schema, property and fallback of each line of the list.
     fn list() -> impl Iterator<Item = [&'static str; 3]> {
         let lines = include_str!("schemas.txt").lines();
         lines.map(|line| {
@@ -223,7 +224,7 @@ mod tests {
         })
     }
 
-    /// Schemas that add properties to prims of any type, with the type that they are looked at with.
+    /// Returns a type of prim whose table includes the properties of a schema.
     fn looked_at_with(schema: &str) -> Option<&str> {
         Some(match schema {
             "LightAPI" | "ShapingAPI" | "ShadowAPI" => "SphereLight",
@@ -234,14 +235,14 @@ mod tests {
         })
     }
 
-    /// Schemas whose properties a row of the table, or code beside this, answers for.
+    /// Returns true for schemas whose properties have a row of the table, or a reader elsewhere.
     fn is_told_elsewhere(schema: &str) -> bool {
         let row = |kind| Feature::find(FEATURES, kind, schema);
         let is_left_out = ["prim", "light"]
             .into_iter()
             .filter_map(row)
             .any(|r| r.support != Support::Full || r.how.starts_with("no effect"));
-        // Read by `materials` and `network`; of other renderers.
+        // Schemas that `materials` and `network` read, and a schema of another renderer.
         let is_read = ["Material", "Shader", "NodeGraph", "NodeDefAPI", "RiMaterialAPI"];
         is_left_out || is_read.contains(&schema)
     }
@@ -254,7 +255,7 @@ mod tests {
                 continue;
             }
             if property.is_empty() {
-                // A type of prims has a row, and a schema that is applied is looked at with any.
+                // A type of prim needs a row; an applied schema is checked with every type of prim.
                 let is_type = !schema.ends_with("API");
                 if is_type && looked_at_with(schema).is_none() {
                     unknown.push(schema.to_owned());

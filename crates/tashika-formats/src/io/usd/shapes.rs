@@ -66,8 +66,8 @@ impl Stage<'_> {
 }
 
 impl Stage<'_> {
-    /// Sizes of a shape or a light, by their names after `prefix`, with what they are where nothing
-    /// is said; nothing, with a note, if one of them is not above 0.
+    /// Returns the sizes of a shape or a light, given the prefix of their names, the names and the
+    /// fallbacks; none, with a note, if a size is not above 0.
     pub fn sizes<const N: usize>(
         &mut self,
         prim: &Prim,
@@ -79,7 +79,7 @@ impl Stage<'_> {
             let full = format!("{prefix}{name}");
             *size = match self.number(prim, &full)? {
                 Some(number) => number,
-                // As lights had it before.
+                // Older files write the names of lights without the prefix.
                 None => self.number_or(prim, name, fallback)?,
             };
             if *size <= 0.0 {

@@ -64,12 +64,12 @@ pub(super) struct Node {
 }
 
 impl Node {
-    /// The strongest layer and prim that say anything.
+    /// Returns the strongest layer and prim with an opinion.
     pub fn first_spec(&self) -> Option<(LayerId, u32)> {
         self.specs.first().copied().or_else(|| self.below.iter().find_map(Self::first_spec))
     }
 
-    /// Number of names of its path.
+    /// Returns the number of names of the path.
     pub fn names(&self) -> usize {
         self.path.bytes().filter(|b| *b == b'/').count()
     }

@@ -147,10 +147,10 @@ impl Stage<'_> {
             let is_usual = scale[..3] == [2.0; 3] && bias[..3] == [-1.0; 3];
             let is_plain = scale[..3] == [1.0; 3] && bias[..3] == [0.0; 3];
             if is_plain && !picture.has_values_below_zero(&self.builder) {
-                // Texels of 0 to 1, which somebody forgot to map to −1 to 1.
+                // Texels of 0 to 1 without the map to −1 to 1.
                 met("UsdUVTexture", "scale and bias of normals", at, &mut self.builder)?;
             } else if !is_usual {
-                // Twice the new texel less one is the scaled and biased one.
+                // Scaled and biased texel = 2 · new texel − 1.
                 let ends = [rgb(bias), rgb(bias) + rgb(scale)];
                 let ends = ends.map(|end| (end + Rgb::WHITE) * 0.5);
                 texture = between(&mut self.builder, ends, texture)?;

@@ -1,11 +1,11 @@
-//! Properties that files give and nobody reads.
+//! Properties of a file that no reader uses.
 //!
-//! Properties of schemas have a row of the table ([`properties`](super::properties)). Of
-//! others, a name without a namespace that the file does not call `custom` is noted, and so are
-//! inputs of lights; names of other renderers get one note. Primvars, custom attributes and
-//! namespaces that nobody knows are their users' own.
+//! Properties of schemas have a row of the table ([`properties`](super::properties)). Among the
+//! others, a name without a namespace is noted unless the file declares it `custom`, and so are
+//! inputs of lights. Names of other renderers share one note. Primvars, custom attributes and
+//! unknown namespaces belong to their users and are not noted.
 //!
-//! Each prim of a layer is looked at once, however many prims of the scene are made of it.
+//! Each prim of a layer is checked once, even if many prims of the scene are composed of it.
 //!
 //! Held to this by `usd_unread` of the suite.
 
@@ -25,7 +25,7 @@ const RENDERERS: [&str; 12] = [
 ];
 
 impl Stage<'_> {
-    /// Notes what is given of a prim and not read.
+    /// Notes properties of a prim that are given and not read.
     pub fn note_unread(&mut self, prim: &Prim, type_name: &str) -> Result<()> {
         for &(layer, spec, _) in prim.opinions() {
             if !self.looked_at.insert((layer, spec)) {
@@ -50,7 +50,7 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// Returns true if a property has another value than its fallback.
+    /// Returns true if the value of a property differs from its fallback.
     fn is_given(&mut self, prim: &Prim, name: &str, without: Without) -> Result<bool> {
         if !self.targets(prim, name).is_empty() {
             return Ok(true);

@@ -32,7 +32,7 @@ pub(super) enum Value {
     Paths(ListOp<Text>),
     /// References or payloads.
     References(ListOp<Reference>),
-    /// Whole numbers, as of instances.
+    /// Whole numbers, such as ids of instances.
     Ids(ListOp<i64>),
     /// Chosen variants: set and choice.
     Selections(Vec<(Text, Text)>),
@@ -89,7 +89,7 @@ impl<T: Clone + Ord> ListOp<T> {
         }
     }
 
-    /// The first item that is added.
+    /// Returns the first item that is added.
     pub fn first(&self) -> Option<&T> {
         self.explicit.iter().flatten().chain(&self.prepended).chain(&self.appended).next()
     }

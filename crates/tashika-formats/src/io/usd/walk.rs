@@ -1,7 +1,8 @@
 //! The way through the scene: which prims are drawn, where, and of what.
 //!
-//! Drawn is what is defined, active, not invisible, and of the purpose `default` or `render`. A prim
-//! without a type has neither a transform nor a visibility or a purpose, a `Scope` no transform.
+//! A prim is drawn if it is defined, active, not invisible, and of the purpose `default` or
+//! `render`. A prim without a type has no transform, visibility or purpose. A `Scope` has no
+//! transform.
 //!
 //! Held to this by `usd` and `usd_scope` of the suite.
 
@@ -18,7 +19,7 @@ use super::value::Text;
 use crate::error::{Error, Result};
 use crate::scene::{Instance, MeshId};
 
-/// Steps of putting prims together that a visit of one counts as.
+/// Steps of composition that a visit of a prim counts as.
 const STEPS: u64 = 2;
 
 /// What a prim has from those above it.
@@ -30,9 +31,9 @@ pub(super) struct State {
     shows_render: bool,
     purpose: Text,
     pub bindings: Bindings,
-    /// Shown where no material is bound.
+    /// Colour and opacity of the prim, if no material is bound.
     pub shown: Shown,
-    /// Shown by the prims below it, unless they have their own.
+    /// Colour and opacity that prims below inherit.
     shown_below: Shown,
     /// Whether this is below what a point instancer repeats.
     pub is_prototype: bool,
@@ -62,7 +63,8 @@ impl State {
         }
     }
 
-    /// State of a prototype: it stands by itself, and is seen although prims above it are hidden.
+    /// Returns the state of a prototype: without transforms of its ancestors, and visible even if
+    /// they are hidden.
     pub fn of_prototype(&self) -> Self {
         Self { to_world: DAffine3::IDENTITY, is_prototype: true, is_visible: true, ..self.clone() }
     }
@@ -187,7 +189,7 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// State of a prim of that type.
+    /// Returns the state of a prim of the given type.
     pub fn state(&mut self, prim: &Prim, type_name: &str, above: &State) -> Result<State> {
         let mut state = above.clone();
         state.depth += 1;
@@ -207,7 +209,7 @@ impl Stage<'_> {
         Ok(state)
     }
 
-    /// Takes over visibility and purpose of a prim.
+    /// Reads visibility and purpose of a prim.
     fn see(&mut self, prim: &Prim, state: &mut State) -> Result<()> {
         if self.word(prim, "visibility")?.is_some_and(|word| &*word == "invisible") {
             state.is_visible = false;

@@ -1,15 +1,15 @@
-//! The work and the memory that a scene may ask for, by the bytes of its layers.
+//! Bounds on the work and the memory of a scene, in proportion to the bytes of its layers.
 //!
-//! References that name prims with two references each double what a prim is made of, level by
-//! level: a file of 3 kB asks for as much as one of a gigabyte. With `n` bytes of layers a scene
-//! may have
+//! References that name prims with two references each double the work, level by level: a file of 3
+//! kB can ask for as much as one of a gigabyte. With `n` bytes of layers, the limit of each
+//! resource is
 //!
 //! ```text
 //! limit = first + each · n
 //! ```
 //!
-//! of a thing. The numbers are chosen: a layout of a few lines may have an asset a thousand times, and
-//! what doubles ends after about a second, and two more for each megabyte.
+//! The constants are chosen: a layout of a few lines may reference an asset a thousand times. Work
+//! that doubles ends after about a second, and two more for each megabyte.
 //!
 //! Held to this by `damaged_usd` of the suite.
 
@@ -21,7 +21,7 @@ use super::layers::{LayerId, Layers};
 use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
 
-/// An amount that is used up.
+/// A budget of bytes.
 #[derive(Debug)]
 pub(super) struct Allowance {
     used: Cell<u64>,
@@ -32,12 +32,12 @@ pub(super) struct Allowance {
 }
 
 impl Allowance {
-    /// Bytes of values: copies of arrays, each as often as it is asked for.
+    /// Creates the budget of values: copies of arrays, each as often as it is made.
     pub fn of_values(most: u64) -> Self {
         Self::new([1 << 30, 1 << 9], most, "values")
     }
 
-    /// Bytes of meshes and instances.
+    /// Creates the budget of meshes and instances.
     pub fn of_geometry(most: u64) -> Self {
         Self::new([1 << 28, 1 << 8], most, "geometry")
     }
@@ -46,10 +46,10 @@ impl Allowance {
         Self { used: Cell::new(0), first, each, most, purpose }
     }
 
-    /// Takes an amount for what stands at `at`.
+    /// Takes an amount from the budget, for the item at `at`.
     ///
     /// # Errors
-    /// If there is not as much left.
+    /// If the rest of the budget is smaller.
     pub fn take(&self, amount: u64, layers: &Layers<'_>, at: &Location) -> Result<()> {
         let used = self.used.get().saturating_add(amount);
         let limit = self.first.saturating_add(self.each.saturating_mul(layers.bytes())).min(self.most);
@@ -63,30 +63,30 @@ impl Allowance {
     }
 }
 
-/// Steps of putting prims together: sites, and items of lists.
+/// Steps of composition: sites, and items of lists.
 #[derive(Debug, Default)]
 pub(super) struct Steps {
     used: Cell<u64>,
-    /// Those of sites that are named through more than [`NESTED`] others.
+    /// Steps of sites that are named through more than [`NESTED`] others.
     nested: Cell<u64>,
     /// Number of times that each prim's references were followed.
     followed: BTreeMap<(LayerId, u32), u64>,
 }
 
-/// Steps of any scene; chosen: about a second.
+/// Steps permitted in every scene; chosen: about a second.
 const FIRST: u64 = 1 << 20;
 
-/// Steps for each byte of its layers.
+/// Further steps for each byte of the layers.
 const EACH: u64 = 2;
 
-/// Further steps for each byte, up to [`MOST_COPIES`], of sites that are not nested deeply: a layout of
-/// a few lines may have an asset a thousand times.
+/// Further steps for each byte, up to [`MOST_COPIES`], for sites that are not nested deeply: a
+/// layout of a few lines may reference an asset a thousand times.
 const EACH_COPY: u64 = 62;
 
-/// Most further steps.
+/// Largest number of further steps for sites that are not nested deeply.
 const MOST_COPIES: u64 = 7 << 20;
 
-/// Sites from one to the next before they count as nested deeply: what doubles so often is 128-fold.
+/// Largest length of a chain of sites that is not nested deeply: doubling at each site is 128-fold.
 const NESTED: usize = 7;
 
 impl Steps {
@@ -98,14 +98,16 @@ impl Steps {
         }
     }
 
-    /// Counts that what a prim of a layer names is followed.
+    /// Counts a following of the references of a prim of a layer.
     pub fn follow(&mut self, site: (LayerId, u32)) {
         *self.followed.entry(site).or_insert(0) += 1;
     }
 
+    /// Checks the number of steps.
+    ///
     /// # Errors
-    /// If there were too many steps. It names the prim whose references were followed most often,
-    /// or else `at`.
+    /// If there were too many steps. The error names the prim whose references were followed most
+    /// often, or else `at`.
     pub fn check(&self, layers: &Layers<'_>, at: impl FnOnce() -> Location) -> Result<()> {
         let bytes = layers.bytes();
         let nested = FIRST.saturating_add(EACH.saturating_mul(bytes));
@@ -116,7 +118,7 @@ impl Steps {
         }
         let limit = if is_nested { nested } else { all };
         let expected = format!("at most {limit} prims and items of lists from layers of {bytes} bytes");
-        // The first of those that were followed most often.
+        // The first prim among those that were followed most often.
         let most = self.followed.iter().max_by_key(|&(&site, &times)| (times, Reverse(site)));
         let Some((&site, times)) = most.filter(|(_, times)| **times > 1) else {
             return Err(Error::invalid(at(), "more prims, targets and items of lists than that", expected));

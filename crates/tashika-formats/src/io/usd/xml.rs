@@ -106,7 +106,7 @@ impl<'a, 'd> Making<'a, 'd> {
         self.lines.partition_point(|&start| start <= node.range().start) as u32
     }
 
-    /// Refuses a long name: each input below has the path of its material.
+    /// Refuses a long name, since each input below it stores the path of its material.
     fn check_name(&self, name: &str, of: Node<'_, '_>) -> Result<()> {
         if name.len() <= MAX_NAME {
             return Ok(());

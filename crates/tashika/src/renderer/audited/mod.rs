@@ -13,13 +13,13 @@
 //! there can be is fixed with the pictures (`looks`), and each has an equal share of the risk. So there
 //! is always an answer: a certificate, or the share that is certain.
 //!
-//! Whatever was reached, the map of half-widths is what the reconstruction foresees of its own
-//! error, scaled by the [rank](AuditTerms::rank) of the audited pixels' ratios: as sure as the
-//! certificate, the asked-for share of the pixels is within theirs. There is no map where the truth of
-//! the pixel of that rank is not known, as where the time is short, nor where too few are audited for
-//! a rank: half-widths are then NaN, and nothing is claimed of a pixel. A rank for each of two groups of
-//! pixels, by brightness or by what is foreseen, would widen the map by 8 to 34 %: so few pixels in a
-//! group have their largest ratio for the rank.
+//! In every case the map of half-widths is the error predicted by the reconstruction, scaled by the
+//! [rank](AuditTerms::rank) of the audited pixels' ratios: with the confidence of the certificate,
+//! the requested share of the pixels is within their half-widths. There is no map if the truth of
+//! the pixel of that rank is not known, as when the time is short, or if too few pixels are audited
+//! for a rank. Half-widths are then NaN, and nothing is claimed of a pixel. A rank for each of two
+//! groups of pixels, by brightness or by predicted error, would widen the map by 8 to 34 %: with so
+//! few pixels in a group, the rank is that of their largest ratio.
 //!
 //! The picture is made of paths by what VPLs tell or, if the scene needs paths, by path tracing alone.
 //! A share of its tiles is made otherwise ([`parts`]): the picture that shares are joined to is another

@@ -345,7 +345,7 @@ fn there_is_an_answer_when_the_time_is_up() {
     assert_eq!(ending.pictures.load(Ordering::SeqCst), 2, "a third picture would be late");
     assert!(image.totals.tally.out_of_budget > 0);
     is_a_map_or_none(&image.film);
-    // With no time at all no truth is known, and so no map.
+    // Without time no truth is known, so that there is no map.
     let image = renderer(1).error(0.001).observer(&Ending::new(1, true)).render().unwrap();
     let read = RenderFilm::of(&image.film);
     assert!(PictureClaim::of(image.film.metadata()).is_some() && read.tally().of(Claim::Audited) == 0);
@@ -355,7 +355,7 @@ fn there_is_an_answer_when_the_time_is_up() {
     assert!(audited.chunks(3).filter(|pixel| pixel[2] == 0.0).all(is_unknown), "zero would be black");
 }
 
-/// A half-width of zero is exact: that of the background. Where none is known it is no number.
+/// Checks that audited half-widths are positive, those of the background zero, and all others NaN.
 fn is_a_map_or_none(film: &Film) {
     let mut exact = 0;
     for (x, y) in Window::full(SIZE).pixels() {

@@ -116,8 +116,9 @@ impl Truth {
         let (paths, own) = (found.luminance.count() as f64, found.luminance.variance());
         let weight = NEIGHBOURHOOD_WEIGHT;
         let pooled = (paths * own + weight * self.known.variance) / (paths + weight);
-        // What its own paths have shown is never told smaller for the sake of others.
-        self.known = Around { luminance: found.luminance.mean(), variance: pooled.max(own) };
+        // Not below that of its own paths; `f64::max` would lose what is not a number.
+        let variance = if pooled < own { own } else { pooled };
+        self.known = Around { luminance: found.luminance.mean(), variance };
         self.rays += found.rays;
         self.found = found;
         self.stage += 1;
@@ -131,7 +132,7 @@ impl Truth {
         let half_width = of_errors(paths + NEIGHBOURHOOD_WEIGHT - 1.0) * variance.sqrt();
         let is_found =
             paths > 0.0 && found.importance_not_found <= NEGLIGIBLE * tolerance.of(luminance) * paths;
-        // What is not finite is no truth.
+        // A value that is not finite is not a truth.
         let is_known = is_found && luminance.is_finite() && half_width.is_finite();
         let interval = is_known.then(|| [(luminance - half_width).max(0.0), luminance + half_width]);
         AuditedPixel { pixel: *pixel, interval }

@@ -48,8 +48,8 @@ impl AuditedPixel {
             .is_some_and(|ends| ends.iter().all(|truth| (luminance - truth).abs() <= tolerance.of(*truth)))
     }
 
-    /// Whether it is not within, though it may be for some truth in its interval; a pixel that is not
-    /// finite is within for none.
+    /// Returns true if the pixel is within for some truth in its interval, but not for all. A pixel
+    /// that is not finite is within for none.
     pub fn is_open(&self, luminance: f64, tolerance: &Tolerance) -> bool {
         if !luminance.is_finite() {
             return false;
@@ -152,19 +152,19 @@ impl Verdict<'_> {
     }
 }
 
-/// What a picture states of a pixel.
+/// Statement of a picture about a pixel.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stated {
     pub claim: Claim,
-    /// By which the map of half-widths is scaled, where an interval is claimed.
+    /// Factor on the map of half-widths, where an interval is claimed.
     pub factor: f64,
     pub stop: Stop,
 }
 
 impl Stated {
-    /// Of a pixel of a picture in work.
+    /// Statement about a pixel of an unfinished picture.
     pub const NOTHING: Self = Self { claim: Claim::None, factor: f64::NAN, stop: Stop::SampleCount };
-    /// Of a pixel that shows nothing but a constant background, of which no light can be missing.
+    /// Statement about a pixel of a constant background, of which no light can be missing.
     pub const BACKGROUND: Self = Self { claim: Claim::Exact, factor: 0.0, stop: Stop::Complete };
 }
 
@@ -178,7 +178,7 @@ pub(super) struct Pictured<'f> {
 }
 
 impl Pictured<'_> {
-    /// Puts the picture into a film, with what is stated of each pixel.
+    /// Stores the picture in a film, with a statement for each pixel.
     pub fn store(&self, film: &mut Film, stated: impl Fn(usize) -> Stated) {
         film.metadata_mut().set(keys::FORESEEN, self.reconstructed.importance_median());
         for (k, (x, y)) in film.window().pixels().enumerate() {
@@ -230,8 +230,9 @@ pub(super) fn luminance_at(pixel: [u32; 2], window: &Window, radiance: &[Rgb]) -
     radiance[window.index(pixel[0], pixel[1])].luminance().into()
 }
 
-/// Whether a pixel of a film shows more than a constant background, which would be right in any
-/// picture and say nothing of the others. A pixel that is not finite does: it is wrong.
+/// Returns, for each pixel of a film, true if it shows more than a constant background. A constant
+/// background is correct in any picture, and no evidence about other pixels. A pixel that is not
+/// finite counts as shown: it is wrong.
 pub(super) fn shown(film: &Film) -> Vec<bool> {
     let read = RenderFilm::of(film);
     let is_shown = |(x, y)| {

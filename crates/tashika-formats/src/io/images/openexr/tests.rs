@@ -1,4 +1,5 @@
-//! OpenEXR by exact values: channels, windows, primaries, levels; and by damaged files.
+//! Tests of OpenEXR against exact values (channels, windows, primaries, levels), and with damaged
+//! files.
 
 use ::exr::image::write::WritableImage;
 use ::exr::image::{AnyChannel, AnyChannels, FlatSamples, Layer};
@@ -12,7 +13,7 @@ use crate::io::images::tests::{decoded, floats};
 use crate::io::images::{self, Decoded, Encoding};
 use crate::scene::Pixels;
 
-/// An OpenEXR file with these channels of 3 × 2 samples.
+/// Returns an OpenEXR file with the given channels of 3 × 2 samples.
 fn exr(channels: Vec<(&str, FlatSamples)>, encoding: exr::image::Encoding) -> Vec<u8> {
     let channels = channels.into_iter().map(|(name, samples)| AnyChannel::new(name, samples));
     let layer =
@@ -52,7 +53,7 @@ fn openexr_gives_its_colors_or_grey_whatever_the_layout() {
     }
 }
 
-/// A part of constant channels, its data window (first column and row, size).
+/// Returns a part of constant channels, given its data window (first column and row, size).
 fn part(
     name: &str,
     channels: &[(&str, f32)],
@@ -68,7 +69,7 @@ fn part(
     Layer::new((width, height), attributes, encoding, AnyChannels::sort(channels.collect()))
 }
 
-/// A file of these parts with that display window.
+/// Returns a file of the given parts with the given display window.
 fn parts(layers: Vec<Layer<AnyChannels<FlatSamples>>>, display: ([i32; 2], [usize; 2])) -> Vec<u8> {
     let ([x, y], [width, height]) = display;
     let window = IntegerBounds::new((x, y), (width, height));
@@ -79,7 +80,7 @@ fn parts(layers: Vec<Layer<AnyChannels<FlatSamples>>>, display: ([i32; 2], [usiz
     bytes.into_inner()
 }
 
-/// The picture of a file and what was approximated.
+/// Returns the picture of a file, its approximations and its only channel.
 fn approximated(bytes: &[u8]) -> (Vec<[f32; 3]>, Vec<String>, Option<Channel>) {
     let Decoded { image, approximations, lone, .. } = decoded(bytes, "a").unwrap();
     let Pixels::Float(texels) = image.pixels else { panic!() };
@@ -99,15 +100,15 @@ fn openexr_channels_are_taken_by_their_names() {
     assert_eq!(colour(&[("R", 0.5), ("G", 0.25)]), ([0.5, 0.25, 0.0], None));
     assert_eq!(colour(&[("r", 1.0), ("g", 2.0), ("b", 3.0)]), ([1.0, 2.0, 3.0], None));
     assert_eq!(colour(&[("Y", 0.5), ("Z", 9.0)]), ([0.5; 3], None));
-    // A layer's colours before a plain channel alone, and plain colours before a layer's.
+    // A layer's colours count before a single plain channel, and plain colours before a layer's.
     let layer = [("d.Z", 9.0), ("v.R", 1.0), ("v.G", 2.0), ("v.B", 3.0)];
     assert_eq!(colour(&layer), ([1.0, 2.0, 3.0], None));
     assert_eq!(colour(&[&layer[..], &[("R", 7.0)]].concat()), ([1.0, 2.0, 3.0], None));
     let plain = [("R", 4.0), ("G", 5.0), ("B", 6.0)];
     assert_eq!(colour(&[&layer[..], &plain].concat()), ([4.0, 5.0, 6.0], None));
-    // What has an X beside it is a place or a motion, no luminance.
+    // A Y with an X beside it is a position or a motion, not a luminance.
     assert_eq!(colour(&[("m.X", 8.0), ("m.Y", 8.0), ("v.R", 1.0)]).0, [1.0, 0.0, 0.0]);
-    // The part that has colours, whichever it is.
+    // The first part with colours counts, at any position in the file.
     let depth = part("depth", &[("Z", 9.0)], window);
     let several = vec![depth.clone(), part("rgb", &plain, window), part("more", &layer, window)];
     assert_eq!(approximated(&parts(several, window)), (vec![[4.0, 5.0, 6.0]], vec![], None));
@@ -115,7 +116,8 @@ fn openexr_channels_are_taken_by_their_names() {
     assert_eq!((texels[0], said), ([9.0; 3], vec!["its only channel \"Z\" is taken as grey".to_owned()]));
 }
 
-/// A data window of ones in a display window: cut where it is beyond, zero where it is not.
+/// A data window of ones is cut at the edges of the display window, and padded with zeros inside of
+/// it.
 #[test]
 fn openexr_is_padded_and_cropped_to_its_display_window() {
     let picture = |data, display| approximated(&parts(vec![part("a", &[("Y", 1.0)], data)], display));

@@ -1,7 +1,7 @@
 //! `ObjectBegin`, `ObjectEnd`, `ObjectInstance`, and the placing of meshes.
 //!
-//! In pbrt-v4 an instance may stand before its object: it is placed when all has been read. Tested
-//! by `suite::pbrt::objects_*`, `suite::pbrt_names`.
+//! In pbrt-v4 an instance may precede its object: such instances are placed at the end of the file.
+//! Tested by `suite::pbrt::objects_*`, `suite::pbrt_names`.
 
 use glam::DAffine3;
 
@@ -17,24 +17,24 @@ use crate::io::pbrt::version::Version;
 use crate::math::motion::Track;
 use crate::scene::NoteKind;
 
-/// Most placements of meshes: a small text can ask for a product of large numbers. Those that move
-/// count as often as they take up the memory of one that stands.
+/// Most placements of meshes, since a small text can ask for a product of large numbers. A moving
+/// placement counts by its memory, in units of a static one.
 const MAX_INSTANCES: usize = 1 << 22;
 
-/// Memory of one that stands, roughly.
+/// Approximate memory of a static placement (bytes).
 const INSTANCE_BYTES: usize = 150;
 
-/// An object that is placed.
+/// Instance of an object.
 pub(super) struct Instance {
     name: String,
     to_world: DAffine3,
-    /// Of `to_world`, if that moves.
+    /// Motion of `to_world`, if it moves.
     track: Option<Track>,
     at: Location,
 }
 
 impl Interpreter<'_> {
-    /// Places a part in the world; `track` is of `to_world` if that moves.
+    /// Places a part in the world. `track` is the motion of `to_world`, if it moves.
     pub(super) fn add_instance(
         &mut self,
         part: &Part,
@@ -102,7 +102,7 @@ impl Interpreter<'_> {
         self.place_object(&instance)
     }
 
-    /// Places the instances whose object is defined after them.
+    /// Places the instances that precede their objects.
     pub(super) fn place_waiting(&mut self) -> Result<()> {
         let waiting = std::mem::take(&mut self.waiting);
         waiting.iter().try_for_each(|instance| self.place_object(instance))
@@ -110,7 +110,7 @@ impl Interpreter<'_> {
 
     fn place_object(&mut self, instance: &Instance) -> Result<()> {
         let Instance { name, to_world, track, at } = instance;
-        // Taken out while its parts are placed, so that nothing is copied.
+        // Removed while its parts are placed, to avoid a copy.
         let Some(parts) = self.objects.remove(name) else {
             self.loading.names.miss(Named::Object, name, at);
             let message = format!("object {:?} is not defined: left out", excerpt(name, 60));

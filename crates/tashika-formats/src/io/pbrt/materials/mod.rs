@@ -106,7 +106,7 @@ impl Materials {
         Ok(())
     }
 
-    /// All names.
+    /// Returns the names of all materials.
     pub(super) fn names(&self) -> Vec<String> {
         self.named.keys().cloned().collect()
     }
@@ -225,7 +225,7 @@ impl Materials {
         material.alpha = match (shape_alpha, definition.opacity) {
             (Some(value), _) => {
                 // pbrt-v3 cuts holes where alpha is 0; pbrt-v4 lets light through at random.
-                // A light of alpha 0 is seen by nobody and shines.
+                // An emitter of alpha 0 is invisible, and emits in full.
                 let is_unseen = emission.is_some() && value.texture.is_none() && value.factor <= 0.0;
                 let mode = match loading.version {
                     _ if is_unseen => AlphaMode::Unseen,

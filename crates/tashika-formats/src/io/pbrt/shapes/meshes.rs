@@ -57,7 +57,7 @@ fn indices(p: &Parameters, vertices: usize, corners: usize) -> Result<Option<Vec
     }
 }
 
-/// Points; nothing, with a note, if there are none.
+/// Returns the points; none, with a note, if there are no points.
 fn points(loading: &mut Loading<'_>, p: &Parameters) -> Option<LocalPlaces> {
     let points = p.points("P");
     if points.is_empty() {

@@ -9,9 +9,9 @@
 //! being in the world. `ReverseOrientation` turns it around, where there are vertex normals only in
 //! pbrt-v4. For quadrics it is the side of their own normals, which it turns around too.
 //!
-//! Alpha textures cut holes in pbrt-v3 (where they are 0) and let a fraction through in pbrt-v4. A
-//! shape of alpha 0 that emits is not seen and shines in full; one of a fraction shines by that.
-//! Area lights of shapes inside objects are left out, as in pbrt.
+//! Alpha textures cut holes in pbrt-v3 (where they are 0) and transmit a fraction in pbrt-v4. An
+//! emitter of alpha 0 is invisible and emits in full; an emitter of fractional alpha emits that
+//! fraction. Area lights of shapes inside objects are left out, as in pbrt.
 //!
 //! Source: Pharr et al. 2023, chapter 6. Tested by `suite::pbrt::shapes_*`.
 

@@ -215,7 +215,7 @@ impl Parser<'_, '_> {
     }
 }
 
-/// Returns true if values of that type are whole numbers or truth values.
+/// Returns true if values of the type are whole numbers or truth values.
 fn is_whole(type_name: &str) -> bool {
     let rest =
         ["int64", "uint64", "uint", "int", "bool", "uchar"].iter().find_map(|t| type_name.strip_prefix(t));

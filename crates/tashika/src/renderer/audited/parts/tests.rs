@@ -241,7 +241,7 @@ fn truths_know_nothing_of_the_picture() {
     assert!(of_right.reached && of_right.outside <= 3, "{of_right}");
     assert!(!of_bright.reached && of_bright.outside > of_bright.audited * 4 / 5, "too bright: {of_bright}");
     let film = merged(&bright);
-    // All pixels but those that see a constant background alone, which are known.
+    // All pixels except those of a constant background alone, which are known.
     let tally = RenderFilm::of(&film).tally();
     assert_eq!(tally.out_of_budget + tally.of(Claim::Exact), film.window().area());
     let [right, bright] = [right, bright].map(|parts| joined(&parts).film);
