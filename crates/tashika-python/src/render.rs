@@ -83,8 +83,8 @@ use crate::words;
 /// A scene keeps the VPLs of its last render of light transport, for the next with the same.
 ///
 /// Raises `OptionError` for values out of range, and for arguments that contradict each other.
-/// Where things move or media scatter, the default method is path tracing; arguments without effect
-/// on it are then ignored with a warning.
+/// The default method of scenes with motion or scattering media is path tracing. Arguments that it
+/// does not use are ignored, with a warning.
 ///
 /// ```python
 /// >>> image = tashika.render(tashika.builtin("tiny"), size=(8, 6), vpls=200)

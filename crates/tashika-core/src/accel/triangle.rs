@@ -121,7 +121,7 @@ pub(super) struct Lines<F> {
 /// below the range of normal numbers add up to [`UNDERFLOW`] to a component of `n` and to the sum.
 ///
 /// # Error of the edge functions
-/// They are computed about the corner `v₀`. With `a = v₀ − o` and `q = a × d` they are
+/// Edge functions are computed about the corner `v₀`. With `a = v₀ − o` and `q = a × d` they are
 ///
 /// ```text
 /// V = e₂ · q      W = −e₁ · q      U = d · n − V − W
@@ -205,7 +205,7 @@ impl<F: Vector> Planes<F> {
 }
 
 impl<F: F32x8> Planes<F> {
-    /// The same as plain numbers.
+    /// The numbers as arrays, from which one triangle is taken.
     #[inline(always)]
     pub fn arrays(&self) -> Planes<[f32; WIDTH]> {
         Planes {
@@ -219,7 +219,7 @@ impl<F: F32x8> Planes<F> {
 }
 
 impl Planes<[f32; WIDTH]> {
-    /// Those of one triangle, as often as a vector has places.
+    /// The numbers of one triangle, the same in all places.
     #[inline(always)]
     pub fn of<F: Vector>(&self, slot: usize) -> Planes<F> {
         Planes {
@@ -238,9 +238,9 @@ const SMALLEST_LENGTHS: f32 = f32::MIN_POSITIVE * 64.0;
 /// Places whose segment or ray meets a triangle.
 #[derive(Clone, Copy)]
 pub(super) struct Met {
-    /// Those that do.
+    /// Places where it certainly meets one.
     pub certain: u32,
-    /// Those that do if exact arithmetic finds that they do.
+    /// Places that exact arithmetic decides.
     pub doubtful: u32,
 }
 
