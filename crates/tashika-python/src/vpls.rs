@@ -25,7 +25,7 @@ use crate::words;
 /// ```python
 /// >>> lights = tashika.vpls(tashika.builtin("tiny"), count=200)
 /// >>> lights.positions.shape, lights.intensities.dtype, lights.provenance["scene"]
-/// ((209, 3), dtype('float32'), 'tiny')
+/// ((210, 3), dtype('float32'), 'tiny')
 /// ```
 #[pyclass(frozen, module = "tashika")]
 pub struct VplSet(Arc<LightSet>);
