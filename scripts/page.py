@@ -391,7 +391,7 @@ def viewed_page(browser):
         opened.close()
 
 
-RENDER = "render builtin:tiny --truth vpl --vpls 2000 --gather 16 --size 400x225 --error 1% --serve --no-browser --log json --threads 1"
+RENDER = "render builtin:tiny --truth vpl --vpls 2000 --gather 6 --size 400x225 --error 1% --serve --no-browser --log json --threads 1"
 
 
 def address_of(program):

@@ -106,6 +106,12 @@ impl HenyeyGreenstein {
         (upper as f32).next_up().next_up()
     }
 
+    /// The distribution of the nearest asymmetry between −1 and 1; isotropic for NaN.
+    pub fn nearest(asymmetry: f32) -> Self {
+        let most = 1.0_f32.next_down();
+        Self { asymmetry: if asymmetry.is_nan() { 0.0 } else { asymmetry.clamp(-most, most) } }
+    }
+
     /// Whether the asymmetry is in range.
     pub fn is_valid(&self) -> bool {
         self.asymmetry.abs() < 1.0

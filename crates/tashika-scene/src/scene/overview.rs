@@ -46,8 +46,8 @@ impl Camera {
     /// A camera that shows all of `bounds`, in an image of any size once [`Camera::of_size`] was
     /// asked; before that in one that is square.
     pub fn overview(bounds: Aabb) -> Self {
-        let center = bounds.center();
-        let camera = Self::look_at("overview", center + FROM.normalize(), center, Vec3::Y, FOV);
+        // Only its axes: `of_size` places it, and far from the origin both places round to one.
+        let camera = Self::look_at("overview", FROM.normalize(), Vec3::ZERO, Vec3::Y, FOV);
         Self { shows: Some(bounds), ..camera }.of_size([1, 1])
     }
 

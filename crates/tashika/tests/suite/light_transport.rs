@@ -144,7 +144,7 @@ pub fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
     let tracer = tracer(b);
     // Far enough for what it cuts off to matter.
     let lights = VplOptions { count: 300_000, clamp: Clamp::Distance(0.8), ..VplOptions::default() };
-    let options = ControlOptions { error: 0.015, ..ControlOptions::default() };
+    let options = ControlOptions { error: 0.02, ..ControlOptions::default() };
     let estimate = |lights: &GuidedLights, estimator: Estimator| {
         let ours = LightTransport::new(&tracer, lights, &options).only_by(estimator);
         let film = film(&tracer, &ours, SIZE, 64, 3);

@@ -13,6 +13,7 @@ mod damaged_pbrt;
 mod damaged_usd;
 mod deforming;
 mod determinism;
+mod extremes;
 mod far_from_zero;
 mod features;
 mod filters;

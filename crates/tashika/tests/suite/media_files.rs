@@ -101,17 +101,61 @@ fn media_of_pbrt_that_cannot_be_are_errors_with_their_line() {
             "{V4}MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\n {parameter} {TRIANGLE}"
         ))
     };
-    let error = fog("\"rgb sigma_a\" [.1 -.2 .3]");
-    assert!(error.starts_with("scene.pbrt:3:2: parameter \"rgb sigma_a\" with a negative number"), "{error}");
-    for wrong in ["\"float g\" 1", "\"float g\" -1.5", "\"float scale\" -1", "\"rgb sigma_s\" [1e10 0 0]"] {
-        let error = fog(wrong);
-        assert!(error.starts_with("scene.pbrt:2:1: medium fog: absorption"), "{error}");
-        assert!(error.contains("at most 1e9 m⁻¹ together, and g between -1 and 1"), "{error}");
-    }
+    let error = fog("\"rgb sigma_s\" [1e10 0 0]");
+    assert!(error.starts_with("scene.pbrt:2:1: medium fog: absorption"), "{error}");
+    assert!(error.contains("at most 1e9 m⁻¹ together, and g between -1 and 1"), "{error}");
     let without = scene(&format!("{V4} MakeNamedMedium \"fog\" MediumInterface \"fog\" \"\" {TRIANGLE}"));
     assert!(noted(&without, NoteKind::Repaired, "media without type: vacuum"));
     let unknown = scene(&format!("{V4} MakeNamedMedium \"fog\" \"string type\" \"jelly\" {TRIANGLE}"));
     assert!(noted(&unknown, NoteKind::Ignored, "medium \"jelly\" is unknown: vacuum"));
+}
+
+/// Below zero is zero, and beyond ±1 the nearest asymmetry; each with a note at its line.
+#[test]
+fn values_of_media_out_of_range_are_moved_into_it() {
+    let of_pbrt = |parameters: &str| {
+        let text = format!(
+            "{V4}MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_s\" [1 1 1]\n\
+             {parameters} MediumInterface \"fog\" \"\" Material \"interface\" {TRIANGLE}"
+        );
+        scene(&text)
+    };
+    let of_mitsuba = |inside: &str| {
+        mitsuba::load(&format!(
+            "{VOLPATH}<shape type=\"cube\"><bsdf type=\"null\"/>\
+             <medium type=\"homogeneous\" name=\"interior\">{inside}</medium></shape>"
+        ))
+    };
+    let g = |value: f32| format!("<phase type=\"hg\"><float name=\"g\" value=\"{value}\"/></phase>");
+    let most = 1.0_f32.next_down();
+    for (scene, message, absorption, scattering, asymmetry) in [
+        (of_pbrt("\"rgb sigma_a\" [.1 -.2 .3]"), "negative channels", [0.1, 0.0, 0.3], [1.0; 3], 0.0),
+        (of_pbrt("\"rgb sigma_a\" [0 0 0] \"float scale\" -2"), "negative scales", [0.0; 3], [0.0; 3], 0.0),
+        (of_pbrt("\"rgb sigma_a\" [0 0 0] \"float g\" 1.5"), "asymmetries", [0.0; 3], [1.0; 3], most),
+        (of_pbrt("\"rgb sigma_a\" [0 0 0] \"float g\" -1"), "asymmetries", [0.0; 3], [1.0; 3], -most),
+        (
+            of_mitsuba("<rgb name=\"sigma_t\" value=\"4 -1 4\"/>"),
+            "negative coefficients",
+            [1.0, 0.0, 1.0],
+            [3.0, 0.0, 3.0],
+            0.0,
+        ),
+        (
+            of_mitsuba("<rgb name=\"albedo\" value=\"1 1.5 0\"/>"),
+            "albedos of media above 1",
+            [0.0, 0.0, 1.0],
+            [1.0, 1.0, 0.0],
+            0.0,
+        ),
+        (of_mitsuba("<float name=\"scale\" value=\"-2\"/>"), "negative scales", [0.0; 3], [0.0; 3], 0.0),
+        (of_mitsuba(&g(1.0)), "asymmetries", [0.25; 3], [0.75; 3], most),
+        (of_mitsuba(&g(-7.0)), "asymmetries", [0.25; 3], [0.75; 3], -most),
+    ] {
+        let notes: Vec<_> = scene.notes().iter().filter(|n| n.kind == NoteKind::Repaired).collect();
+        let [note] = &notes[..] else { panic!("{message}: {notes:?}") };
+        assert!(note.message.contains(message) && note.first.line.is_some(), "{note:?}");
+        assert_medium(&scene.media()[0], absorption, scattering, asymmetry);
+    }
 }
 
 /// A text of pbrt with something of every media directive, damaged at any place.
@@ -226,21 +270,8 @@ fn media_of_mitsuba_that_cannot_be_are_errors_with_their_place() {
         error
     };
     for (wrong, says) in [
-        (
-            "<rgb name=\"sigma_t\" value=\"1 -1 1\"/>",
-            "sigma_t = [1.0, -1.0, 1.0]; expected finite numbers of at least 0",
-        ),
         ("<string name=\"sigma_t\" value=\"thick\"/>", "sigma_t that is no number and no colour"),
-        (
-            "<rgb name=\"albedo\" value=\"1 1.5 1\"/>",
-            "albedo = [1.0, 1.5, 1.0]; expected an albedo from 0 to 1",
-        ),
-        ("<float name=\"scale\" value=\"-2\"/>", "absorption"),
         ("<float name=\"scale\" value=\"1e12\"/>", "at most 1e9 m⁻¹ together"),
-        (
-            "<phase type=\"hg\"><float name=\"g\" value=\"1\"/></phase>",
-            "g = 1; expected a number between -1 and 1",
-        ),
     ] {
         let error = inside(wrong);
         assert!(error.contains(says), "{error}");
@@ -401,12 +432,7 @@ fn grids_of_pbrt_that_cannot_be_are_errors_with_their_line() {
             "\"integer ny\" 2 \"float density\" [1 -2]",
             "a grid with -2 in cell (0, 1, 0); expected finite values of at least 0",
         ),
-        (
-            "\"float density\" 1 \"point3 p1\" [1 0 1]",
-            "a grid in a box from [0, 0, 0] to [1, 0, 1] that cannot be placed",
-        ),
         ("\"float density\" 1e30", "mean free paths across its grid; expected at most 1e9 m⁻¹"),
-        ("\"float density\" 1 \"rgb sigma_s\" [1 -1 1]", "with a negative number"),
     ] {
         let error = said("uniformgrid", grid);
         assert!(error.starts_with("scene.pbrt:") && error.contains(says), "{error}");
@@ -417,7 +443,17 @@ fn grids_of_pbrt_that_cannot_be_are_errors_with_their_line() {
         "{colors}"
     );
     assert!(said("rgbgrid", "").contains("0 values for a grid"));
-    assert!(said("rgbgrid", "\"rgb sigma_s\" [1 1 -1]").contains("with a negative number"));
+
+    let vacuum = |class: &str, grid: &str| {
+        let smoke = format!("MakeNamedMedium \"smoke\" \"string type\" \"{class}\" {grid}");
+        scene(&format!("{V4} {smoke} MediumInterface \"smoke\" \"\" {TRIANGLE}"))
+    };
+    let flat = vacuum("uniformgrid", "\"float density\" 1 \"point3 p1\" [1 0 1]");
+    assert!(noted(&flat, NoteKind::Repaired, "grids of media in a box without volume: vacuum"));
+    assert!(flat.media().is_empty());
+    let dark = vacuum("rgbgrid", "\"rgb sigma_s\" [1 1 -1]");
+    assert!(noted(&dark, NoteKind::Repaired, "colours with negative channels"));
+    assert_eq!(dark.media().len(), 1);
 }
 
 fn smoke(medium: &str, version: &str, file: &[u8]) -> Scene {
@@ -512,11 +548,9 @@ fn grids_of_mitsuba_that_cannot_be_are_errors_or_notes_with_their_place() {
     assert!(thick.contains("scene.xml:3:") && thick.contains("mean free paths across its grid"), "{thick}");
     for scale in ["x=\"0\"", "value=\"1e-30\""] {
         let flat = format!("<transform name=\"to_world\"><scale {scale}/></transform>");
-        let error = said(&gridvolume("sigma_t", &flat), &ones);
-        assert!(
-            error.contains("scene.xml:3:") && error.contains("has no volume, or is too large"),
-            "{error}"
-        );
+        let scene = smoke(&heterogeneous(&gridvolume("sigma_t", &flat)), "3.0.0", &ones);
+        let message = "grids of media in a box without volume: nothing is there";
+        assert!(noted(&scene, NoteKind::Repaired, message) && !scene.has_media());
     }
     let other = said(&gridvolume("sigma_s", ""), &ones);
     assert!(other.contains("a grid for sigma_s; expected grids for sigma_t and albedo"), "{other}");

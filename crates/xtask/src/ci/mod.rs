@@ -87,8 +87,7 @@ fn toolchain(shell: &Shell) -> Outcome<()> {
 }
 
 /// What has to compile for machines that it is not run on here.
-const OTHER_MACHINES: [&str; 3] =
-    ["aarch64-unknown-linux-gnu", "aarch64-apple-darwin", "x86_64-pc-windows-gnu"];
+const OTHER_MACHINES: [&str; 2] = ["aarch64-apple-darwin", "x86_64-pc-windows-gnu"];
 
 /// What the manifests promise of machines and compilers, where there is a rustup to fetch them.
 fn others(shell: &Shell) -> Outcome<()> {

@@ -97,7 +97,11 @@ impl<'a> Translation<'a> {
         if self.document.is_old() && object.text("material").is_some() {
             self.feature("medium", "homogeneous material", &object.at)?;
         }
-        let scale = object.float("scale").unwrap_or(1.0) as f32;
+        let mut scale = object.float("scale").unwrap_or(1.0) as f32;
+        if scale < 0.0 {
+            self.builder.note(NoteKind::Repaired, "negative scales of media: 0", object.place_of("scale"));
+            scale = 0.0;
+        }
         let [absorption, scattering] =
             [self.coefficient(object, "sigma_a")?, self.coefficient(object, "sigma_s")?];
         let ([absorption, scattering], variation) = if absorption.is_some() || scattering.is_some() {
@@ -113,14 +117,15 @@ impl<'a> Translation<'a> {
                 Some(Volume::Constant(extinction)) => (extinction, None),
                 Some(Volume::Grid(density)) => (Rgb::WHITE, Some(density)),
             };
-            let (albedo, scattered) = match self.volume(object, "albedo", None)? {
+            let (mut albedo, scattered) = match self.volume(object, "albedo", None)? {
                 None => (Rgb::gray(ALBEDO), Scattered::Evenly),
                 Some(Volume::Constant(albedo)) => (albedo, Scattered::Evenly),
                 Some(Volume::Grid(albedos)) => (Rgb::WHITE, Scattered::Albedo(albedos)),
             };
             if albedo.max_channel() > 1.0 {
-                let found = format!("albedo = {:?}", albedo.to_array());
-                return Err(Error::invalid(object.place_of("albedo"), found, "an albedo from 0 to 1"));
+                let message = "albedos of media above 1: 1";
+                self.builder.note(NoteKind::Repaired, message, object.place_of("albedo"));
+                albedo = albedo.map(|v| v.min(1.0));
             }
             let extinction = extinction * scale;
             let varies = density.is_some() || scattered != Scattered::Evenly;
@@ -158,12 +163,13 @@ impl<'a> Translation<'a> {
             self.without_effect(phase)?;
             return Ok(HenyeyGreenstein::default());
         }
-        let asymmetry = HenyeyGreenstein { asymmetry: phase.float("g").unwrap_or(ASYMMETRY) as f32 };
-        if !asymmetry.is_valid() {
-            let found = format!("g = {}", asymmetry.asymmetry);
-            return Err(Error::invalid(phase.place_of("g"), found, "a number between -1 and 1"));
+        let asymmetry = phase.float("g").unwrap_or(ASYMMETRY) as f32;
+        let nearest = HenyeyGreenstein::nearest(asymmetry);
+        if nearest.asymmetry != asymmetry {
+            let message = "asymmetries of media outside -1 to 1: the nearer end";
+            self.builder.note(NoteKind::Repaired, message, phase.place_of("g"));
         }
         phase.note_unused(self.builder.notes_mut())?;
-        Ok(asymmetry)
+        Ok(nearest)
     }
 }

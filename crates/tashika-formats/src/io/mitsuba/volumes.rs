@@ -17,7 +17,7 @@ use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::io::assets::{kind, reason};
 use crate::io::notes::shown;
-use crate::scene::{VolumeData, VolumeEdges, VolumeGrid, VolumeSamples};
+use crate::scene::{NoteKind, VolumeData, VolumeEdges, VolumeGrid, VolumeSamples};
 
 /// A coefficient or an albedo.
 pub(super) enum Volume {
@@ -58,13 +58,19 @@ impl<'a> Translation<'a> {
             volume.note_unused(self.builder.notes_mut())?;
         }
         match color {
-            Some(color) if color.is_valid() => Ok(Some(Volume::Constant(color))),
+            Some(color) if color.is_finite() => {
+                if !color.is_valid() {
+                    let message = "negative coefficients and albedos of media: 0";
+                    self.builder.note(NoteKind::Repaired, message, holder.place_of(name));
+                }
+                Ok(Some(Volume::Constant(color.map(|v| v.max(0.0)))))
+            }
             _ => {
                 let found = match color {
                     Some(color) => format!("{name} = {:?}", color.to_array()),
                     None => format!("{name} that is no number and no colour"),
                 };
-                Err(Error::invalid(holder.place_of(name), found, "finite numbers of at least 0"))
+                Err(Error::invalid(holder.place_of(name), found, "finite numbers"))
             }
         }
     }
@@ -85,7 +91,7 @@ impl<'a> Translation<'a> {
         let instead = if missing.is_some() { "nothing is there" } else { "the medium's own value" };
         let Some(reference) = object.text("filename") else {
             let message = format!("volume \"gridvolume\" without a file: {instead}");
-            self.builder.note(crate::scene::NoteKind::Repaired, message, object.at.clone());
+            self.builder.note(NoteKind::Repaired, message, object.at.clone());
             object.accept_known();
             object.note_unused(self.builder.notes_mut())?;
             return Ok(None);
@@ -119,8 +125,9 @@ impl<'a> Translation<'a> {
             || box_to_world.matrix3.determinant() == 0.0
             || !box_to_world.inverse().is_finite()
         {
-            let found = "a grid in a box that has no volume, or is too large";
-            return Err(Error::invalid(at, found, "a box with edges of finite lengths"));
+            let message = format!("grids of media in a box without volume: {instead}");
+            self.builder.note(NoteKind::Repaired, message, at);
+            return Ok(None);
         }
         let data = VolumeData {
             counts,

@@ -24,7 +24,7 @@ use glam::{DAffine3, DVec3};
 
 use super::loading::Loading;
 use super::names::Named;
-use super::parameters::{Parameters, Values};
+use super::parameters::Parameters;
 use super::spectra::{self, Quantity};
 use super::transform;
 use super::version::Version;
@@ -88,8 +88,8 @@ impl Media {
     /// `MakeNamedMedium name`, of which a grid is placed by `to_world`.
     ///
     /// # Errors
-    /// Coefficients that are negative or too large, an asymmetry that is not between −1 and 1; a
-    /// grid without cells or volume, or with another number of values than of cells.
+    /// Coefficients that are too large; a grid without cells, or with another number of values than
+    /// of cells.
     pub(super) fn define(
         &mut self,
         loading: &mut Loading<'_>,
@@ -163,14 +163,20 @@ fn made_of(
         )?;
         p.accept(&glow);
     }
-    let scale = p.float("scale").unwrap_or(1.0);
-    let phase = HenyeyGreenstein { asymmetry: p.float("g").unwrap_or(0.0) };
+    let scale = scale(loading, p);
+    let asymmetry = p.float("g").unwrap_or(0.0);
+    let phase = HenyeyGreenstein::nearest(asymmetry);
+    if phase.asymmetry != asymmetry {
+        let message = "asymmetries of media outside -1 to 1: the nearer end";
+        loading.note(NoteKind::Repaired, message, p.place_of("g"));
+    }
     let name = excerpt(name, 60);
     let medium = if class == "rgbgrid" {
-        let [absorption, scattering] = of_cells(p, scale)?;
+        let [absorption, scattering] = of_cells(loading, p, scale)?;
         let all = absorption.iter().zip(&scattering).map(|(a, s)| *a + *s).collect();
-        let grid = |values| grid(loading, p, VolumeValues::Colors(values), to_world);
-        let variation = Variation::new(Some(grid(all)?), Scattered::Coefficient(grid(scattering)?));
+        let mut grid = |values| grid(loading, p, VolumeValues::Colors(values), to_world);
+        let (Some(all), Some(scattering)) = (grid(all)?, grid(scattering)?) else { return Ok(None) };
+        let variation = Variation::new(Some(all), Scattered::Coefficient(scattering));
         let (absorption, scattering, variation) = (Rgb::BLACK, Rgb::WHITE, Some(Arc::new(variation)));
         Medium { name, absorption, scattering, phase, variation }
     } else {
@@ -178,22 +184,42 @@ fn made_of(
         let own = if is_new_grid { [Rgb::WHITE; 2] } else { [ABSORPTION, SCATTERING] };
         let absorption = coefficient(loading, p, "sigma_a")?.unwrap_or(own[0]) * scale;
         let scattering = coefficient(loading, p, "sigma_s")?.unwrap_or(own[1]) * scale;
-        let density = match class {
-            "homogeneous" => None,
-            "nanovdb" => match grid_of_file(loading, p, to_world)? {
-                Some(density) => Some(density),
-                None => return Ok(None),
-            },
-            _ => {
+        let variation = if class == "homogeneous" {
+            None
+        } else {
+            let density = if class == "nanovdb" {
+                grid_of_file(loading, p, to_world)?
+            } else {
                 let density = VolumeValues::Numbers(p.floats("density").unwrap_or_default().to_vec());
-                Some(grid(loading, p, density, to_world)?)
-            }
+                grid(loading, p, density, to_world)?
+            };
+            let Some(density) = density else { return Ok(None) };
+            Some(Arc::new(Variation::new(Some(density), Scattered::Evenly)))
         };
-        let variation = density.map(|density| Arc::new(Variation::new(Some(density), Scattered::Evenly)));
         Medium { name, absorption, scattering, phase, variation }
     };
     medium.validate(at)?;
     Ok(Some(medium))
+}
+
+/// The factor of the coefficients.
+fn scale(loading: &mut Loading<'_>, p: &Parameters) -> f32 {
+    let scale = p.float("scale").unwrap_or(1.0);
+    if scale < 0.0 {
+        loading.note(NoteKind::Repaired, "negative scales of media: 0", p.place_of("scale"));
+        return 0.0;
+    }
+    scale
+}
+
+/// A place that has a volume; nothing, with a note, for any other.
+fn placed(loading: &mut Loading<'_>, p: &Parameters, to_world: Option<DAffine3>) -> Option<DAffine3> {
+    let placed = to_world.filter(|t| transform::placeable(t).is_some());
+    if placed.is_none() {
+        loading.note(NoteKind::Repaired, "grids of media in a box without volume: vacuum", p.at());
+        p.accept_known();
+    }
+    placed
 }
 
 /// The densities of a NanoVDB file.
@@ -230,9 +256,7 @@ fn grid_of_file(
         [nano.lowest.map(f64::from), nano.counts.map(|n| f64::from(n - 1))].map(DVec3::from_array);
     let indices = DAffine3::from_translation(lowest) * DAffine3::from_scale(size);
     let to_world = to_world.map(|t| t * nano.to_world * indices);
-    let Some(to_world) = to_world.filter(|t| transform::placeable(t).is_some()) else {
-        return Err(Error::invalid(at, "a grid that cannot be placed", "a box that has a volume"));
-    };
+    let Some(to_world) = placed(loading, p, to_world) else { return Ok(None) };
     let data = VolumeData {
         counts: nano.counts,
         values: VolumeValues::Numbers(nano.values),
@@ -243,13 +267,13 @@ fn grid_of_file(
     VolumeGrid::new(data, &file).map(Some)
 }
 
-/// A grid of the cells and of the box that the parameters tell.
+/// A grid of the parameters' cells in their box.
 fn grid(
-    loading: &Loading<'_>,
+    loading: &mut Loading<'_>,
     p: &Parameters,
     values: VolumeValues,
     to_world: Option<DAffine3>,
-) -> Result<VolumeGrid> {
+) -> Result<Option<VolumeGrid>> {
     let at = p.at();
     // Values of `Attribute` are those of any number of media.
     let bytes = if matches!(values, VolumeValues::Numbers(_)) { 4 } else { 12 };
@@ -264,11 +288,8 @@ fn grid(
     };
     let corner = |name, own| p.points(name).first().copied().unwrap_or(own);
     let [p0, p1] = [corner("p0", DVec3::ZERO), corner("p1", DVec3::ONE)];
-    let placed = to_world.map(|t| t * DAffine3::from_translation(p0) * DAffine3::from_scale(p1 - p0));
-    let Some(to_world) = placed.filter(|t| transform::placeable(t).is_some()) else {
-        let found = format!("a grid in a box from {p0} to {p1} that cannot be placed");
-        return Err(Error::invalid(at, found, "a box that has a volume where it is placed"));
-    };
+    let to_world = to_world.map(|t| t * DAffine3::from_translation(p0) * DAffine3::from_scale(p1 - p0));
+    let Some(to_world) = placed(loading, p, to_world) else { return Ok(None) };
     let data = VolumeData {
         counts: [nx, ny, nz],
         values,
@@ -276,16 +297,12 @@ fn grid(
         samples: VolumeSamples::Centers,
         edges: VolumeEdges::Zero,
     };
-    VolumeGrid::new(data, &at)
+    VolumeGrid::new(data, &at).map(Some)
 }
 
 /// Absorption and scattering of each cell; 1 where only the other is given.
-fn of_cells(p: &Parameters, scale: f32) -> Result<[Vec<Rgb>; 2]> {
-    let mut given = [None, None];
-    for (colors, name) in given.iter_mut().zip(["sigma_a", "sigma_s"]) {
-        refuse_negative(p, name)?;
-        *colors = spectra::colors(p, name);
-    }
+fn of_cells(loading: &mut Loading<'_>, p: &Parameters, scale: f32) -> Result<[Vec<Rgb>; 2]> {
+    let given = ["sigma_a", "sigma_s"].map(|name| spectra::colors(loading, p, name));
     let cells = given.iter().flatten().map(Vec::len).max().unwrap_or(0);
     if given.iter().flatten().any(|colors| colors.len() != cells) {
         let found = given.map(|colors| colors.map_or(0, |c| c.len()));
@@ -301,17 +318,5 @@ fn of_cells(p: &Parameters, scale: f32) -> Result<[Vec<Rgb>; 2]> {
 
 /// A coefficient before it is scaled.
 fn coefficient(loading: &mut Loading<'_>, p: &Parameters, name: &str) -> Result<Option<Rgb>> {
-    refuse_negative(p, name)?;
     spectra::color(loading, p, name, Quantity::Factor)
-}
-
-fn refuse_negative(p: &Parameters, name: &str) -> Result<()> {
-    let negative = p.find(spectra::SPECTRAL, name).filter(
-        |parameter| matches!(&parameter.values, Values::Numbers(numbers) if numbers.iter().any(|v| *v < 0.0)),
-    );
-    if let Some(parameter) = negative {
-        let found = format!("parameter {:?} with a negative number", parameter.declaration);
-        return Err(Error::invalid(parameter.at(), found, "coefficients of at least 0"));
-    }
-    Ok(())
 }

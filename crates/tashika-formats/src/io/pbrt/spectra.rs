@@ -32,6 +32,9 @@ use crate::io::assets::kind;
 use crate::io::notes::excerpt;
 use crate::scene::NoteKind;
 
+/// The note of colours below zero.
+const NEGATIVE: &str = "colours with negative channels: those are set to 0";
+
 /// All types by which a colour can be given.
 pub(super) const SPECTRAL: &[Kind] = &[Kind::Rgb, Kind::Xyz, Kind::Blackbody, Kind::Spectrum];
 
@@ -65,14 +68,20 @@ pub(super) fn color(
 }
 
 /// The colours of a list of `rgb`; what primaries of a wider gamut make negative is 0.
-pub(super) fn colors(parameters: &Parameters, name: &str) -> Option<Vec<Rgb>> {
+pub(super) fn colors(loading: &mut Loading<'_>, parameters: &Parameters, name: &str) -> Option<Vec<Rgb>> {
     let parameter = parameters.find(&[Kind::Rgb], name)?;
     let of = |c: &[f32; 3]| {
         let color = Rgb::from(*c);
-        let seen = in_rec709(color, &parameter.primaries, Quantity::Factor).unwrap_or(color);
-        seen.map(|v| v.max(0.0))
+        in_rec709(color, &parameter.primaries, Quantity::Factor).unwrap_or(color)
     };
-    Some(parameter.numbers().as_chunks::<3>().0.iter().map(of).collect())
+    let mut colors: Vec<Rgb> = parameter.numbers().as_chunks::<3>().0.iter().map(of).collect();
+    if colors.iter().any(|c| !c.is_valid()) {
+        loading.note(NoteKind::Repaired, NEGATIVE, parameter.at());
+    }
+    for color in &mut colors {
+        *color = color.map(|v| v.max(0.0));
+    }
+    Some(colors)
 }
 
 /// The colour of a parameter of one of the [`SPECTRAL`] types.
@@ -107,8 +116,7 @@ pub(super) fn convert(loading: &mut Loading<'_>, parameter: &Parameter, quantity
         return Err(Error::invalid(at, found, expected));
     };
     if !found.is_valid() {
-        let message = "colours with negative channels: those are set to 0";
-        loading.note(NoteKind::Repaired, message, at);
+        loading.note(NoteKind::Repaired, NEGATIVE, at);
     }
     Ok(found.map(|v| v.max(0.0)))
 }

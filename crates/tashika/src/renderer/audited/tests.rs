@@ -287,7 +287,7 @@ impl Smoother for Flat {
 fn a_smoother_that_returns_the_mean_is_noticed() {
     let of = |smoother: Option<Arc<dyn Smoother>>| {
         let ending = Ending::new(1, true);
-        let renderer = renderer(1).error(0.05).observer(&ending);
+        let renderer = renderer(1).error(0.1).observer(&ending);
         let image = smoother.into_iter().fold(renderer, Renderer::smoother).render().unwrap();
         let name = image.film.metadata().text(keys::DENOISER).map(str::to_owned);
         (PictureClaim::of(image.film.metadata()).unwrap(), name)
