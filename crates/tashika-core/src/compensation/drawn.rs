@@ -22,6 +22,7 @@ use crate::bsdf::Bsdf;
 use crate::color::Rgb;
 use crate::gather::GatherPoint;
 use crate::rng::{self, Purpose, Stream};
+use crate::vpl::LightSample;
 
 /// How many lights are drawn at a gather point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,10 +78,19 @@ fn precise(u: f32, stream: &mut Stream) -> f64 {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Drawn {
     pub draws: Draws,
-    /// What arrived (W·m⁻²·sr⁻¹).
-    pub radiance: Rgb,
+    /// Radiance that arrived straight, and through panes (W·m⁻²·sr⁻¹).
+    pub straight: Rgb,
+    pub through_panes: Rgb,
     /// Uniform numbers that the path begins with: of its direction, and by which kernel.
     pub of_path: [f32; 4],
+}
+
+/// Light of the draws at a gather point (W·m⁻²·sr⁻¹).
+struct Arrived {
+    straight: Rgb,
+    through_panes: Rgb,
+    /// Sum of the squares of the light of each VPL (luminance²).
+    squares: f64,
 }
 
 impl Compensation<'_> {
@@ -98,15 +108,22 @@ impl Compensation<'_> {
         stream: &mut Stream,
     ) -> Rgb {
         let first = Vertex::first(point, self.lit.lights.map(|_| by_vpls));
-        let (radiance, squares) = self.drawn(&first, draws, numbers, stream);
+        let Arrived { straight, through_panes, squares } = self.drawn(&first, draws, numbers, key, stream);
         let weight = f64::from(point.weight.luminance());
         self.squares_of_vpls = weight * weight * squares;
-        self.from(first, point, Some(Drawn { draws, radiance, of_path: numbers.of_path() }), key, stream)
+        let drawn = Drawn { draws, straight, through_panes, of_path: numbers.of_path() };
+        self.from(first, point, Some(drawn), key, stream)
     }
 
-    /// What lights that are drawn at a gather point give, and the sum of the squares of what each VPL
-    /// gives (luminance²).
-    fn drawn(&mut self, vertex: &Vertex, draws: Draws, numbers: Numbers, stream: &mut Stream) -> (Rgb, f64) {
+    /// Draws lights at a gather point.
+    fn drawn(
+        &mut self,
+        vertex: &Vertex,
+        draws: Draws,
+        numbers: Numbers,
+        key: u64,
+        stream: &mut Stream,
+    ) -> Arrived {
         let receiver = vertex.receiver();
         let LightingContext { emitters, choices, tracer, .. } = self.lit;
         let choice = choices.map(|choices| &choices.emitters);
@@ -114,10 +131,15 @@ impl Compensation<'_> {
         let of_emitters = draws.emitters as f32;
         let mut arrive = Vec::with_capacity((draws.emitters + draws.vpls) as usize);
         let kernels = [Kernel::Carried, Kernel::Rest];
+        // Emitters that may be seen through panes, with the number of what arrives straight.
+        let mut behind: Vec<(LightSample, Option<usize>)> = Vec::new();
         for k in 0..draws.emitters {
             let [u, v @ .., _] = numbers.of_draw(k, draws.emitters);
-            let sample = emitters.sample(precise(u, stream), v);
-            let arrives = sample.and_then(|sample| self.emitter(vertex, &kernels, &sample, of_emitters));
+            let Some(sample) = emitters.sample(precise(u, stream), v) else { continue };
+            let arrives = self.emitter(vertex, &kernels, &sample, of_emitters);
+            if tracer.scene().refracts() {
+                behind.push((sample, arrives.as_ref().map(|_| arrive.len())));
+            }
             arrive.extend(arrives.map(|arrives| arrives.share(of_emitters)));
         }
         let u = precise(numbers.of_vpls(), stream);
@@ -131,14 +153,20 @@ impl Compensation<'_> {
         for Arrives { light, .. } in &arrive {
             self.shadows.push((vertex.position(), vertex.medium()), light.apex());
         }
+        let passing = self.shadows.trace(tracer);
+        behind.retain(|(_, straight)| straight.is_none_or(|number| passing[number] != Rgb::WHITE));
         let (mut radiance, mut squares) = (Rgb::BLACK, 0.0);
-        for (arrives, passing) in arrive.iter().zip(self.shadows.trace(tracer)) {
+        for (arrives, passing) in arrive.iter().zip(passing) {
             let value = arrives.value * *passing;
             let luminance = f64::from(value.luminance());
             radiance += value;
             squares += luminance * luminance * arrives.probability * f64::from(draws.vpls);
         }
-        (radiance, squares)
+        let mut through_panes = Rgb::BLACK;
+        for (sample, _) in &behind {
+            through_panes += self.through_panes(vertex, &kernels, sample, of_emitters, key, stream);
+        }
+        Arrived { straight: radiance, through_panes: through_panes / of_emitters, squares }
     }
 }
 

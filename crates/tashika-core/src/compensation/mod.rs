@@ -24,7 +24,8 @@
 //! | `c` | `c` of `y` | `1 − κ` | follow `c` of `x` to `y`; go on from `y` by `(1 − κ) c` |
 //! | `c` | `g` of `y` | 1 | follow `c` of `x` to `y`; go on from `y` by `g` |
 //! | `c` | an emitter | `1 − κ` | follow `c` of `x`, or draw from the emitters; weighted by the balance heuristic |
-//! | `c` | anything behind a surface that bends or mirrors the way | 1 | follow `c` of `x` |
+//! | `c` | light from infinity through [panes](crate::gather::through_panes) | 1 | follow `c` of `x`, or draw from the emitters, weighted |
+//! | `c` | anything else behind a surface that bends or mirrors the way | 1 | follow `c` of `x` |
 //! | `g` | anything | 1 | follow `g` of `x`, or draw from the emitters, weighted |
 //!
 //! "Go on from `y` by `c`" is the same problem again: what `y` receives is a sum over the VPLs, of
@@ -65,7 +66,7 @@ use crate::accel::{Glass, Tracer};
 use crate::bsdf::Bsdf;
 use crate::color::Rgb;
 use crate::contribution::{ContributionKernel, Link};
-use crate::gather::{GatherPoint, Scatter};
+use crate::gather::{GatherPoint, Passage, Scatter, through_panes};
 use crate::guidance::BentLight;
 use crate::math::Ray;
 use crate::media::{Leg, MAX_SURVIVAL_IN_MEDIUM, MOST_PASSED, Shadows};
@@ -154,6 +155,8 @@ pub struct Bent {
 struct Way<'a> {
     /// Where it was scattered last.
     from: Vec3,
+    /// The unit direction in which it was scattered.
+    along: Vec3,
     /// Density of its direction then (sr⁻¹).
     density: f32,
     /// Whether VPLs carry a share of what comes straight.
@@ -222,9 +225,10 @@ impl<'a> Compensation<'a> {
         key: u64,
         stream: &mut Stream,
     ) -> Rgb {
-        let mut radiance = drawn.map_or(Rgb::BLACK, |drawn| drawn.radiance);
+        let mut radiance = drawn.map_or(Rgb::BLACK, |drawn| drawn.straight + drawn.through_panes);
         let mut weight = Rgb::WHITE;
-        self.bent = Bent::default();
+        let found = drawn.map_or(0.0, |drawn| f64::from(drawn.through_panes.luminance()));
+        self.bent = Bent { found, ..Bent::default() };
         let lights = self.lit.lights;
         let mut vertex = first;
         // Decisions of rays so far, at most.
@@ -275,7 +279,10 @@ impl<'a> Compensation<'a> {
                 if has_vpl {
                     radiance += weight * self.drawn_light(&vertex, &receiver, stream);
                 }
-                radiance += weight * self.drawn_emitter(&vertex, kernel, &emitters, stream);
+                let [straight, through_panes] =
+                    self.drawn_emitter(&vertex, kernel, &emitters, key.wrapping_add(decided), stream);
+                radiance += weight * (straight + through_panes);
+                self.bent.found += f64::from((weight * through_panes).luminance());
             }
             let of_direction = match drawn {
                 Some(Drawn { of_path: [a, b, c, _], .. }) => [a, b, c],
@@ -288,6 +295,7 @@ impl<'a> Compensation<'a> {
             }
             let way = Way {
                 from: vertex.position(),
+                along: direction,
                 density,
                 is_carried: kernel == Kernel::Carried,
                 sums_vpls: vertex.sums_vpls(),
@@ -323,7 +331,7 @@ impl<'a> Compensation<'a> {
     ) -> Option<Vertex> {
         let LightingContext { tracer, max_depth, .. } = self.lit;
         let scene = tracer.scene();
-        let mut is_straight = true;
+        let mut passage = Passage::Straight;
         // Specular surfaces that it has met, and boundaries passed since.
         let (mut step, mut passed) = (0, 0);
         while step < max_depth && passed < MOST_PASSED {
@@ -337,7 +345,7 @@ impl<'a> Compensation<'a> {
                 }
                 *weight = left.zip(*weight, f32::copysign);
                 if let Some(at) = scattering {
-                    let carried = self.carried(way, is_straight, at.place);
+                    let carried = self.carried(way, passage, at.place);
                     let point = GatherPoint::in_medium(&at, Rgb::WHITE);
                     return Some(Vertex::next_in_medium(&point, self.lit.lights.map(|_| 1.0 - carried)));
                 }
@@ -345,10 +353,13 @@ impl<'a> Compensation<'a> {
             let Some(hit) = hit else {
                 if let Some(e) = scene.environment() {
                     let d = leg.ray.direction.normalize();
-                    let share = match (is_straight, way.is_carried && self.carries_emitters()) {
-                        (false, _) => 1.0,
-                        (true, true) => 0.0,
-                        (true, false) => balance(way.density, way.drawn * way.emitters.pdf_of_environment(d)),
+                    let is_straight = passage.is_straight();
+                    let share = if is_straight && way.is_carried && self.carries_emitters() {
+                        0.0
+                    } else if is_straight || passage.is_through_panes(way.along, d) {
+                        balance(way.density, way.drawn * way.emitters.pdf_of_environment(d))
+                    } else {
+                        1.0
                     };
                     *radiance += *weight * e.radiance(d) * share;
                     if !is_straight {
@@ -359,12 +370,12 @@ impl<'a> Compensation<'a> {
             };
             let surface = scene.surface_point(hit.instance, hit.triangle, hit.barycentric);
             let outgoing = -leg.ray.direction;
-            let carried = self.carried(way, is_straight, surface.position);
+            let carried = self.carried(way, passage, surface.position);
             let emitted = self.lit.tracer.emitted(&surface, outgoing);
             if !emitted.is_black() {
                 let on_area = way.drawn * way.emitters.pdf_on_triangle(hit.instance, hit.triangle);
                 let carried = if self.carries_emitters() { carried } else { 0.0 };
-                let share = if is_straight && on_area > 0.0 {
+                let share = if passage.is_straight() && on_area > 0.0 {
                     let cos = surface.geometric_normal.dot(outgoing).abs();
                     let squared = way.from.distance_squared(surface.position);
                     (1.0 - carried) * balance(way.density, on_area * squared / cos.max(f32::MIN_POSITIVE))
@@ -372,7 +383,7 @@ impl<'a> Compensation<'a> {
                     1.0
                 };
                 *radiance += *weight * emitted * share;
-                if !is_straight {
+                if !passage.is_straight() {
                     self.bent.found += f64::from((*weight * emitted).luminance());
                 }
             }
@@ -384,7 +395,7 @@ impl<'a> Compensation<'a> {
             match Scatter::at(scene, &surface, outgoing, stream.uniform()) {
                 Scatter::Specular(specular) => {
                     let (next, factor) = specular.step(stream.uniform_3())?;
-                    is_straight &= specular.passes_straight(next.direction);
+                    passage = passage.beyond(&specular, next.direction);
                     *weight *= factor;
                     leg = leg.onward(scene, &surface, next);
                     step += 1;
@@ -402,8 +413,8 @@ impl<'a> Compensation<'a> {
     }
 
     /// The share that VPLs carry of light that comes to where a way began from a place on it.
-    fn carried(&self, way: &Way<'_>, is_straight: bool, place: Vec3) -> f32 {
-        if is_straight && way.is_carried {
+    fn carried(&self, way: &Way<'_>, passage: Passage, place: Vec3) -> f32 {
+        if passage.is_straight() && way.is_carried {
             self.contribution(way.sums_vpls).share(way.from.distance_squared(place))
         } else {
             0.0
@@ -423,7 +434,8 @@ impl<'a> Compensation<'a> {
     /// What one VPL, drawn for the vertex, gives by what is carried.
     fn drawn_light(&mut self, vertex: &Vertex, receiver: &Receiver, stream: &mut Stream) -> Rgb {
         let u = stream.uniform_f64();
-        self.vpl(vertex, receiver, u).map_or(Rgb::BLACK, |arrives| self.unblocked(arrives, vertex))
+        let arrives = self.vpl(vertex, receiver, u);
+        arrives.map_or(Rgb::BLACK, |arrives| arrives.value * self.passing(&arrives, vertex))
     }
 
     /// The same, were nothing in its way, of the VPL that a uniform number draws.
@@ -440,19 +452,56 @@ impl<'a> Compensation<'a> {
         (!value.is_black()).then(|| Arrives { light, value: value / probability as f32, probability })
     }
 
-    /// What one light drawn from the emitters gives, as far as VPLs do not carry it, weighted
-    /// against following the kernel.
+    /// Light of one sample of the emitters, straight, as far as VPLs do not carry it, and through
+    /// panes, weighted against following the kernel.
     fn drawn_emitter(
         &mut self,
         vertex: &Vertex,
         kernel: Kernel,
         emitters: &EmittersAt<'_>,
+        key: u64,
+        stream: &mut Stream,
+    ) -> [Rgb; 2] {
+        let (u, v) = (stream.uniform_f64(), stream.uniform_2());
+        let Some(sample) = emitters.sample(u, v) else { return [Rgb::BLACK; 2] };
+        let arrives = self.emitter(vertex, &[kernel], &sample, 1.0);
+        let free = arrives.as_ref().map_or(Rgb::BLACK, |arrives| self.passing(arrives, vertex));
+        let straight = arrives.map_or(Rgb::BLACK, |arrives| arrives.value * free);
+        let through_panes = match free {
+            Rgb::WHITE => Rgb::BLACK,
+            _ => self.through_panes(vertex, &[kernel], &sample, 1.0, key, stream),
+        };
+        [straight, through_panes]
+    }
+
+    /// Light of one sample of so many that arrives through panes, by these kernels, weighted against
+    /// following them.
+    fn through_panes(
+        &mut self,
+        vertex: &Vertex,
+        kernels: &[Kernel],
+        sample: &LightSample,
+        drawn: f32,
+        key: u64,
         stream: &mut Stream,
     ) -> Rgb {
-        let (u, v) = (stream.uniform_f64(), stream.uniform_2());
-        let sample = emitters.sample(u, v);
-        let arrives = sample.and_then(|sample| self.emitter(vertex, &[kernel], &sample, 1.0));
-        arrives.map_or(Rgb::BLACK, |arrives| self.unblocked(arrives, vertex))
+        let LightingContext { tracer, max_depth, .. } = self.lit;
+        let light = &sample.light;
+        if !tracer.scene().refracts() || light.kind != VplKind::Directional {
+            return Rgb::BLACK;
+        }
+        let towards = -light.direction;
+        let of_kernel = |kernel: &Kernel| {
+            let weight = sample.pdf.map_or(1.0, |pdf| balance(drawn * pdf, vertex.density(*kernel, towards)));
+            vertex.value(*kernel, towards) * light.intensity * weight
+        };
+        let value = kernels.iter().map(of_kernel).fold(Rgb::BLACK, |sum, value| sum + value);
+        if value.is_black() {
+            return value;
+        }
+        let leg = Leg { ray: Ray::new(vertex.position(), towards), medium: vertex.medium() };
+        let passing = through_panes(tracer, leg, (key, 0.0), max_depth, stream, &mut self.rays);
+        passing.map_or(Rgb::BLACK, |passing| value * passing)
     }
 
     /// The same by these kernels, were nothing in its way, of one sample of so many.
@@ -495,11 +544,11 @@ impl<'a> Compensation<'a> {
         (!value.is_black()).then_some(Arrives { light, value, probability: 0.0 })
     }
 
-    /// What arrives of it.
-    fn unblocked(&mut self, Arrives { light, value, .. }: Arrives, vertex: &Vertex) -> Rgb {
+    /// The share of it that arrives.
+    fn passing(&mut self, arrives: &Arrives, vertex: &Vertex) -> Rgb {
         self.rays += 1;
         let place = (vertex.position(), vertex.medium());
-        value * self.shadows.trace_one(self.lit.tracer, place, light.apex())
+        self.shadows.trace_one(self.lit.tracer, place, arrives.light.apex())
     }
 }
 

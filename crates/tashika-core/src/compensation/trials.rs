@@ -12,12 +12,12 @@
 use rayon::prelude::*;
 
 use super::places::Receiver;
-use crate::accel::Tracer;
+use crate::accel::{Glass, Tracer};
 use crate::contribution::ContributionKernel;
 use crate::media::Shadows;
 use crate::rng::{Purpose, Stream};
 use crate::stats::Discrete;
-use crate::vpl::Vpl;
+use crate::vpl::{Vpl, VplKind};
 
 /// `s`.
 const HOPE: f64 = 0.25;
@@ -62,7 +62,10 @@ impl Trials<'_> {
         draw: &impl Fn(usize, &mut Stream) -> Option<Drawn>,
         stream: &mut Stream,
     ) -> Option<Discrete> {
-        let mut shadows = Shadows::new(self.contribution.glass());
+        // Light from infinity is drawn through panes, too; other light is not.
+        let mut shadows = [self.contribution.glass(), Glass::Passes].map(Shadows::new);
+        let is_far = |light: &Vpl| usize::from(light.kind == VplKind::Directional);
+        let mut of_trials = Vec::with_capacity(self.clusters * self.lights);
         let mut squares = Vec::with_capacity(self.clusters * self.lights);
         for cluster in 0..self.clusters {
             for _ in 0..self.lights {
@@ -74,19 +77,21 @@ impl Trials<'_> {
                     // Unclamped, and at the very place of the surface, it is no number.
                     value = if value.is_finite() { value } else { 0.0 };
                     if value > 0.0 {
-                        shadows.push((receiver.position, receiver.medium), light.apex());
+                        of_trials.push(is_far(&light));
+                        shadows[is_far(&light)].push((receiver.position, receiver.medium), light.apex());
                     }
                 }
                 squares.push(value * value);
             }
         }
-        let mut passing = shadows.trace(self.tracer).iter();
+        let mut of_kinds = shadows.each_mut().map(|shadows| shadows.trace(self.tracer).iter());
+        let mut passing = of_trials.into_iter().map(|kind| of_kinds[kind].next());
         let share = |squares: &[f64]| {
             let mut unoccluded = 0.0;
             let (mut seen, mut trials) = (0.0, 0.0);
             for square in squares.iter().filter(|square| **square > 0.0) {
                 unoccluded += square;
-                let passing = passing.next().expect("one for each that is not zero");
+                let passing = passing.next().flatten().expect("one for each that is not zero");
                 seen += f64::from(passing.max_channel());
                 trials += 1.0;
             }

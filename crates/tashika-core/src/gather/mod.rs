@@ -19,18 +19,20 @@ mod camera_path;
 mod filter;
 mod first;
 mod options;
+mod panes;
 
 #[cfg(test)]
 mod tests;
 
 pub use filter::Filter;
 pub use options::GatherOptions;
+pub use panes::{Passage, through_panes};
 
 use camera_path::{CameraPath, End, Media};
 use glam::{Vec2, Vec3};
 
 use crate::accel::Tracer;
-use crate::bsdf::{Bsdf, HenyeyGreenstein, Lambert, Lobe};
+use crate::bsdf::{Bsdf, BsdfSample, HenyeyGreenstein, Lambert, Lobe};
 use crate::color::Rgb;
 use crate::film::PixelRecord;
 use crate::math::{Frame, Instants, Ray};
@@ -317,22 +319,43 @@ impl Scatter {
 impl SpecularPoint {
     /// The ray after the surface, and its weight; `None` where the path ends.
     pub fn step(&self, u: [f32; 3]) -> Option<(Ray, Rgb)> {
+        let (direction, sample) = self.sample(u)?;
+        Some((Ray::new(self.surface.leave(direction), direction), sample.weight * self.weight))
+    }
+
+    /// The ray that a smooth face of glass transmits, and its weight with the share of light that is
+    /// not reflected; `None` for other surfaces, and where all light is reflected.
+    pub fn transmit(&self) -> Option<(Ray, Rgb)> {
+        // Numbers at the end of `[0, 1)` that is not reflected.
+        let transmitted = match self.bsdf {
+            Bsdf::Glass(glass) if glass.facets.is_none() => 1.0_f32.next_down(),
+            Bsdf::ThinGlass(_) => 0.0,
+            _ => return None,
+        };
+        let (direction, sample) = self.sample([transmitted; 3])?;
+        let ray = Ray::new(self.surface.leave(direction), direction);
+        let weight = sample.weight * (sample.pdf * self.weight);
+        (sample.lobe == Lobe::SpecularTransmission).then_some((ray, weight))
+    }
+
+    /// The direction that three uniform numbers draw.
+    fn sample(&self, u: [f32; 3]) -> Option<(Vec3, BsdfSample)> {
         // Glass tells inside from outside by the sign of wo.z, so the frame keeps the surface's own
         // orientation.
         let (ng, ns) = self.surface.normals_seen_from(self.outgoing);
         let outside = if ng.dot(self.surface.geometric_normal) > 0.0 { ns } else { -ns };
         let frame = self.surface.frame(outside);
-        let sample = self.bsdf.sample(frame.to_local(self.outgoing), u)?;
+        let mut sample = self.bsdf.sample(frame.to_local(self.outgoing), u)?;
         let mut direction = frame.to_world(sample.wi).normalize();
         let above = ng.dot(direction) > 0.0;
         if above != (sample.lobe == Lobe::SpecularReflection) {
             // A shading normal that leans away sends light to the wrong side; the geometric one
             // never does.
             let frame = self.surface.frame(self.surface.geometric_normal);
-            let sample = self.bsdf.sample(frame.to_local(self.outgoing), u)?;
+            sample = self.bsdf.sample(frame.to_local(self.outgoing), u)?;
             direction = frame.to_world(sample.wi).normalize();
         }
-        Some((Ray::new(self.surface.leave(direction), direction), sample.weight * self.weight))
+        Some((direction, sample))
     }
 
     /// Returns the [`squared_ratio`](crate::bsdf::Glass::squared_ratio) of a path that continues
@@ -347,9 +370,20 @@ impl SpecularPoint {
         }
     }
 
-    /// Whether a ray that leaves along `direction` has not been bent: it has passed a pane.
+    /// Whether a ray that leaves along `direction` has not been bent: it has passed thin glass.
     pub fn passes_straight(&self, direction: Vec3) -> bool {
+        matches!(self.bsdf, Bsdf::ThinGlass(_)) && self.crosses(direction)
+    }
+
+    /// Whether a ray that leaves along `direction` was refracted by a smooth face of solid glass.
+    pub fn refracts(&self, direction: Vec3) -> bool {
+        let is_smooth = matches!(self.bsdf, Bsdf::Glass(glass) if glass.facets.is_none());
+        is_smooth && self.crosses(direction)
+    }
+
+    /// Whether a ray that leaves along `direction` is on the other side of the surface.
+    fn crosses(&self, direction: Vec3) -> bool {
         let ng = self.surface.geometric_normal;
-        matches!(self.bsdf, Bsdf::ThinGlass(_)) && ng.dot(direction) * ng.dot(self.outgoing) < 0.0
+        ng.dot(direction) * ng.dot(self.outgoing) < 0.0
     }
 }

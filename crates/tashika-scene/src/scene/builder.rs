@@ -49,6 +49,7 @@ impl SceneBuilder {
             object_names: ObjectNames::default(),
             materials: Vec::new(),
             glassy: Vec::new(),
+            refracts: false,
             brushed: Vec::new(),
             images: Vec::new(),
             textures: Vec::new(),
@@ -184,6 +185,7 @@ impl SceneBuilder {
             return Err(Error::invalid(at, found, format!("at most {MAX_MIXED}")));
         }
         self.scene.glassy.push(glassy);
+        self.scene.refracts |= matches!(material.surface, Surface::Glass { .. });
         self.scene.brushed.push(self.is_brushed(&material.surface));
         self.material_costs.push(cost);
         self.scene.materials.push(material);

@@ -225,6 +225,12 @@ impl Scene {
         self.has_media && self.media.iter().any(Medium::scatters)
     }
 
+    /// Whether any material is solid glass, which may be a pane.
+    #[inline]
+    pub fn refracts(&self) -> bool {
+        self.refracts
+    }
+
     /// Whether any surface has an interface.
     #[inline]
     pub fn has_interfaces(&self) -> bool {

@@ -141,6 +141,8 @@ pub struct Scene {
     materials: Vec<Material>,
     /// For each material whether it is glass, or a mix with glass.
     glassy: Vec<bool>,
+    /// Whether any material is smooth solid glass.
+    refracts: bool,
     /// For each material whether its facets have a direction, or a mix has such a part.
     brushed: Vec<bool>,
     images: Vec<Image>,

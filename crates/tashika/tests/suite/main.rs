@@ -55,6 +55,7 @@ mod moving_lights;
 mod moving_objects;
 mod obj;
 mod obj_features;
+mod panes;
 mod paths_alone;
 mod pbrt;
 mod pbrt_appearance;

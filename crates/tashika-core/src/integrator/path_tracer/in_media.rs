@@ -25,7 +25,7 @@
 //! # Held to this by
 //! The suite's `media`.
 
-use super::{CERTAIN_DEPTH, MAX_SURVIVAL, Tracing, weight_of_light};
+use super::{CERTAIN_DEPTH, DrawnDirection, MAX_SURVIVAL, Tracing, weight_of_light};
 use crate::color::Rgb;
 use crate::contribution::ContributionKernel;
 use crate::gather::Scatter;
@@ -34,7 +34,6 @@ use crate::media::{Leg, MAX_SURVIVAL_IN_MEDIUM, MOST_PASSED, Scattering, along_s
 use crate::rng::Stream;
 use crate::scene::{LightId, MediumId};
 use crate::vpl::Vpl;
-use crate::warp::balance;
 
 /// A path on its way.
 struct Path {
@@ -44,10 +43,8 @@ struct Path {
     /// Product of `SpecularPoint::squared_ratio` over the boundaries of glass that the path has
     /// crossed.
     ratio: f64,
-    /// Density of the direction, if drawing from the emitters could have found it too.
-    density: Option<f32>,
-    /// Where that direction was drawn.
-    drawn_at: Vec3,
+    /// The last direction that was drawn; none at first.
+    drawn: Option<DrawnDirection>,
 }
 
 impl Path {
@@ -78,8 +75,7 @@ impl Tracing<'_> {
             leg: Leg { ray, medium },
             weight: Rgb::gray(self.camera.squared_index()),
             ratio: 1.0,
-            density: None,
-            drawn_at: ray.origin,
+            drawn: None,
         };
         // Surfaces that the path has met; times that it was scattered, anywhere; boundaries that it
         // has passed since.
@@ -93,11 +89,10 @@ impl Tracing<'_> {
             path.weight = weight;
             if let Some(at) = scattering {
                 self.gathers = true;
-                self.light_in_medium(&mut radiance, (weight, path.ratio), &at, key, stream);
+                self.light_in_medium(&mut radiance, (weight, path.ratio), &at, (key, depth), stream);
                 let (direction, density) = at.phase.sample(at.before, stream.uniform_2());
                 path.leg.ray = Ray::new(at.place, direction);
-                path.density = Some(density);
-                path.drawn_at = at.place;
+                path.drawn = Some(DrawnDirection::new(&path.leg.ray, density));
                 scattered = scattered.saturating_add(1);
                 passed = 0;
                 if scattered > CERTAIN_DEPTH && !path.survives(MAX_SURVIVAL_IN_MEDIUM, stream) {
@@ -108,7 +103,7 @@ impl Tracing<'_> {
             let Some(hit) = hit else {
                 if let Some(e) = scene.environment() {
                     let d = path.leg.ray.direction.normalize();
-                    let mis = path.density.map_or(1.0, |p| balance(p, self.emitters.pdf_of_environment(d)));
+                    let mis = path.drawn.map_or(1.0, |drawn| drawn.weight_of_environment(self.emitters, d));
                     let basic = e.radiance(d) * self.camera.basic_of_infinity(path.ratio);
                     self.found(&mut radiance, LightId::Environment, path.weight * basic * mis);
                 }
@@ -118,8 +113,8 @@ impl Tracing<'_> {
             let outgoing = -path.leg.ray.direction;
             let emitted = self.tracer.emitted(&surface, outgoing);
             if !emitted.is_black() {
-                let (density, drawn_at) = (path.density, path.drawn_at);
-                let mis = density.map_or(1.0, |p| self.weight_of_hit(p, drawn_at, &surface, &hit, outgoing));
+                let mis =
+                    path.drawn.map_or(1.0, |drawn| self.weight_of_hit(&drawn, &surface, &hit, outgoing));
                 self.found(&mut radiance, LightId::Instance(hit.instance), path.weight * emitted * mis);
             }
             if scene.is_boundary(&surface) {
@@ -136,8 +131,8 @@ impl Tracing<'_> {
             match Scatter::at(scene, &surface, outgoing, stream.uniform()) {
                 Scatter::Specular(specular) => {
                     let Some((next, factor)) = specular.step(stream.uniform_3()) else { break };
-                    if !specular.passes_straight(next.direction) {
-                        path.density = None;
+                    if let Some(drawn) = &mut path.drawn {
+                        drawn.passage = drawn.passage.beyond(&specular, next.direction);
                     }
                     path.weight *= factor;
                     path.ratio *= specular.squared_ratio(next.direction);
@@ -157,8 +152,8 @@ impl Tracing<'_> {
                             });
                             let mis = mis * self.basic_of(light, path.ratio);
                             let medium = beyond(contribution.link(point.position, light).towards_light);
-                            let given =
-                                unoccluded * self.passing(point.position, light, medium, key, mis, stream);
+                            let given = unoccluded
+                                * self.passing(point.position, light, medium, (key, depth), mis, stream);
                             let light = self.emitters.light_of(source);
                             self.found(&mut radiance, light, given);
                         }
@@ -169,9 +164,8 @@ impl Tracing<'_> {
                         break;
                     }
                     path.weight *= next.weight;
-                    path.density = Some(next.pdf);
                     path.leg = path.leg.onward(scene, &surface, Ray::new(point.position, direction));
-                    path.drawn_at = point.position;
+                    path.drawn = Some(DrawnDirection::new(&path.leg.ray, next.pdf));
                 }
             }
             depth += 1;
@@ -190,7 +184,7 @@ impl Tracing<'_> {
         radiance: &mut Rgb,
         (weight, ratio): (Rgb, f64),
         &Scattering { place, before, medium, phase }: &Scattering,
-        key: u64,
+        at: (u64, u32),
         stream: &mut Stream,
     ) {
         let Some((source, sample)) = self.light(stream) else { return };
@@ -204,7 +198,7 @@ impl Tracing<'_> {
         }
         let mis = weight_of_light(&sample, place, density);
         let mis = mis * self.basic_of(light, ratio);
-        let given = unoccluded * self.passing(place, light, Some(medium), key, mis, stream);
+        let given = unoccluded * self.passing(place, light, Some(medium), at, mis, stream);
         let light = self.emitters.light_of(source);
         self.found(radiance, light, given);
     }
@@ -216,17 +210,20 @@ impl Tracing<'_> {
         place: Vec3,
         light: &Vpl,
         medium: Option<MediumId>,
-        key: u64,
+        (key, depth): (u64, u32),
         mis: f32,
         stream: &mut Stream,
     ) -> Rgb {
         let free = self.visible(light.apex(), place);
-        if free == 0.0 {
-            return Rgb::BLACK;
+        let mut passing = Rgb::BLACK;
+        if free > 0.0 {
+            let (left, rays) =
+                along_segment(self.tracer, (place, medium), light.apex(), (key, self.share), stream);
+            self.rays += rays;
+            passing = left * (mis * free);
         }
-        let (left, rays) =
-            along_segment(self.tracer, (place, medium), light.apex(), (key, self.share), stream);
-        self.rays += rays;
-        left * (mis * free)
+        let begun = Leg { ray: Ray::new(place, -light.direction), medium };
+        let beside = self.through_panes(free, begun, light, (key, depth), stream);
+        if beside.is_black() { passing } else { passing + beside * mis }
     }
 }

@@ -4,8 +4,9 @@
 //! At each surface light is sampled in two ways, by drawing a point of the emitters and by
 //! following the BSDF, weighted by the balance heuristic (Veach 1997, section 9.2). Emitters, BSDFs
 //! and cameras are those of the other integrators; the estimator has nothing in common with them.
-//! No clamp. Solid glass bends light: what comes through it is found by following paths only, while
-//! panes, which do not bend it, are seen through by both ways.
+//! No clamp. Thin glass does not bend light and is seen through by both ways, and so are panes of solid
+//! glass for light from infinity ([`through_panes`](crate::gather::through_panes)). Other light through
+//! solid glass is found by following paths only.
 //!
 //! Each path has one time while the shutter is open: the camera, and what moves, are where they are
 //! then, for all that the path meets and for the light that is drawn.
@@ -34,8 +35,9 @@ use crate::color::{Rgb, RgbSum};
 use crate::contribution::ContributionKernel;
 use crate::error::{Error, Result};
 use crate::film::{Metadata, Window, keys};
-use crate::gather::Scatter;
+use crate::gather::{Passage, Scatter, through_panes};
 use crate::math::{Ray, Vec3};
+use crate::media::Leg;
 use crate::rng::{self, Purpose, Stream};
 use crate::scene::{Abilities, Camera, LightGroups, LightId, MediumId, SurfacePoint};
 use crate::stats::Moments;
@@ -284,17 +286,15 @@ impl Tracing<'_> {
         let mut weight = Rgb::gray(self.camera.squared_index());
         // Product over the boundaries of glass that the path has crossed.
         let mut ratio = 1.0;
-        // Density of the last direction, if drawing from the emitters could have found it too.
-        let mut density: Option<f32> = None;
-        // Where that direction was drawn.
-        let mut drawn_at = ray.origin;
+        // The last direction that was drawn; none at first.
+        let mut drawn: Option<DrawnDirection> = None;
         for depth in 0..=self.max_depth {
             self.rays += 1;
             let key = key.wrapping_add(u64::from(depth));
             let Some(hit) = self.tracer.closest_hit_at(&ray, key, self.share) else {
                 if let Some(e) = scene.environment() {
                     let d = ray.direction.normalize();
-                    let mis = density.map_or(1.0, |p| balance(p, self.emitters.pdf_of_environment(d)));
+                    let mis = drawn.map_or(1.0, |drawn| drawn.weight_of_environment(self.emitters, d));
                     let basic = e.radiance(d) * self.camera.basic_of_infinity(ratio);
                     self.found(&mut radiance, LightId::Environment, weight * basic * mis);
                 }
@@ -304,7 +304,7 @@ impl Tracing<'_> {
             let outgoing = -ray.direction;
             let emitted = self.tracer.emitted(&surface, outgoing);
             if !emitted.is_black() {
-                let mis = density.map_or(1.0, |p| self.weight_of_hit(p, drawn_at, &surface, &hit, outgoing));
+                let mis = drawn.map_or(1.0, |drawn| self.weight_of_hit(&drawn, &surface, &hit, outgoing));
                 self.found(&mut radiance, LightId::Instance(hit.instance), weight * emitted * mis);
             }
             if depth == self.max_depth {
@@ -313,8 +313,8 @@ impl Tracing<'_> {
             match Scatter::at(scene, &surface, outgoing, stream.uniform()) {
                 Scatter::Specular(specular) => {
                     let Some((next, factor)) = specular.step(stream.uniform_3()) else { break };
-                    if !specular.passes_straight(next.direction) {
-                        density = None;
+                    if let Some(drawn) = &mut drawn {
+                        drawn.passage = drawn.passage.beyond(&specular, next.direction);
                     }
                     weight *= factor;
                     ratio *= specular.squared_ratio(next.direction);
@@ -331,10 +331,15 @@ impl Tracing<'_> {
                             let mis = weight_of_light(&sample, point.position, |towards| {
                                 point.bsdf.pdf(point.wo, point.frame.to_local(towards))
                             });
-                            let free =
-                                self.visible(light.apex(), point.position) * self.basic_of(light, ratio);
+                            let free = self.visible(light.apex(), point.position);
+                            let begun = Leg { ray: Ray::new(point.position, -light.direction), medium: None };
+                            let weight = mis * self.basic_of(light, ratio);
+                            let beside = self.through_panes(free, begun, light, (key, depth), stream);
                             let light = self.emitters.light_of(source);
-                            self.found(&mut radiance, light, unoccluded * (mis * free));
+                            self.found(&mut radiance, light, unoccluded * (weight * free));
+                            if !beside.is_black() {
+                                self.found(&mut radiance, light, unoccluded * beside * weight);
+                            }
                         }
                     }
                     let Some(next) = point.bsdf.sample(point.wo, stream.uniform_3()) else { break };
@@ -343,9 +348,8 @@ impl Tracing<'_> {
                         break;
                     }
                     weight *= next.weight;
-                    density = Some(next.pdf);
                     ray = Ray::new(point.position, direction);
-                    drawn_at = ray.origin;
+                    drawn = Some(DrawnDirection::new(&ray, next.pdf));
                 }
             }
             if depth >= CERTAIN_DEPTH {
@@ -387,20 +391,43 @@ impl Tracing<'_> {
         self.emitters.sample_at(self.share, stream.uniform_f64(), stream.uniform_2())
     }
 
-    /// The weight of an emitter that was met along a direction of density `p` (sr⁻¹), drawn at
-    /// `drawn_at`, beside drawing it from the emitters.
+    /// The share of light that gets to a place through panes, beside the share `free` that gets there
+    /// straight; black unless the light is infinitely far away.
+    ///
+    /// * `begun`: the way from the place to the light.
+    /// * `depth`: the number of surfaces that the path has met before the place.
+    fn through_panes(
+        &mut self,
+        free: f32,
+        begun: Leg,
+        light: &Vpl,
+        (key, depth): (u64, u32),
+        stream: &mut Stream,
+    ) -> Rgb {
+        if free >= 1.0 || light.kind != VplKind::Directional || !self.tracer.scene().refracts() {
+            return Rgb::BLACK;
+        }
+        let most = self.max_depth.saturating_sub(depth);
+        let passing = through_panes(self.tracer, begun, (key, self.share), most, stream, &mut self.rays);
+        passing.unwrap_or(Rgb::BLACK)
+    }
+
+    /// The weight of an emitter that was met along a direction that was drawn, beside drawing it from
+    /// the emitters.
     fn weight_of_hit(
         &self,
-        p: f32,
-        drawn_at: Vec3,
+        drawn: &DrawnDirection,
         surface: &SurfacePoint,
         hit: &Hit,
         outgoing: Vec3,
     ) -> f32 {
-        let distance = drawn_at.distance_squared(surface.position);
+        if !drawn.passage.is_straight() {
+            return 1.0;
+        }
+        let distance = drawn.at.distance_squared(surface.position);
         let cos = surface.geometric_normal.dot(outgoing).abs();
         let on_area = self.emitters.pdf_on_triangle_at(self.share, hit.instance, hit.triangle);
-        balance(p, on_area * distance / cos.max(f32::MIN_POSITIVE))
+        balance(drawn.density, on_area * distance / cos.max(f32::MIN_POSITIVE))
     }
 
     fn visible(&mut self, apex: crate::accel::Apex, target: Vec3) -> f32 {
@@ -409,6 +436,32 @@ impl Tracing<'_> {
         self.batch.push_fan(apex, [target]);
         self.tracer.visibility_at(&self.batch, self.share, &mut self.visibility);
         self.visibility[0]
+    }
+}
+
+/// A direction that a path was scattered in.
+#[derive(Clone, Copy, Debug)]
+struct DrawnDirection {
+    /// Where it was drawn.
+    at: Vec3,
+    direction: Vec3,
+    /// Its density (sr⁻¹).
+    density: f32,
+    /// The passage of the path since.
+    passage: Passage,
+}
+
+impl DrawnDirection {
+    /// The direction of a ray.
+    fn new(ray: &Ray, density: f32) -> Self {
+        Self { at: ray.origin, direction: ray.direction, density, passage: Passage::Straight }
+    }
+
+    /// The weight of the environment that the path meets along `met`, beside drawing it from the
+    /// emitters.
+    fn weight_of_environment(&self, emitters: &EmitterSampler<'_>, met: Vec3) -> f32 {
+        let is_drawn = self.passage.is_straight() || self.passage.is_through_panes(self.direction, met);
+        if is_drawn { balance(self.density, emitters.pdf_of_environment(met)) } else { 1.0 }
     }
 }
 

@@ -1,0 +1,121 @@
+//! Light from infinitely far away through panes of solid glass.
+//!
+//! A body of glass with parallel faces shifts a path and leaves its direction as it was. From a point
+//! towards a light in the direction `d` a path that is refracted at every face therefore arrives:
+//!
+//! ```text
+//! L(x, d) = Π_k (1 − F_k) τ_k · L_∞(d)          over the faces k that it meets, for light that no face reflects
+//! ```
+//!
+//! with the Fresnel reflectance `F` and the tint `τ` of a face. The solid angle is the same on both
+//! sides, so there is no other factor. Light that faces reflect, and glass that bends light, are left
+//! to paths that draw their directions.
+//!
+//! # Two strategies
+//! A direction towards a light and a direction by a BSDF lead to the same path. Both are weighted by
+//! the densities of their directions at `x` ([`balance`](crate::warp::balance)). So a path that meets
+//! the environment has to know whether it came [through panes](Passage).
+//!
+//! # Held to this by
+//! The suite's `panes`.
+
+use crate::accel::Tracer;
+use crate::color::Rgb;
+use crate::math::Vec3;
+use crate::media::{Leg, MOST_PASSED};
+use crate::rng::Stream;
+
+use super::{Scatter, SpecularPoint};
+
+/// Largest difference between unit directions that are taken for the same: rounding of the normals of
+/// two faces is a hundredth of this.
+const SAME: f32 = 1e-4;
+
+/// Passage of a path through surfaces, since its direction was drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Passage {
+    /// Nothing has changed its direction.
+    Straight,
+    /// Smooth faces of glass have refracted it, and nothing else.
+    Refracted,
+    /// It was reflected, or refracted by rough glass.
+    Bent,
+}
+
+impl Passage {
+    /// The passage beyond a specular surface that the path leaves along `direction`.
+    #[must_use]
+    pub fn beyond(self, surface: &SpecularPoint, direction: Vec3) -> Self {
+        match self {
+            _ if surface.passes_straight(direction) => self,
+            Self::Straight | Self::Refracted if surface.refracts(direction) => Self::Refracted,
+            _ => Self::Bent,
+        }
+    }
+
+    /// Whether nothing has changed the direction.
+    pub fn is_straight(self) -> bool {
+        self == Self::Straight
+    }
+
+    /// Whether a path that was drawn along `drawn` and goes on along `direction` came through panes.
+    pub fn is_through_panes(self, drawn: Vec3, direction: Vec3) -> bool {
+        self == Self::Refracted && drawn.distance_squared(direction) < SAME * SAME
+    }
+}
+
+/// Transmittance of the faces and media on the way from the beginning of `leg` along its ray to a
+/// light that is infinitely far away; none if it meets no pane, or something else is in the way.
+///
+/// * `key`: of the decisions of rays, and `share`, the time as a share of that while the shutter is
+///   open.
+/// * `most`: the number of specular surfaces that a path may meet, and one more.
+/// * `rays`: is increased by the number of rays traced.
+///
+/// The transmittance of media is an unbiased estimate ([`Leg::fly`]).
+pub fn through_panes(
+    tracer: &Tracer,
+    mut leg: Leg,
+    (key, share): (u64, f32),
+    most: u32,
+    stream: &mut Stream,
+    rays: &mut u64,
+) -> Option<Rgb> {
+    let scene = tracer.scene();
+    let drawn = leg.ray.direction;
+    let (mut weight, mut ratio, mut passage) = (Rgb::WHITE, 1.0, Passage::Straight);
+    let (mut step, mut passed) = (0, 0);
+    while step < most && passed < MOST_PASSED {
+        *rays += 1;
+        let hit = tracer.closest_hit_at(&leg.ray, key.wrapping_add(step.into()), share);
+        let (left, scattering) = leg.fly(scene, hit.as_ref(), weight, stream);
+        if scattering.is_some() || left.is_black() {
+            return None;
+        }
+        weight = left;
+        let Some(hit) = hit else {
+            // A single boundary that is met at a right angle changes no direction, and is no pane.
+            let is_outside = f64::abs(ratio - 1.0) < 1e-3;
+            let arrives = is_outside && passage.is_through_panes(drawn, leg.ray.direction);
+            return arrives.then_some(weight);
+        };
+        let surface = scene.surface_point_at(share, hit.instance, hit.triangle, hit.barycentric);
+        if scene.is_boundary(&surface) {
+            leg = leg.beyond(scene, &surface);
+            passed += 1;
+            continue;
+        }
+        let Scatter::Specular(face) = Scatter::at(scene, &surface, -leg.ray.direction, stream.uniform())
+        else {
+            return None;
+        };
+        let (next, factor) = face.transmit()?;
+        passage = passage.beyond(&face, next.direction);
+        weight *= factor;
+        ratio *= face.squared_ratio(next.direction);
+        leg = leg.onward(scene, &surface, next);
+        step += 1;
+        passed = 0;
+    }
+    None
+}
