@@ -17,6 +17,8 @@ pub enum Measure {
     Direct,
     /// How long Mitsuba takes until as many pixels are right
     Beside,
+    /// Disjoint intervals of two seeds: [--seeds N] [--truth FOLDER] [--limit SHARE] SCENE... [-- OPTION...]
+    Seeds,
     /// Writes the book's gallery, with what its pictures claim and what was measured: WORK [--scenes FOLDER] [NAME...]
     Gallery,
     /// Writes what Mitsuba's materials reflect, by Mitsuba 3
@@ -41,6 +43,7 @@ impl Measure {
             Self::Moving => ("mitsuba_moving.py", None),
             Self::Direct => ("mitsuba_direct.py", None),
             Self::Beside => ("mitsuba_beside.py", None),
+            Self::Seeds => ("two_seeds.py", None),
             Self::Gallery => ("gallery.py", None),
             Self::Materials => {
                 ("mitsuba_materials.py", Some("crates/tashika/tests/suite/mitsuba_materials.txt"))
@@ -65,7 +68,7 @@ impl Measure {
                 let table = shell.root().join(table);
                 fs::write(&table, told).map_err(|e| format!("{}: {e}", table.display()))
             }
-            None if matches!(self, Self::Pictures | Self::Moving | Self::Gallery) => {
+            None if matches!(self, Self::Pictures | Self::Moving | Self::Gallery | Self::Seeds) => {
                 python.arg(shell.program()?).args(rest).run()
             }
             None => python.args(rest).run(),

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use tashika::request::Method;
+use tashika::request::{Method, MethodName};
 use tashika::scene::builtin;
 
 use crate::exit::Failure;
@@ -72,7 +72,8 @@ impl Job {
             denoiser.into_iter().flat_map(|name| ["--denoiser".to_owned(), name]).collect();
         words = without(&words, &["--denoiser"]);
         words.extend(denoiser.iter().cloned());
-        let (truth, traced) = match &plan.render.resolved.method {
+        let method = method_in_scene(plan)?;
+        let (truth, traced) = match &method {
             Method::Sum { lights, .. } => (None, lights.is_some()),
             // Lights that are given are else taken for a sum's.
             Method::Transport { lights, truth, .. } => (lights.as_ref().map(|_| truth), lights.is_some()),
@@ -119,6 +120,17 @@ impl Job {
     pub fn merge(&self) -> &[String] {
         &self.merge
     }
+}
+
+/// The method of the shares. Only the scene says whether the default method traces lights: what moves
+/// or scatters is rendered by paths.
+fn method_in_scene(plan: &FarmPlan) -> Result<Method, Failure> {
+    let asked = &plan.render.asked.request;
+    if asked.method != MethodName::default() || asked.lights_given {
+        return Ok(plan.render.resolved.method.clone());
+    }
+    let scene = plan.render.stage.scene.load()?;
+    Ok(asked.in_scene(&scene).resolve()?.method)
 }
 
 fn part(number: &str) -> String {

@@ -64,6 +64,7 @@ mod listener;
 mod moving;
 mod occluders;
 mod packet;
+mod pyramid;
 mod segments;
 mod single;
 mod split;
@@ -77,5 +78,6 @@ mod scales;
 mod tests;
 
 pub use listener::Listener;
+pub use pyramid::Pyramid;
 pub use segments::{Apex, Fan, Glass, SegmentBatch};
 pub use tracer::{Hit, Tracer, TracerSize};

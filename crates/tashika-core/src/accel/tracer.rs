@@ -75,6 +75,11 @@ impl Tracer {
         &self.scene
     }
 
+    /// Its trees.
+    pub(super) fn trees(&self) -> &Trees {
+        &self.trees
+    }
+
     /// What is held in memory.
     pub fn size(&self) -> TracerSize {
         let trees = || self.trees.shared.iter().chain([&self.trees.world]);

@@ -66,6 +66,11 @@ impl Filter {
         }
     }
 
+    /// Largest offset from the pixel's centre (pixels).
+    pub(super) fn reach(self) -> f32 {
+        self.warp(0.0).abs().max(self.warp(1.0_f32.next_down()).abs())
+    }
+
     /// Offset from the pixel's centre (pixels) for a uniform number.
     pub(super) fn warp(self, u: f32) -> f32 {
         match self {

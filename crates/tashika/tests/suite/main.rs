@@ -62,6 +62,7 @@ mod pbrt_appearance;
 mod pbrt_cameras;
 mod pbrt_names;
 mod planes;
+mod rims;
 mod signed_images;
 mod stored_pixels;
 mod sums;

@@ -51,6 +51,8 @@ pub fn run(shell: &Shell) -> Outcome<()> {
     shell.step("files in other readers");
     let python = python_of_readers(shell)?;
     shell.command(&python, "").arg(shell.script("readers.py")).arg(&program).run()?;
+    shell.step("two seeds of hard scenes");
+    python::seeds(shell, &python, &program)?;
     shell.step("a job of another engine");
     python::job(shell, &python, &program, &room)?;
     shell.step("pages in a browser");

@@ -27,6 +27,17 @@ pub(super) fn pip(shell: &Shell, python: &Path, what: &str) -> Task {
     shell.command(python, "-m pip --quiet --disable-pip-version-check").args(what.split(' '))
 }
 
+/// Hard scenes whose two renders take seconds.
+const QUICK: [&str; 4] = ["pane", "double_pane", "coloured_pane", "mirror_behind_glass"];
+
+/// Intervals of two seeds of the quick ones of the hard scenes: at most one in fifty may be disjoint.
+pub fn seeds(shell: &Shell, python: &Path, program: &Path) -> Outcome<()> {
+    let scenes = QUICK.map(|name| shell.root().join(format!("crates/xtask/hard_scenes/{name}.xml")));
+    let options = "-- --size 16x9 --error 20%".split(' ');
+    let task = shell.command(python, "").arg(shell.script("two_seeds.py")).arg(program);
+    task.args(["--limit", "0.02"]).args(scenes).args(options).run()
+}
+
 /// Five shares of an image, rendered and joined by an engine of Open Job Description.
 pub fn job(shell: &Shell, python: &Path, program: &Path, room: &Path) -> Outcome<()> {
     const LINE: &str = "render builtin:tiny --size 70x50 --truth vpl --vpls 200 --gather 2 --error 5%";

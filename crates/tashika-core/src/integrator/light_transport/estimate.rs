@@ -12,6 +12,7 @@ use crate::compensation::{Compensation, LightingContext};
 use crate::contribution::ContributionKernel;
 use crate::cut::{Clusters, CutMemory, InheritedCut, Rank, StrataOptions, VisibilityPrior, gather_tree};
 use crate::gather::{GatherPoint, PixelSum};
+use crate::math::elementary::ln_f64;
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
 use crate::stats::stratified::Spread;
@@ -207,6 +208,8 @@ pub(super) struct Estimate<'a> {
     /// paths begin with as well.
     rare_emission: Option<RareEmission>,
     camera_rays: u64,
+    /// About the luminance of surfaces that no camera sample met.
+    importance_unmet: f64,
 }
 
 /// Emission that camera samples have seen.
@@ -277,6 +280,7 @@ impl<'a> Estimate<'a> {
             moments: [Moments::default(); Controlled::MOST_PARTS],
             rare_emission: None,
             camera_rays: 0,
+            importance_unmet: 0.0,
         }
     }
 
@@ -411,6 +415,11 @@ impl<'a> Estimate<'a> {
         self.rare_emission.as_ref().map(|emission| &emission.moments[..self.common.controlled.parts().len()])
     }
 
+    /// Whether it sums over the gather points of a given number of camera samples.
+    pub(super) fn has_points(&self) -> bool {
+        self.points.is_some()
+    }
+
     pub(super) fn paths(&self) -> u32 {
         self.paths
     }
@@ -422,6 +431,30 @@ impl<'a> Estimate<'a> {
     /// Whether refining the sum tells no more.
     pub(super) fn is_whole(&self) -> bool {
         self.cut.as_ref().is_none_or(InheritedCut::is_whole)
+    }
+
+    /// Says how bright surfaces are that no camera sample met, of which some may be in the pixel
+    /// (luminance).
+    pub(super) fn expect_unmet(&mut self, importance_luminance: f64) {
+        self.importance_unmet = importance_luminance;
+    }
+
+    /// About the largest error by surfaces that no camera sample met, with the probability `1 − δ`.
+    ///
+    /// A share `c` of the pixel is missed by `n` samples with the probability `(1 − c)ⁿ`, which is below
+    /// `δ` from `c = ln(1/δ) / n` on. Of a sum over VPLs these are the samples of its gather points.
+    pub(super) fn unmet(&self, part: usize, delta: f64) -> f64 {
+        if self.importance_unmet == 0.0 || self.is_lit_surface_met() {
+            return 0.0;
+        }
+        let of_surface = self.common.controlled.parts()[part].of(Rgb::gray(self.importance_unmet as f32));
+        let samples = self.points.map_or(self.camera_rays, |points| points.pixel.samples.len() as u64);
+        of_surface * ln_f64(delta.recip()) / samples.max(1) as f64
+    }
+
+    /// Whether any of the camera samples that light is summed or found at met a surface.
+    pub(super) fn is_lit_surface_met(&self) -> bool {
+        self.points.map_or(self.met > 0, |points| !points.pixel.points.is_empty())
     }
 
     /// Whether any camera sample met a surface that gathers.

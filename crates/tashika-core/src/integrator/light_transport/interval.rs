@@ -12,8 +12,10 @@
 //! | `V_paths`, which paths were followed | the pixel's own paths and those of the neighbourhood ([`nearby`](super::nearby)); where emission that the camera sees is rare, all camera samples too |
 //!
 //! with the degrees of freedom of Satterthwaite 1946. `b` is about the largest contribution that no
-//! sample may have shown: of a stratum, of a path of the neighbourhood, or of a VPL. The interval
-//! is an estimate: measured, not proven.
+//! sample may have shown: of a stratum, of a path of the neighbourhood, or of a VPL. Where no camera
+//! sample met a surface and one may be in the pixel, the last term is at least the light of surfaces
+//! of the neighbourhood times the share of the pixel that so many samples may miss
+//! ([`Estimate::unmet`]). The interval is an estimate: measured, not proven.
 
 use super::super::ControlOptions;
 use super::super::looks::AIM;
@@ -82,7 +84,10 @@ impl Finding {
                 KAPPA_OF_PATHS * largest,
                 KAPPA_OF_PATHS * by_draws.largest_of_lights,
             ];
-            let rare = rare.map(|b| b * ln_f64(2.0 / delta));
+            let mut rare = rare.map(|b| b * ln_f64(2.0 / delta));
+            // Those of a sum are as many as they are.
+            let by_source = if estimate.has_points() { 2 } else { 1 };
+            rare[by_source] = rare[by_source].max(estimate.unmet(part, delta));
             let half_width = errors * variance.sqrt() + rare.into_iter().fold(0.0, f64::max);
             Self { mean, tolerance, half_width, variances, errors, rare }
         };

@@ -35,6 +35,8 @@ struct Paths {
     expected: [f64; 2],
     /// Whether a camera sample met emission.
     sees_emission: bool,
+    /// How many began at a surface.
+    met: u64,
     rays: u64,
 }
 
@@ -108,6 +110,18 @@ impl Nearby {
         paths * whole.rays as f64 / (PATHS as f64) < CHEAP
     }
 
+    /// Whether any camera sample here met no surface.
+    pub(super) fn are_surfaces_missed(&self) -> bool {
+        self.compensation.met < PATHS
+    }
+
+    /// About the luminance of the surfaces here (W·m⁻²·sr⁻¹); zero if no path began at one.
+    pub(super) fn importance_brightness(&self, common: &Common<'_>) -> f64 {
+        let whole = self.paths_of_all(common);
+        let mean = whole.moments[2].first().map_or(0.0, Moments::mean);
+        if whole.met == 0 { 0.0 } else { mean * PATHS as f64 / whole.met as f64 }
+    }
+
     fn paths_of_all(&self, common: &Common<'_>) -> &Paths {
         self.whole.get_or_init(|| follow(Estimator::Paths, self.place, common, 0.0, self.key))
     }
@@ -158,12 +172,14 @@ fn follow(
     let mut found = Moments::default();
     let mut expected = [0.0; 2];
     let mut sees_emission = false;
+    let mut met = 0;
     let mut moments = [(); 3].map(|()| vec![Moments::default(); parts.len()]);
     for path in 0..PATHS {
         let pixel = random_pixel(&window, &mut stream);
         let key = rng::key(key, Purpose::Guidance, path);
         let seen = common.samples(pixel, 1, key);
         sees_emission |= !seen.background.is_black();
+        met += u64::from(!seen.points.is_empty());
         let mut value = if estimator == Estimator::Paths { seen.background } else { Default::default() };
         let (mut kind, mut of_path) = (0, Bent::default());
         for point in &seen.points {
@@ -180,7 +196,7 @@ fn follow(
             moments[2][number].push(part.of(value));
         }
     }
-    Paths { moments, found, expected, sees_emission, rays: PATHS + compensation.rays() }
+    Paths { moments, found, expected, sees_emission, met, rays: PATHS + compensation.rays() }
 }
 
 #[cfg(test)]

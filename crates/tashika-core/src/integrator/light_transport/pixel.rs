@@ -2,7 +2,7 @@
 //! not enough.
 
 use super::super::looks::Looks;
-use super::super::{Claim, HalfWidths, PixelRecord, Stop};
+use super::super::{Claim, HalfWidths, PixelRecord, Setting, Stop};
 use super::estimate::{Common, Estimate, Estimator, Points};
 use super::interval::{Finding, Source};
 use super::{CLAMPS, LightTransport, OfView, Visibility};
@@ -70,6 +70,8 @@ pub(super) struct Pixel<'a, 'v> {
     rays: u64,
     /// Whether paths of all there is in the neighbourhood are among the rays.
     knows_whole: bool,
+    /// About the luminance of surfaces that may be in the pixel though no camera sample met one.
+    importance_unmet: Option<f64>,
 }
 
 /// The next larger number of camera samples.
@@ -114,6 +116,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
             pairs: 0,
             rays: 0,
             knows_whole: false,
+            importance_unmet: None,
         }
     }
 
@@ -133,6 +136,9 @@ impl<'a, 'v> Pixel<'a, 'v> {
     /// By sums over VPLs; whether that is all that is to be done.
     fn by_vpls(&mut self, memory: &mut CutMemory) -> bool {
         let mut samples = self.samples_for_lamps(self.common.setting.view.gather.points);
+        if self.is_rim(samples) {
+            samples = MOST_SAMPLES;
+        }
         let is_emission_rare = self.is_emission_rare(samples);
         let (mut clamp, mut bent) = (0, 0.0);
         let visibility = self.visibility.get();
@@ -183,6 +189,13 @@ impl<'a, 'v> Pixel<'a, 'v> {
         }
         let seen = self.try_samples(samples);
         self.common.lamps_not_met(self.at, &seen) > 0.0
+    }
+
+    /// Whether surfaces may be in the pixel that so many camera samples, drawn for this alone, all miss.
+    fn is_rim(&mut self, samples: u32) -> bool {
+        let common = self.common;
+        let may_be = common.compensates && self.of_view.nearby(&common, self.at, 0).are_surfaces_missed();
+        may_be && self.try_samples(samples).points.is_empty() && self.importance_unmet() > 0.0
     }
 
     /// Whether emission that the camera sees is likely to be missed by so many camera samples: a
@@ -252,6 +265,26 @@ impl<'a, 'v> Pixel<'a, 'v> {
         sees_emission && self.try_samples(SAMPLES_OF_FEATURES).points.is_empty()
     }
 
+    /// About the luminance of surfaces that may be in the pixel, or zero: where no ray of the pixel can
+    /// meet a surface, and where VPLs alone are the truth.
+    fn importance_unmet(&mut self) -> f64 {
+        if let Some(known) = self.importance_unmet {
+            return known;
+        }
+        let Setting { tracer, view } = *self.common.setting;
+        let is_empty = view.pyramid(self.at).is_some_and(|pyramid| tracer.is_empty_within(&pyramid));
+        let luminance = if is_empty || !self.common.compensates {
+            0.0
+        } else {
+            self.nearby_whole();
+            let nearby = self.of_view.nearby(&self.common, self.at, 0);
+            let of_view = self.common.lights.importance_brightness();
+            nearby.importance_brightness(&self.common).max(of_view)
+        };
+        self.importance_unmet = Some(luminance);
+        luminance
+    }
+
     /// What paths of all there is in the neighbourhood found; their rays are counted at the first
     /// call.
     fn nearby_whole(&mut self) -> &'a [Moments] {
@@ -292,6 +325,9 @@ impl<'a, 'v> Pixel<'a, 'v> {
         let mut is_planned = pairs + paths >= most;
         let ended = loop {
             estimate.grow(pairs as u64, paths as u32);
+            if !estimate.is_lit_surface_met() {
+                estimate.expect_unmet(self.importance_unmet());
+            }
             let found = Finding::of(&estimate, nearby, &self.method.options, self.looks.delta());
             self.may_claim = is_planned || found.is_exact();
             self.is_met = self.may_claim && found.is_narrow_enough();

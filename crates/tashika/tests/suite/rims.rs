@@ -1,0 +1,62 @@
+//! Rims of things on a black background: pixels whose samples meet nothing.
+
+use tashika::color::Rgb;
+use tashika::film::{Claim, RenderFilm};
+use tashika::integrator::{PathStop, PathTracer};
+use tashika::math::{Affine3A, Vec3};
+use tashika::rng::{Purpose, Stream};
+use tashika::scene::{Camera, Emitter, Material, SceneBuilder};
+use tashika::{Renderer, accel::Tracer};
+
+use crate::cases::{builder, film, lambert, luminances, parallelogram, tracer};
+
+const SIZE: [u32; 2] = [48, 32];
+const SEEDS: u64 = 4;
+
+/// Returns sixty leaves in the light of a sun from the camera, in nothing.
+fn leaves() -> Tracer {
+    let mut b: SceneBuilder = builder();
+    let mut s = Stream::new(3, Purpose::Test, 0);
+    let material = b.add_material(Material::new("leaf", lambert(0.8))).unwrap();
+    for _ in 0..60 {
+        let anywhere = |s: &mut Stream| Vec3::from(s.uniform_3()) * 2.0 - 1.0;
+        let (corner, a, c) = (anywhere(&mut s), 0.3 * anywhere(&mut s), 0.3 * anywhere(&mut s));
+        let mesh = b.add_mesh(parallelogram(corner, a, c), material).unwrap();
+        b.add_instance(mesh, Affine3A::IDENTITY).unwrap();
+    }
+    let direction = Vec3::new(0.1, -0.2, -1.0).normalize();
+    b.add_emitter(Emitter::Directional { direction, irradiance: Rgb::gray(3.0) }).unwrap();
+    b.add_camera(Camera::look_at("main", Vec3::new(0.0, 0.0, 4.5), Vec3::ZERO, Vec3::Y, 0.7)).unwrap();
+    tracer(b)
+}
+
+/// A thirtieth of a pixel is missed by one choice of a hundred camera samples in thirty. Pixels that
+/// nothing is in claim to be black, and no pixel is less certain than was asked.
+#[test]
+fn a_rim_that_no_sample_met_is_within_the_interval() {
+    let tracer = leaves();
+    let reference =
+        film(&tracer, &PathTracer::new(&tracer, PathStop::Count(40_000), 65).unwrap(), SIZE, 1, 1000);
+    let truths = luminances(&reference);
+    let brightest = truths.iter().copied().fold(0.0, f64::max);
+    let (mut rims, mut kept, mut black, mut exact) = (0.0, 0.0, 0.0, 0.0);
+    for seed in 1..=SEEDS {
+        let rendered = Renderer::on(&tracer).size(SIZE).error(0.1).seed(seed).render().unwrap();
+        let records = RenderFilm::of(&rendered.film);
+        for ((x, y), truth) in rendered.film.window().pixels().zip(&truths) {
+            let record = records.at(x, y);
+            assert_eq!(record.claim, Claim::Calibrated, "{x} {y}: {record:?}");
+            let distance = (f64::from(record.radiance.luminance()) - truth).abs();
+            if *truth == 0.0 {
+                black += 1.0;
+                exact += f64::from(u8::from(record.half_width == 0.0));
+            } else if *truth < 0.04 * brightest {
+                rims += 1.0;
+                // The reference knows such a share of a pixel to 3 %.
+                kept += f64::from(u8::from(distance <= f64::from(record.half_width) + 0.1 * truth));
+            }
+        }
+    }
+    assert!(rims > 100.0 && kept >= 0.94 * rims, "{kept} of {rims} claims at rims hold");
+    assert!(exact > 0.8 * black, "{exact} of {black} black pixels are certain");
+}
