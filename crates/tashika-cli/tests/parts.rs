@@ -352,14 +352,14 @@ fn a_picture_is_shared_with_the_lights_of_one() {
 #[cfg(unix)]
 #[test]
 fn a_scene_in_fog_is_shared_without_lights() {
-    const FOG: &str = "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_s\" [.1 .1 .1]\n\
+    const FOG: &str = "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_s\" [.02 .02 .02]\n\
         MediumInterface \"\" \"fog\" Camera \"perspective\" WorldBegin\n\
         LightSource \"point\" \"point3 from\" [0 1 2] \"rgb I\" [5 5 5]\n\
-        Shape \"sphere\" \"float radius\" 10";
+        Shape \"sphere\" \"float radius\" 3";
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     fs::write(folder.join("fog.pbrt"), FOG).unwrap();
-    let render = "render fog.pbrt --size 70x40 --error 50% --max-pairs 64 -q";
+    let render = "render fog.pbrt --size 40x20 --error 50% --max-pairs 64 -q";
     run(folder, &format!("{render} -o whole.exr"));
     let program = env!("CARGO_BIN_EXE_tashika");
     succeeds(folder, &format!("farm slurm --shares 2 --out job --program {program} -- {render} -o a.exr"));

@@ -16,6 +16,7 @@ use tashika::bsdf::ConductorFresnel;
 use tashika::color::Rgb;
 use tashika::film::{Claim, Film, RenderFilm, Stop};
 use tashika::math::Vec3;
+use tashika::math::elementary::powf;
 use tashika::request::{ClaimName, MethodName};
 use tashika::rng::{Purpose, Stream};
 use tashika::scene::{
@@ -56,7 +57,7 @@ impl Draw {
 
     /// A power of ten.
     fn power(&mut self, from: f32, to: f32) -> f32 {
-        10.0_f32.powf(from + (to - from) * self.s.uniform())
+        powf(10.0, from + (to - from) * self.s.uniform())
     }
 
     /// A share, often at an end.
@@ -243,7 +244,7 @@ fn draw(number: u64, range: Range) -> Draw {
         Range::Within => -6.0 + 12.0 * s.uniform(),
         Range::Beyond => -20.0 + 38.0 * s.uniform(),
     };
-    Draw { s, range, size: 10.0_f32.powf(exponent) }
+    Draw { s, range, size: powf(10.0, exponent) }
 }
 
 /// Films of path tracing, of one method of sums, and of one with a claim.
@@ -315,7 +316,7 @@ fn search(range: Range, count: u64) -> (u64, Vec<String>) {
 
 #[test]
 fn within_the_range_of_numbers_all_pixels_are_finite() {
-    let count = if is_slow() { 4000 } else { 30 };
+    let count = if is_slow() { 4000 } else { 12 };
     let (scenes, wrong) = search(Range::Within, count);
     assert!(scenes > count / 2, "{scenes} scenes");
     assert!(wrong.is_empty(), "{} of {scenes} scenes:\n{}", wrong.len(), wrong.join("\n"));
@@ -323,7 +324,7 @@ fn within_the_range_of_numbers_all_pixels_are_finite() {
 
 #[test]
 fn beyond_the_range_of_numbers_pixels_say_what_they_are() {
-    let count = if is_slow() { 4000 } else { 30 };
+    let count = if is_slow() { 4000 } else { 12 };
     let (scenes, wrong) = search(Range::Beyond, count);
     assert!(scenes > count / 2, "{scenes} scenes");
     assert!(wrong.is_empty(), "{} of {scenes} scenes:\n{}", wrong.len(), wrong.join("\n"));

@@ -28,7 +28,7 @@ pub(super) fn pip(shell: &Shell, python: &Path, what: &str) -> Task {
 }
 
 /// Hard scenes whose two renders take seconds.
-const QUICK: [&str; 4] = ["pane", "double_pane", "coloured_pane", "mirror_behind_glass"];
+const QUICK: [&str; 3] = ["pane", "double_pane", "coloured_pane"];
 
 /// Intervals of two seeds of the quick ones of the hard scenes: at most one in fifty may be disjoint.
 pub fn seeds(shell: &Shell, python: &Path, program: &Path) -> Outcome<()> {
