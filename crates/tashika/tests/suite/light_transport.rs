@@ -144,7 +144,7 @@ pub fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
     let tracer = tracer(b);
     // Far enough for what it cuts off to matter.
     let lights = VplOptions { count: 300_000, clamp: Clamp::Distance(0.8), ..VplOptions::default() };
-    let options = ControlOptions { error: 0.02, ..ControlOptions::default() };
+    let options = ControlOptions { error: 0.03, ..ControlOptions::default() };
     let estimate = |lights: &GuidedLights, estimator: Estimator| {
         let ours = LightTransport::new(&tracer, lights, &options).only_by(estimator);
         let film = film(&tracer, &ours, SIZE, 64, 3);
@@ -174,7 +174,11 @@ pub fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
         assert!(error < 0.01 * of, "{what}: the comparison is sharp: {error} of {of}");
         assert!((sum - of).abs() < 4.42 * error, "{what}, {estimator:?}: {sum} ± {error} for {of}");
     }
-    drawn_lights_agree(&tracer, &expected, errors, what);
+    // Most of the time of a test: of all scenes with `TASHIKA_SLOW_TESTS=1`.
+    let is_slow = std::env::var("TASHIKA_SLOW_TESTS").is_ok_and(|value| value == "1");
+    if is_slow || ["diffuse room", "several parts", "milk and smoke"].contains(&what) {
+        drawn_lights_agree(&tracer, &expected, errors, what);
+    }
     // Without this the agreement would say nothing about paths beside sums.
     let clamped = estimate(&traced(Truth::Clamped), Estimator::Vpls).0.iter().sum::<f64>();
     assert!(clamped < (1.0 - left_out) * of, "{what}: VPLs alone give {clamped} of {of}");
