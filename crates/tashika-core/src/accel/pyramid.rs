@@ -1,19 +1,20 @@
-//! Pyramids of rays from one point, and whether they certainly meet nothing.
+//! Pyramids of rays from one point, and a test that proves them empty.
 //!
 //! A pyramid is the set of places `p` with `n_k · (p − a) ≥ 0` for its apex `a` and the inward normals
-//! `n_k` of its sides. A box of center `c` and half extents `h` is outside if one side separates them:
+//! `n_k` of its sides. It misses a box of center `c` and half extents `h` if one side separates them:
 //!
 //! ```text
-//! n_k · (c − a) + |n_k| · h < −s (|c| + |h| + |a|)
+//! n_k · (c − a) + |n_k| · h < −s (|c| + |h| + m) max(|n_k|, 1)
 //! ```
 //!
-//! with `s` for rounding: of the normals, which are products of rays in single precision, and of the
-//! coordinates. The trees are walked through with this test. Triangles of a leaf are outside by the same
-//! test of their corners, or if the plane of the apex and an edge separates them.
+//! with `s` for the rounding of normals, which are products of rays in single precision, and of
+//! coordinates, and `m` for the largest coordinates that `a` was computed from. Trees are walked through
+//! with this test. A triangle is missed by the same test of its corners, or if the plane of the apex and
+//! one of its edges separates the two.
 //!
 //! # Guarantee
-//! If a pyramid is said to be empty, no ray of it meets a surface. The opposite is not said of the
-//! others. Held to this by `gather::pyramid`, by rays at random.
+//! No ray of a pyramid that is empty by this test meets a surface. Pyramids without a surface may fail
+//! it. Held to this by `gather::pyramid`, by rays at random.
 
 use super::bvh::Node;
 use super::tracer::Tracer;
@@ -28,12 +29,14 @@ const ROUNDING: f64 = 1e-6;
 #[derive(Clone, Copy, Debug)]
 pub struct Pyramid {
     apex: DVec3,
+    /// Largest coordinates that the apex was computed from (m).
+    magnitude: f64,
     /// Inward normals: of two sides opposite to each other, and of the two others.
     sides: [DVec3; 4],
 }
 
 impl Pyramid {
-    /// The rays from `apex` that are, of each side, where the direction `axis` is.
+    /// The pyramid about the direction `axis`.
     ///
     /// * `sides`: two unit directions in the plane of each side, far from each other; the first two
     ///   sides are opposite to each other.
@@ -42,30 +45,33 @@ impl Pyramid {
             let normal = a.as_dvec3().cross(b.as_dvec3());
             normal * normal.dot(axis.as_dvec3()).signum()
         };
-        Self { apex: apex.as_dvec3(), sides: sides.map(inward) }
+        let apex = apex.as_dvec3();
+        Self { apex, magnitude: apex.length(), sides: sides.map(inward) }
     }
 
     /// The same in the space of an instance.
     fn in_space_of(&self, to_world: &Affine3A, to_object: &Affine3A) -> Self {
         let normals = to_world.matrix3.as_dmat3().transpose();
-        let apex = to_object.matrix3.as_dmat3() * self.apex + to_object.translation.as_dvec3();
-        Self { apex, sides: self.sides.map(|side| normals * side) }
+        let (linear, moved) = (to_object.matrix3.as_dmat3(), to_object.translation.as_dvec3());
+        let columns = [linear.x_axis, linear.y_axis, linear.z_axis].map(|column| column.length());
+        let magnitude = columns.iter().sum::<f64>() * self.magnitude + moved.length();
+        let apex = linear * self.apex + moved;
+        Self { apex, magnitude, sides: self.sides.map(|side| normals * side) }
     }
 
-    /// Whether a box is certainly outside.
-    fn excludes_box(&self, lo: DVec3, hi: DVec3) -> bool {
+    /// Whether no ray meets a box, for certain.
+    fn misses_box(&self, lo: DVec3, hi: DVec3) -> bool {
         let (center, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
-        let size = center.length() + half.length() + self.apex.length();
+        let size = center.length() + half.length() + self.magnitude;
         self.sides.iter().any(|side| {
             let farthest = side.dot(center - self.apex) + side.abs().dot(half);
             farthest < -ROUNDING * size * side.length().max(1.0)
         })
     }
 
-    /// Whether a triangle is certainly outside: of one of the sides, or because the plane of the apex
-    /// and one of its edges is between it and the pyramid.
-    fn excludes_triangle(&self, corners: [DVec3; 3]) -> bool {
-        let size = corners.iter().map(|p| p.length()).fold(self.apex.length(), f64::max);
+    /// Whether no ray meets a triangle, for certain.
+    fn misses_triangle(&self, corners: [DVec3; 3]) -> bool {
+        let size = corners.iter().map(|p| p.length()).fold(self.magnitude, f64::max);
         let seen = corners.map(|p| p - self.apex);
         let is_outside = |side: &DVec3| {
             let farthest = seen.iter().map(|p| side.dot(*p)).fold(f64::NEG_INFINITY, f64::max);
@@ -74,7 +80,7 @@ impl Pyramid {
         let [a, b, c, d] = self.sides;
         let edges = [a.cross(c), a.cross(d), b.cross(c), b.cross(d)].map(|edge| {
             let unit = edge.normalize_or_zero();
-            // Of two directions, the one that is inside of the other sides.
+            // The one of both directions that is inside the other sides.
             let inside: f64 = self.sides.iter().map(|side| side.dot(unit)).sum();
             unit * inside.signum()
         });
@@ -88,8 +94,8 @@ impl Pyramid {
         self.sides.iter().any(is_outside) || [[p, q, r], [q, r, p], [r, p, q]].into_iter().any(is_beside)
     }
 
-    /// Whether all leaves below the root of a tree are outside, or `is_clear`.
-    fn meets_none(&self, nodes: &[Node], is_clear: impl Fn(u32) -> bool) -> bool {
+    /// Whether no ray meets a leaf that is not `is_missed`, for certain.
+    fn misses_leaves(&self, nodes: &[Node], is_missed: impl Fn(u32) -> bool) -> bool {
         let mut waiting = if nodes.is_empty() { vec![] } else { vec![0] };
         while let Some(number) = waiting.pop() {
             let node = &nodes[number as usize];
@@ -98,12 +104,12 @@ impl Pyramid {
                 let lo = DVec3::new(plane(0), plane(1), plane(2));
                 let hi = DVec3::new(plane(3), plane(4), plane(5));
                 // Absent children are inverted.
-                if lo.x > hi.x || self.excludes_box(lo, hi) {
+                if lo.x > hi.x || self.misses_box(lo, hi) {
                     continue;
                 }
                 if node.is_inner(slot) {
                     waiting.push(node.first[slot]);
-                } else if !is_clear(node.first[slot]) {
+                } else if !is_missed(node.first[slot]) {
                     return false;
                 }
             }
@@ -111,29 +117,29 @@ impl Pyramid {
         true
     }
 
-    /// Whether all triangles of a tree are outside.
-    fn misses(&self, tree: &Tree) -> bool {
-        self.meets_none(&tree.nodes, |leaf| {
+    /// Whether no ray meets a triangle of a tree, for certain.
+    fn misses_tree(&self, tree: &Tree) -> bool {
+        self.misses_leaves(&tree.nodes, |leaf| {
             let block = &tree.blocks[leaf as usize];
             let mut triangles = (0..WIDTH).map(|slot| block.triangle(slot).v);
             // Absent triangles are not numbers.
-            triangles.all(|v| v[0].is_nan() || self.excludes_triangle(v.map(|p| p.as_dvec3())))
+            triangles.all(|v| v[0].is_nan() || self.misses_triangle(v.map(|p| p.as_dvec3())))
         })
     }
 }
 
 impl Tracer {
-    /// Whether no ray of a pyramid meets a surface, for certain; never where something moves.
+    /// Whether no ray of a pyramid meets a surface, for certain; false in all scenes with motion.
     pub fn is_empty_within(&self, pyramid: &Pyramid) -> bool {
         let (trees, scene) = (self.trees(), self.scene());
         let misses_placed = |leaf: u32| {
             let placed = &trees.placed[leaf as usize];
             let instance = &scene.instances()[placed.instance as usize];
             let local = pyramid.in_space_of(&instance.to_world, &instance.to_object());
-            local.misses(&trees.shared[placed.tree as usize])
+            local.misses_tree(&trees.shared[placed.tree as usize])
         };
         trees.moving.movers.is_empty()
-            && pyramid.misses(&trees.world)
-            && pyramid.meets_none(&trees.top.nodes, misses_placed)
+            && pyramid.misses_tree(&trees.world)
+            && pyramid.misses_leaves(&trees.top.nodes, misses_placed)
     }
 }

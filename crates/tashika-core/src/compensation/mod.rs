@@ -474,8 +474,8 @@ impl<'a> Compensation<'a> {
         [straight, through_panes]
     }
 
-    /// Light of one sample of so many that arrives through panes, by these kernels, weighted against
-    /// following them.
+    /// Light of one of `drawn` samples of the emitters that arrives through panes (W·m⁻²·sr⁻¹), scattered
+    /// by these kernels and weighted against directions drawn from them.
     fn through_panes(
         &mut self,
         vertex: &Vertex,

@@ -64,8 +64,8 @@ impl Trials<'_> {
     ) -> Option<Discrete> {
         // Light from infinity is drawn through panes, too; other light is not.
         let mut shadows = [self.contribution.glass(), Glass::Passes].map(Shadows::new);
-        let is_far = |light: &Vpl| usize::from(light.kind == VplKind::Directional);
-        let mut of_trials = Vec::with_capacity(self.clusters * self.lights);
+        let batch_of = |light: &Vpl| usize::from(light.kind == VplKind::Directional);
+        let mut batches = Vec::with_capacity(self.clusters * self.lights);
         let mut squares = Vec::with_capacity(self.clusters * self.lights);
         for cluster in 0..self.clusters {
             for _ in 0..self.lights {
@@ -77,15 +77,15 @@ impl Trials<'_> {
                     // Unclamped, and at the very place of the surface, it is no number.
                     value = if value.is_finite() { value } else { 0.0 };
                     if value > 0.0 {
-                        of_trials.push(is_far(&light));
-                        shadows[is_far(&light)].push((receiver.position, receiver.medium), light.apex());
+                        batches.push(batch_of(&light));
+                        shadows[batch_of(&light)].push((receiver.position, receiver.medium), light.apex());
                     }
                 }
                 squares.push(value * value);
             }
         }
-        let mut of_kinds = shadows.each_mut().map(|shadows| shadows.trace(self.tracer).iter());
-        let mut passing = of_trials.into_iter().map(|kind| of_kinds[kind].next());
+        let mut of_batches = shadows.each_mut().map(|shadows| shadows.trace(self.tracer).iter());
+        let mut passing = batches.into_iter().map(|batch| of_batches[batch].next());
         let share = |squares: &[f64]| {
             let mut unoccluded = 0.0;
             let (mut seen, mut trials) = (0.0, 0.0);

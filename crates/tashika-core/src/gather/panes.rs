@@ -34,7 +34,7 @@ const SAME: f32 = 1e-4;
 /// Passage of a path through surfaces, since its direction was drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passage {
-    /// Nothing has changed its direction.
+    /// Its direction is unchanged, perhaps through thin glass.
     Straight,
     /// Smooth faces of glass have refracted it, and nothing else.
     Refracted,
@@ -53,12 +53,13 @@ impl Passage {
         }
     }
 
-    /// Whether nothing has changed the direction.
+    /// Whether the direction is unchanged.
     pub fn is_straight(self) -> bool {
         self == Self::Straight
     }
 
-    /// Whether a path that was drawn along `drawn` and goes on along `direction` came through panes.
+    /// Whether a path of the unit direction `drawn` came through panes: refraction has given it the same
+    /// direction, `direction`.
     pub fn is_through_panes(self, drawn: Vec3, direction: Vec3) -> bool {
         self == Self::Refracted && drawn.distance_squared(direction) < SAME * SAME
     }

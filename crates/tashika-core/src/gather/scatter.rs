@@ -8,7 +8,7 @@ use crate::color::Rgb;
 use crate::math::Ray;
 use crate::scene::{Part, Scene, SurfacePoint};
 
-/// What a path does at a surface: one of its [parts](crate::scene::Part).
+/// Interaction of a path with a surface, by one of its [parts](crate::scene::Part).
 #[derive(Clone, Copy, Debug)]
 pub enum Scatter {
     /// Gathers light; the weight is one over the probability of the choice.
@@ -107,18 +107,18 @@ impl SpecularPoint {
         }
     }
 
-    /// Whether a ray that leaves along `direction` has not been bent: it has passed thin glass.
+    /// Whether a ray that leaves along `direction` has passed thin glass, which does not bend it.
     pub fn passes_straight(&self, direction: Vec3) -> bool {
         matches!(self.bsdf, Bsdf::ThinGlass(_)) && self.crosses(direction)
     }
 
-    /// Whether a ray that leaves along `direction` was refracted by a smooth face of solid glass.
+    /// Whether a smooth face of solid glass has refracted a ray that leaves along `direction`.
     pub fn refracts(&self, direction: Vec3) -> bool {
         let is_smooth = matches!(self.bsdf, Bsdf::Glass(glass) if glass.facets.is_none());
         is_smooth && self.crosses(direction)
     }
 
-    /// Whether a ray that leaves along `direction` is on the other side of the surface.
+    /// Whether a ray that leaves along `direction` is behind the surface, as `outgoing` sees it.
     fn crosses(&self, direction: Vec3) -> bool {
         let ng = self.surface.geometric_normal;
         ng.dot(direction) * ng.dot(self.outgoing) < 0.0

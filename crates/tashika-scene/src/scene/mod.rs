@@ -141,7 +141,7 @@ pub struct Scene {
     materials: Vec<Material>,
     /// For each material whether it is glass, or a mix with glass.
     glassy: Vec<bool>,
-    /// Whether any material is smooth solid glass.
+    /// Whether any material is solid glass.
     refracts: bool,
     /// For each material whether its facets have a direction, or a mix has such a part.
     brushed: Vec<bool>,

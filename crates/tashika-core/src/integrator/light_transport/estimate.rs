@@ -415,7 +415,7 @@ impl<'a> Estimate<'a> {
         self.rare_emission.as_ref().map(|emission| &emission.moments[..self.common.controlled.parts().len()])
     }
 
-    /// Whether it sums over the gather points of a given number of camera samples.
+    /// Whether it sums over gather points, of a fixed number of camera samples.
     pub(super) fn has_points(&self) -> bool {
         self.points.is_some()
     }
@@ -433,8 +433,8 @@ impl<'a> Estimate<'a> {
         self.cut.as_ref().is_none_or(InheritedCut::is_whole)
     }
 
-    /// Says how bright surfaces are that no camera sample met, of which some may be in the pixel
-    /// (luminance).
+    /// Sets the luminance of surfaces that may be in the pixel though no camera sample met one
+    /// (W·m⁻²·sr⁻¹).
     pub(super) fn expect_unmet(&mut self, importance_luminance: f64) {
         self.importance_unmet = importance_luminance;
     }
@@ -444,7 +444,7 @@ impl<'a> Estimate<'a> {
     /// A share `c` of the pixel is missed by `n` samples with the probability `(1 − c)ⁿ`, which is below
     /// `δ` from `c = ln(1/δ) / n` on. Of a sum over VPLs these are the samples of its gather points.
     pub(super) fn unmet(&self, part: usize, delta: f64) -> f64 {
-        if self.importance_unmet == 0.0 || self.is_lit_surface_met() {
+        if self.importance_unmet == 0.0 || self.samples_meet_surface() {
             return 0.0;
         }
         let of_surface = self.common.controlled.parts()[part].of(Rgb::gray(self.importance_unmet as f32));
@@ -452,8 +452,8 @@ impl<'a> Estimate<'a> {
         of_surface * ln_f64(delta.recip()) / samples.max(1) as f64
     }
 
-    /// Whether any of the camera samples that light is summed or found at met a surface.
-    pub(super) fn is_lit_surface_met(&self) -> bool {
+    /// Whether any camera sample of the gather points met a surface; of paths alone, any of theirs.
+    pub(super) fn samples_meet_surface(&self) -> bool {
         self.points.map_or(self.met > 0, |points| !points.pixel.points.is_empty())
     }
 

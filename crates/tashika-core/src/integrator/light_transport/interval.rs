@@ -85,7 +85,7 @@ impl Finding {
                 KAPPA_OF_PATHS * by_draws.largest_of_lights,
             ];
             let mut rare = rare.map(|b| b * ln_f64(2.0 / delta));
-            // Those of a sum are as many as they are.
+            // Camera samples of gather points are fixed, those of paths grow.
             let by_source = if estimate.has_points() { 2 } else { 1 };
             rare[by_source] = rare[by_source].max(estimate.unmet(part, delta));
             let half_width = errors * variance.sqrt() + rare.into_iter().fold(0.0, f64::max);

@@ -325,7 +325,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
         let mut is_planned = pairs + paths >= most;
         let ended = loop {
             estimate.grow(pairs as u64, paths as u32);
-            if !estimate.is_lit_surface_met() {
+            if !estimate.samples_meet_surface() {
                 estimate.expect_unmet(self.importance_unmet());
             }
             let found = Finding::of(&estimate, nearby, &self.method.options, self.looks.delta());
