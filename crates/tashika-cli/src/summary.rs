@@ -7,7 +7,7 @@ use indicatif::HumanCount;
 use serde::{Serialize, Serializer};
 use tashika::error::visible;
 use tashika::experiment::OtherSet;
-use tashika::film::{Claim, PictureClaim, Tally, Tone};
+use tashika::film::{Claim, MeanInterval, PictureClaim, Tally, Tone};
 use tashika::gather::Filter;
 use tashika::io::write_file;
 use tashika::reconstruction::ABOUT;
@@ -246,6 +246,8 @@ pub struct RenderReport {
     pub pairs_per_pixel: f64,
     /// Mean radiance, RGB (W·m⁻²·sr⁻¹).
     pub mean_radiance: [f32; 3],
+    /// Interval of the mean luminance, if every pixel claims one.
+    pub mean_luminance: Option<MeanInterval>,
     /// Rays a second while rendering.
     pub rays_per_second: f64,
     /// Threads.
@@ -381,6 +383,9 @@ impl RenderReport {
         }
         let [r, g, b] = self.mean_radiance;
         rows.push("radiance", format!("mean {r:.4} {g:.4} {b:.4} W/m2/sr (R G B)"));
+        if let Some(MeanInterval { mean, half_width }) = self.mean_luminance {
+            rows.push("", format!("mean luminance {mean:.4} +- {half_width:.4} W/m2/sr, if the claims hold"));
+        }
         rows.push(
             "work",
             format!(

@@ -125,6 +125,7 @@ impl Compensation<'_> {
         stream: &mut Stream,
     ) -> Arrived {
         let receiver = vertex.receiver();
+        self.look_for_caustics(&receiver);
         let LightingContext { emitters, choices, tracer, .. } = self.lit;
         let choice = choices.map(|choices| &choices.emitters);
         let emitters = EmittersAt::new(emitters, choice, &receiver);

@@ -178,7 +178,7 @@ mod tests {
             choices: None,
             contribution: ContributionKernel::default(),
             max_depth: 2,
-            bent: None,
+            caustics: None,
         };
         let mut s = Stream::new(1, Purpose::Test, 0);
         let on_floor =

@@ -25,7 +25,7 @@
 //! | `c` | `g` of `y` | 1 | follow `c` of `x` to `y`; go on from `y` by `g` |
 //! | `c` | an emitter | `1 − κ` | follow `c` of `x`, or draw from the emitters; weighted by the balance heuristic |
 //! | `c` | light from infinity through [panes](crate::gather::through_panes) | 1 | follow `c` of `x`, or draw from the emitters, weighted |
-//! | `c` | anything else behind a surface that bends or mirrors the way | 1 | follow `c` of `x` |
+//! | `c` | anything else behind specular surfaces | 1 | follow `c` of `x`, or a [direction of caustics](crate::guidance::Caustics), as one density |
 //! | `g` | anything | 1 | follow `g` of `x`, or draw from the emitters, weighted |
 //!
 //! "Go on from `y` by `c`" is the same problem again: what `y` receives is a sum over the VPLs, of
@@ -55,6 +55,7 @@ mod choices;
 mod descent;
 mod drawn;
 mod emitter_choice;
+mod guided;
 mod places;
 mod trials;
 mod vertex;
@@ -67,7 +68,7 @@ use crate::bsdf::Bsdf;
 use crate::color::Rgb;
 use crate::contribution::{ContributionKernel, Link};
 use crate::gather::{GatherPoint, Passage, Scatter, through_panes};
-use crate::guidance::BentLight;
+use crate::guidance::{Caustics, Directions};
 use crate::math::Ray;
 use crate::media::{Leg, MAX_SURVIVAL_IN_MEDIUM, MOST_PASSED, Shadows};
 use crate::rng::Stream;
@@ -122,8 +123,8 @@ pub struct LightingContext<'a> {
     pub contribution: ContributionKernel<'a>,
     /// Most surfaces of a path.
     pub max_depth: u32,
-    /// What there is of light that paths may not find.
-    pub bent: Option<&'a BentLight>,
+    /// Caustics, which guide paths; of paths without them little light over specular surfaces is found.
+    pub caustics: Option<&'a Caustics>,
 }
 
 /// Paths of what VPLs do not carry.
@@ -135,19 +136,22 @@ pub struct Compensation<'a> {
     shadows: Shadows,
     rays: u64,
     /// Of the last path.
-    bent: Bent,
+    caustic: Caustic,
+    /// Directions of caustics at the last vertex, and about their radiance there.
+    directions: Directions,
+    importance_caustic: f64,
     /// Of the last gather point at which VPLs were drawn.
     squares_of_vpls: f64,
     /// Where surfaces are noted, for which no light is drawn then.
     met: Option<Met>,
 }
 
-/// Light that comes from emitters by bent ways, on a path (luminance, W·m⁻²·sr⁻¹).
+/// Light of emitters over specular surfaces, on a path (luminance, W·m⁻²·sr⁻¹).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Bent {
-    /// What there is of it by [`LightingContext::bent`], at the first surface and at those beyond.
+pub struct Caustic {
+    /// Estimate by [`LightingContext::caustics`], at the first surface and at those beyond.
     pub expected: [f64; 2],
-    /// What the path found.
+    /// Contribution that the path found.
     pub found: f64,
 }
 
@@ -184,7 +188,9 @@ impl<'a> Compensation<'a> {
             beyond,
             shadows: Shadows::new(Glass::SolidStops),
             rays: 0,
-            bent: Bent::default(),
+            caustic: Caustic::default(),
+            directions: Directions::default(),
+            importance_caustic: 0.0,
             squares_of_vpls: 0.0,
             met: None,
         }
@@ -195,9 +201,9 @@ impl<'a> Compensation<'a> {
         self.rays
     }
 
-    /// What the last path found of light that comes by bent ways, and of how much.
-    pub fn bent(&self) -> Bent {
-        self.bent
+    /// Caustic light of the last path.
+    pub fn caustic(&self) -> Caustic {
+        self.caustic
     }
 
     /// An unbiased estimate, by what was drawn at the last gather point, of the sum of the squares of
@@ -228,7 +234,7 @@ impl<'a> Compensation<'a> {
         let mut radiance = drawn.map_or(Rgb::BLACK, |drawn| drawn.straight + drawn.through_panes);
         let mut weight = Rgb::WHITE;
         let found = drawn.map_or(0.0, |drawn| f64::from(drawn.through_panes.luminance()));
-        self.bent = Bent { found, ..Bent::default() };
+        self.caustic = Caustic { found, ..Caustic::default() };
         let lights = self.lit.lights;
         let mut vertex = first;
         // Decisions of rays so far, at most.
@@ -241,11 +247,11 @@ impl<'a> Compensation<'a> {
         while surfaces < self.lit.max_depth {
             let Some(rest) = vertex.probability_of_rest() else { break };
             let receiver = vertex.receiver();
-            if let Some((bent, normal)) = self.lit.bent.zip(receiver.normal) {
-                let radiance = bent.importance_radiance(vertex.position(), normal);
-                let there = radiance * f64::from((weight * vertex.amplitude()).luminance());
-                self.bent.expected[usize::from(depth > 0)] += there;
+            if depth > 0 || drawn.is_none() {
+                self.look_for_caustics(&receiver);
             }
+            let amplitude = f64::from((weight * vertex.amplitude()).luminance());
+            self.caustic.expected[usize::from(depth > 0)] += self.importance_caustic * amplitude;
             if depth > certain {
                 let mut survival = (size(weight) / whole * vertex.importance_albedo()).min(1.0);
                 if lights.is_some() {
@@ -282,13 +288,15 @@ impl<'a> Compensation<'a> {
                 let [straight, through_panes] =
                     self.drawn_emitter(&vertex, kernel, &emitters, key.wrapping_add(decided), stream);
                 radiance += weight * (straight + through_panes);
-                self.bent.found += f64::from((weight * through_panes).luminance());
+                self.caustic.found += f64::from((weight * through_panes).luminance());
             }
             let of_direction = match drawn {
                 Some(Drawn { of_path: [a, b, c, _], .. }) => [a, b, c],
                 None => stream.uniform_3(),
             };
-            let Some((direction, density, factor)) = vertex.sample(kernel, of_direction) else { break };
+            let Some((direction, density, factor)) = self.direction(&vertex, kernel, of_direction) else {
+                break;
+            };
             weight *= factor;
             if weight.is_black() {
                 break;
@@ -313,8 +321,8 @@ impl<'a> Compensation<'a> {
             vertex = next;
         }
         let of_point = f64::from(point.weight.luminance());
-        self.bent.found *= of_point;
-        self.bent.expected = self.bent.expected.map(|expected| expected * of_point);
+        self.caustic.found *= of_point;
+        self.caustic.expected = self.caustic.expected.map(|expected| expected * of_point);
         point.weight * radiance
     }
 
@@ -363,7 +371,7 @@ impl<'a> Compensation<'a> {
                     };
                     *radiance += *weight * e.radiance(d) * share;
                     if !is_straight {
-                        self.bent.found += f64::from((*weight * e.radiance(d)).luminance());
+                        self.caustic.found += f64::from((*weight * e.radiance(d)).luminance());
                     }
                 }
                 return None;
@@ -384,7 +392,7 @@ impl<'a> Compensation<'a> {
                 };
                 *radiance += *weight * emitted * share;
                 if !passage.is_straight() {
-                    self.bent.found += f64::from((*weight * emitted).luminance());
+                    self.caustic.found += f64::from((*weight * emitted).luminance());
                 }
             }
             if scene.is_boundary(&surface) {
@@ -492,7 +500,8 @@ impl<'a> Compensation<'a> {
         }
         let towards = -light.direction;
         let of_kernel = |kernel: &Kernel| {
-            let weight = sample.pdf.map_or(1.0, |pdf| balance(drawn * pdf, vertex.density(*kernel, towards)));
+            let weight =
+                sample.pdf.map_or(1.0, |pdf| balance(drawn * pdf, self.density(vertex, *kernel, towards)));
             vertex.value(*kernel, towards) * light.intensity * weight
         };
         let value = kernels.iter().map(of_kernel).fold(Rgb::BLACK, |sum, value| sum + value);
@@ -536,7 +545,7 @@ impl<'a> Compensation<'a> {
                 } else {
                     squared_distance / -light.direction.dot(towards_light)
                 };
-                balance(drawn * pdf * jacobian, vertex.density(*kernel, towards_light))
+                balance(drawn * pdf * jacobian, self.density(vertex, *kernel, towards_light))
             });
             value * weight
         };

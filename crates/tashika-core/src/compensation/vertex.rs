@@ -194,6 +194,12 @@ impl Vertex {
         }
     }
 
+    /// True if the kernel scatters diffusely, so that light from all around matters to it.
+    pub(super) fn is_diffuse(&self, kernel: Kernel) -> bool {
+        let of_all = || !self.point.bsdf.vpl_reflectance(self.point.wo).is_black();
+        kernel == Kernel::Carried || (matches!(self.carried, Carried::Nothing) && of_all())
+    }
+
     /// Density with which [`Vertex::sample`] draws a unit direction (sr⁻¹).
     pub(super) fn density(&self, kernel: Kernel, direction: Vec3) -> f32 {
         match self.point.phase {

@@ -8,20 +8,25 @@
 //! where a [`LightGuide`] is learned from them. It finds light that enters by windows however
 //! large the world outside is: camera paths start where the camera looks.
 //!
+//! Where camera paths hardly ever find a light, as behind a keyhole, light paths are traced by what was
+//! learned so far, and those that leave VPLs around the surfaces that camera paths met are learned from
+//! as well; again, until there are enough.
+//!
 //! Glass lets these segments pass straight, solid glass as well; it only has to be about right.
 //!
 //! Held to this by the suite's `light_transport`: a room on a wide ground has its VPLs in the room.
 
 use rayon::prelude::*;
 
+use super::photons::{Side, side};
 use crate::accel::{Glass, Tracer};
 use crate::color::Rgb;
 use crate::contribution::ContributionKernel;
 use crate::gather::{GatherPoint, Scatter, View};
-use crate::math::Ray;
+use crate::math::{Ray, Vec3};
 use crate::media::{Leg, MOST_PASSED, Shadows};
 use crate::rng::{self, Purpose, Stream};
-use crate::stats::Weighted;
+use crate::stats::{Moments, Weighted};
 use crate::vpl::{EmitterSampler, LightGuide, LightSample, LightTracer, Vpl};
 
 /// Camera paths.
@@ -34,6 +39,13 @@ const MOST_SURFACES: u32 = 8;
 const MOST_SPECULAR: u32 = 8;
 /// Parts of the picture, across and down, each with a brightness of its own.
 const PARTS: u32 = 12;
+/// Rays of emission from which a guide is learned well; where camera paths find fewer, light paths that
+/// reach their surroundings are added.
+const ENOUGH_RAYS: usize = 512;
+/// Most passes of light paths that look for more.
+const MOST_PASSES: u64 = 4;
+/// Cells of the surroundings over the spread of the surfaces that camera paths meet.
+const CELLS_PER_SPREAD: f64 = 16.0;
 /// Brightness that a part is taken to have at least, of the mean of all.
 const LEAST_BRIGHTNESS: f64 = 1e-3;
 
@@ -78,10 +90,59 @@ pub fn learn_light_guide<'s>(tracing: LightTracer<'s>, view: &View<'_>, seed: u6
         let weighted = |r: &Record<D>| (r.numbers, r.radiance * scale[r.part as usize]);
         records.iter().map(weighted).filter(|(_, weight)| weight.is_finite()).collect()
     }
-    let direct = chunks.iter().flat_map(|learned| scaled(&learned.direct, &scale)).collect();
-    let emission = chunks.iter().flat_map(|learned| scaled(&learned.emission, &scale)).collect();
-    let guide = LightGuide::learn(direct, emission);
+    let direct: Vec<_> = chunks.iter().flat_map(|learned| scaled(&learned.direct, &scale)).collect();
+    let mut emission: Vec<_> = chunks.iter().flat_map(|learned| scaled(&learned.emission, &scale)).collect();
+    let mut guide = LightGuide::learn(direct.clone(), emission.clone());
+    let places = Places::of(chunks.iter().flat_map(|learned| &learned.places));
+    for pass in 0..MOST_PASSES {
+        if emission.len() >= ENOUGH_RAYS {
+            break;
+        }
+        let worth = |light: &Vpl| {
+            if places.hold(light.position, light.direction) { light.intensity.luminance() } else { 0.0 }
+        };
+        let seed = rng::key(rng::key(seed, Purpose::Guidance, PATHS), Purpose::LightPath, pass);
+        let paths = PATHS << (2 * pass);
+        emission = of_equal_weight(emission, tracing.worth_of_emission(&guide, paths, seed, worth));
+        guide = LightGuide::learn(direct.clone(), emission.clone());
+    }
     Guided { tracing: tracing.guided(guide), importance_brightness: mean }
+}
+
+/// Both sets, each with as much weight in all as it has points: their units differ.
+fn of_equal_weight<const D: usize>(one: Vec<Weighted<D>>, other: Vec<Weighted<D>>) -> Vec<Weighted<D>> {
+    let scaled = |set: Vec<Weighted<D>>| {
+        let mean = set.iter().map(|(_, weight)| weight).sum::<f32>() / set.len().max(1) as f32;
+        set.into_iter().map(move |(numbers, weight)| (numbers, weight / mean))
+    };
+    scaled(one).chain(scaled(other)).collect()
+}
+
+/// Surroundings of the surfaces that camera paths meet, on the side that they meet.
+struct Places {
+    /// Sorted.
+    sides: Vec<Side>,
+    size: f32,
+}
+
+impl Places {
+    /// Of positions and normals.
+    fn of<'p>(met: impl Iterator<Item = &'p [Vec3; 2]> + Clone) -> Self {
+        let mut moments = [Moments::default(); 3];
+        for [position, _] in met.clone() {
+            (0..3).for_each(|axis| moments[axis].push(position[axis].into()));
+        }
+        let spread = moments.iter().map(Moments::variance).sum::<f64>().sqrt();
+        let size = (spread / CELLS_PER_SPREAD).max(f64::from(f32::MIN_POSITIVE)) as f32;
+        let mut sides: Vec<Side> = met.map(|[position, normal]| side(*position, *normal, size)).collect();
+        sides.sort_unstable();
+        sides.dedup();
+        Self { sides, size }
+    }
+
+    fn hold(&self, position: Vec3, normal: Vec3) -> bool {
+        self.sides.binary_search(&side(position, normal, self.size)).is_ok()
+    }
 }
 
 /// What light drawn by some numbers gave to a part of the picture.
@@ -97,6 +158,8 @@ struct Record<const D: usize> {
 struct Learned {
     direct: Vec<Record<3>>,
     emission: Vec<Record<5>>,
+    /// Positions and normals of the surfaces that the paths met.
+    places: Vec<[Vec3; 2]>,
     /// Part of the picture and luminance of each path.
     paths: Vec<(u32, f32)>,
 }
@@ -127,6 +190,7 @@ impl Walk<'_> {
             else {
                 break;
             };
+            learned.places.push([point.position, point.geometric_normal]);
             if depth == 0 {
                 // Points and single directions are VPLs each: only what has an extent is drawn.
                 let numbers = (s.uniform_f64(), s.uniform_2());

@@ -20,6 +20,8 @@ pub(super) struct Emitted {
     pub(super) flux: Rgb,
     /// Whether it comes from infinity; the ray begins where it enters the sphere about the scene.
     pub(super) from_infinity: bool,
+    /// The numbers that it was drawn by.
+    pub(super) numbers: [f32; 5],
 }
 
 /// Densities over the numbers that emission is drawn by; none: uniform.
@@ -37,6 +39,11 @@ impl LightGuide {
             direct: Some(AdaptiveDensity::learn(direct)),
             emission: Some(AdaptiveDensity::learn(emission)),
         }
+    }
+
+    /// Learned from rays of emission alone; places of emission are drawn uniformly.
+    pub fn learn_emission(emission: Vec<Weighted<5>>) -> Self {
+        Self { direct: None, emission: Some(AdaptiveDensity::learn(emission)) }
     }
 
     /// Cells of the densities of places and of rays.
@@ -91,6 +98,7 @@ impl LightGuide {
         let (center, radius) = emitters.sphere();
         let (ray, flux) = light.emit([c, d], center, radius, emitters.maps());
         let from_infinity = light.kind == VplKind::Directional;
-        Some(Emitted { ray, flux: flux / density as f32, from_infinity })
+        let numbers = numbers.map(|x| x as f32);
+        Some(Emitted { ray, flux: flux / density as f32, from_infinity, numbers })
     }
 }

@@ -4,6 +4,7 @@
 //! it. It knows where it came from ([`Provenance`]).
 
 mod carried;
+mod caustic;
 mod clamp;
 mod emitter_clusters;
 mod emitters;
@@ -20,6 +21,7 @@ mod walk;
 mod tests;
 
 pub use carried::carried_cos;
+pub use caustic::CausticPhoton;
 pub use clamp::Clamp;
 pub use emitter_clusters::EmitterClusters;
 pub use emitters::{EmitterSampler, LightSample};

@@ -5,6 +5,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
+use super::caustic::Arrival;
 use super::walk::Trail;
 use super::{Vpl, VplKind, carried_cos};
 use crate::bsdf::{Bsdf, Lobe};
@@ -17,14 +18,14 @@ use crate::warp;
 /// Leaves what a part of a surface reflects, or transmits, diffusely of so much flux.
 ///
 /// * `flux`: as it is worth to viewers ([`Scattered::basic`]).
-/// * `is_bent`: whether that came from an emitter by mirrors and glass alone, not all of them panes.
+/// * `caustic`: how that arrived, if it came from an emitter over specular surfaces only.
 pub(super) fn leave(
     point: &SurfacePoint,
     bsdf: &Bsdf,
     through: bool,
     incoming: Vec3,
     flux: Rgb,
-    is_bent: bool,
+    caustic: Option<Arrival>,
     trail: &mut Trail,
 ) {
     let carried = carried_cos(point, bsdf, incoming);
@@ -34,9 +35,7 @@ pub(super) fn leave(
     let (normal, _) = point.normals_towards(if through { -incoming } else { incoming });
     let intensity = flux * carried / normal.dot(incoming).abs();
     trail.diffuse += f64::from(intensity.luminance() * PI);
-    if is_bent {
-        trail.bent.push(trail.lights.len() as u32);
-    }
+    trail.caustics.extend(caustic.map(|arrival| arrival.leaving(trail.lights.len() as u32)));
     let position = point.leave(normal);
     trail.lights.push(Vpl { position, direction: normal, intensity, kind: VplKind::Oriented });
 }

@@ -44,6 +44,7 @@
 
 use rayon::prelude::*;
 
+use super::caustic::{self, CausticPhoton};
 use super::order::sort_by_place;
 use super::walk::{LightPaths, Trail};
 use super::{Clamp, Emission, EmitterSampler, LightGuide, Provenance, Vpl, VplOptions, VplSet};
@@ -52,6 +53,7 @@ use crate::error::Result;
 use crate::math::Instants;
 use crate::media::Outside;
 use crate::rng::{self, Purpose, Stream};
+use crate::stats::Weighted;
 
 /// Light paths of the first pilot.
 const PILOT_PATHS: u64 = 4096;
@@ -59,6 +61,9 @@ const PILOT_PATHS: u64 = 4096;
 const PILOT_LIGHTS: usize = 256;
 /// Light paths of the last pilot: what one path in 250,000 does not meet is left out.
 const MAX_PILOT_PATHS: u64 = PILOT_PATHS * 8 * 8;
+
+/// Most passes of light paths that look for caustics.
+const MOST_PASSES: u64 = 4;
 
 impl VplSet {
     /// Traces a set from the emitters of the tracer's scene, in parallel on the current thread
@@ -228,11 +233,43 @@ impl<'s> LightTracer<'s> {
         (0..count).into_par_iter().filter_map(light).collect()
     }
 
-    /// The first VPL of each of so many light paths that came to it from an emitter over mirrors or
-    /// through solid glass.
-    pub fn after_bent_ways(&self, paths: u64, seed: u64) -> Vec<Vpl> {
-        let trail = self.follow(Moment { seed, share: Instants::STILL }, Purpose::LightPath, paths);
-        trail.bent.into_iter().map(|number| trail.lights[number as usize]).collect()
+    /// Traces `paths` light paths, and as many again whose emission is guided to the caustics that were
+    /// found before, until these have led to `enough` photons or [`MOST_PASSES`] times. Returns the
+    /// arrivals after specular surfaces only, and the VPLs that all paths leave, which together stand for
+    /// the flux once. Runs on the current thread pool.
+    pub fn caustic_photons(&self, paths: u64, enough: usize, seed: u64) -> (Vec<CausticPhoton>, Vec<Vpl>) {
+        let moment = Moment { seed, share: Instants::STILL };
+        let mut all = self.follow(moment, Purpose::LightPath, paths);
+        let mut passes = 1;
+        while passes < MOST_PASSES && caustic::to_guide(&all) > 0 && caustic::to_guide(&all) < enough {
+            let (guide, seed) = (caustic::guide(&all), rng::key(seed, Purpose::Guidance, passes));
+            let guided = LightPaths { guide: &guide, seed, ..self.paths_at(moment) };
+            all = all.followed_by(guided.follow(Purpose::LightPath, paths));
+            passes += 1;
+        }
+        all.lights.iter_mut().for_each(|light| light.intensity = light.intensity / passes as f32);
+        (all.caustics.iter().map(|arrival| arrival.photon(&all.lights)).collect(), all.lights)
+    }
+
+    /// Traces `paths` light paths by this guide. Returns the numbers that the emission of each was drawn by,
+    /// with the sum of `worth` over the VPLs that it leaves, where that is not zero. Runs on the current
+    /// thread pool.
+    pub fn worth_of_emission(
+        &self,
+        guide: &LightGuide,
+        paths: u64,
+        seed: u64,
+        worth: impl Fn(&Vpl) -> f32,
+    ) -> Vec<Weighted<5>> {
+        let moment = Moment { seed, share: Instants::STILL };
+        let paths_of_guide = LightPaths { guide, keeps_numbers: true, ..self.paths_at(moment) };
+        let trail = paths_of_guide.follow(Purpose::LightPath, paths);
+        let mut lights = trail.lights.iter();
+        let of_path = |(numbers, count): (&[f32; 5], &u32)| {
+            let of_lights = lights.by_ref().take(*count as usize).map(&worth).sum::<f32>();
+            (of_lights > 0.0).then_some((*numbers, of_lights))
+        };
+        trail.numbers.iter().zip(&trail.counts).filter_map(of_path).collect()
     }
 
     /// Direct VPLs, what light paths leave, and how many paths there are, beside so many emitters
@@ -284,10 +321,14 @@ impl<'s> LightTracer<'s> {
         }
     }
 
-    fn follow(&self, Moment { seed, share }: Moment, purpose: Purpose, paths: u64) -> Trail {
+    fn follow(&self, moment: Moment, purpose: Purpose, paths: u64) -> Trail {
+        self.paths_at(moment).follow(purpose, paths)
+    }
+
+    fn paths_at(&self, Moment { seed, share }: Moment) -> LightPaths<'_> {
         let Self { tracer, emitters, guide, .. } = self;
-        LightPaths { tracer, emitters, guide, max_depth: self.options.max_depth, seed, share }
-            .follow(purpose, paths)
+        let max_depth = self.options.max_depth;
+        LightPaths { tracer, emitters, guide, max_depth, seed, share, keeps_numbers: false }
     }
 }
 
@@ -318,6 +359,7 @@ impl<'s> EmitterSampler<'s> {
                 max_depth: options.max_depth,
                 seed: options.seed,
                 share: Instants::STILL,
+                keeps_numbers: false,
             };
             let trail = paths.follow(Purpose::LightPathPilot, PILOT_PATHS);
             trail.diffuse + trail.reflected

@@ -15,11 +15,11 @@ use std::f32::consts::PI;
 
 use rayon::prelude::*;
 
+use super::caustic::{Arrival, SpecularChain};
 use super::guide::Emitted;
 use super::reflect::{Scattered, goes_on, leave};
 use super::{EmitterSampler, LightGuide, Vpl, VplKind};
 use crate::accel::Tracer;
-use crate::bsdf::{Bsdf, Lobe};
 use crate::color::Rgb;
 use crate::math::Ray;
 use crate::media::{Leg, MAX_SURVIVAL_IN_MEDIUM, MOST_PASSED, Outside};
@@ -40,6 +40,8 @@ pub(super) struct LightPaths<'a> {
     pub(super) seed: u64,
     /// When they are: a share of the time that the shutter is open, 0 to 1.
     pub(super) share: f32,
+    /// Whether the trail has the numbers of each path.
+    pub(super) keeps_numbers: bool,
 }
 
 /// VPLs of one or more paths, and what became of the flux.
@@ -48,9 +50,10 @@ pub(super) struct Trail {
     pub(super) lights: Vec<Vpl>,
     /// How many of these each path left.
     pub(super) counts: Vec<u32>,
-    /// Numbers of those that are the first of their path, which came from the emitter by a bent
-    /// way.
-    pub(super) bent: Vec<u32>,
+    /// The numbers that the emission of each path was drawn by.
+    pub(super) numbers: Vec<[f32; 5]>,
+    /// Arrivals after specular surfaces only, in the order of the lights that they leave.
+    pub(super) caustics: Vec<Arrival>,
     /// Flux that VPLs send out (W, luminance).
     pub(super) diffuse: f64,
     /// Flux that surfaces reflect, but for mirrors and glass.
@@ -59,11 +62,12 @@ pub(super) struct Trail {
 
 impl Trail {
     /// With what others left after it.
-    fn followed_by(mut self, next: Self) -> Self {
+    pub(super) fn followed_by(mut self, next: Self) -> Self {
         let before = self.lights.len() as u32;
-        self.bent.extend(next.bent.iter().map(|number| number + before));
+        self.caustics.extend(next.caustics.into_iter().map(|arrival| arrival.after(before)));
         self.lights.extend(next.lights);
         self.counts.extend(next.counts);
+        self.numbers.extend(next.numbers);
         self.diffuse += next.diffuse;
         self.reflected += next.reflected;
         self
@@ -75,6 +79,7 @@ struct Begun {
     leg: Leg,
     /// W.
     flux: Rgb,
+    chain: SpecularChain,
 }
 
 impl LightPaths<'_> {
@@ -93,6 +98,9 @@ impl LightPaths<'_> {
                         let key = rng::key(self.seed, purpose, i);
                         let before = trail.lights.len();
                         emitted.flux = emitted.flux / paths as f32;
+                        if self.keeps_numbers {
+                            trail.numbers.push(emitted.numbers);
+                        }
                         self.walk(self.begun(emitted, outside, key, &mut s), key, &mut s, &mut trail);
                         trail.counts.push((trail.lights.len() - before) as u32);
                     }
@@ -108,28 +116,29 @@ impl LightPaths<'_> {
 
     /// A path in its first medium, with what media leave of light that comes from infinity.
     fn begun(&self, emitted: Emitted, outside: Option<Outside>, key: u64, s: &mut Stream) -> Begun {
-        let Emitted { ray, flux, from_infinity } = emitted;
+        let Emitted { ray, flux, from_infinity, .. } = emitted;
+        let chain = SpecularChain::from_emitter(&emitted);
         match outside {
-            None => Begun { leg: Leg { ray, medium: None }, flux },
+            None => Begun { leg: Leg { ray, medium: None }, flux, chain },
             Some(outside) if from_infinity => Begun {
                 leg: Leg { ray, medium: outside.medium() },
                 flux: flux * outside.arriving(self.tracer, &ray, s),
+                chain,
             },
             Some(outside) => {
                 let medium = outside.medium_at(self.tracer, &ray, key, self.share);
-                Begun { leg: Leg { ray, medium }, flux }
+                Begun { leg: Leg { ray, medium }, flux, chain }
             }
         }
     }
 
     /// Follows one path and leaves VPLs.
     fn walk(&self, begun: Begun, key: u64, s: &mut Stream, trail: &mut Trail) {
-        let Begun { mut leg, mut flux } = begun;
+        let Begun { mut leg, mut flux, chain } = begun;
         let scene = self.tracer.scene();
         // What flux is worth of basic radiance here; exactly 1 again outside of all glass.
         let mut basic = 1.0_f64;
-        // Of the way since the emitter.
-        let (mut is_specular, mut is_bent) = (true, false);
+        let mut caustic = Some(chain);
         // Surfaces that the path has met; times that it was scattered, anywhere; boundaries passed since.
         let (mut depth, mut turned, mut passed) = (0, 0_u32, 0);
         while !flux.is_black() {
@@ -150,7 +159,7 @@ impl LightPaths<'_> {
                 }
                 flux = left / survival;
                 leg.ray = Ray::new(at.place, at.phase.sample(at.before, s.uniform_2()).0);
-                is_specular = false;
+                caustic = None;
                 turned = turned.saturating_add(1);
                 passed = 0;
                 continue;
@@ -172,7 +181,8 @@ impl LightPaths<'_> {
             let incoming = -leg.ray.direction;
             let Part { bsdf, weight, through } = scene.part(&point, incoming, s.uniform());
             flux *= weight;
-            leave(&point, &bsdf, through, incoming, flux * basic as f32, is_specular && is_bent, trail);
+            let arrival = caustic.as_ref().and_then(|chain| chain.arrival(&leg.ray, point.position));
+            leave(&point, &bsdf, through, incoming, flux * basic as f32, arrival, trail);
             let Some(next) = goes_on(&point, &bsdf, through, incoming, s) else { return };
             let Scattered { direction, factor, specular, .. } = next;
             basic *= next.basic;
@@ -180,9 +190,8 @@ impl LightPaths<'_> {
             if specular.is_none() {
                 trail.reflected += f64::from(next.luminance()) * basic;
             }
-            is_specular &= specular.is_some();
-            let is_pane = matches!(bsdf, Bsdf::ThinGlass(_)) && specular == Some(Lobe::SpecularTransmission);
-            is_bent |= !is_pane;
+            caustic =
+                caustic.zip(specular).map(|(chain, lobe)| chain.beyond(&leg.ray, &hit, &point, &bsdf, lobe));
             let survival = (next.max_channel() / flux.max_channel()).min(1.0);
             if s.uniform() >= survival {
                 return;

@@ -8,7 +8,7 @@ use tashika::integrator::{
     SamplePaths, Setting, Stop, Truth,
 };
 use tashika::math::Vec3;
-use tashika::scene::{Camera, Environment, Material, SceneBuilder, Surface};
+use tashika::scene::{Camera, Emitter, Environment, Material, SceneBuilder, Surface};
 use tashika::vpl::VplOptions;
 
 use crate::cases::{
@@ -249,17 +249,22 @@ fn a_lamp_in_a_thousandth_of_a_pixel() {
     assert!(pixel as u64 * 4 > SEEDS * 3, "the lamp is seen by {pixel} of {SEEDS}");
 }
 
-/// A room half under water, with a lamp of this side and radiance above.
-fn room_under_water(side: f32, radiance: f32) -> SceneBuilder {
+/// A room half under water, without a lamp.
+fn room_under_water() -> SceneBuilder {
     let mut b = builder();
     place(&mut b, cuboid(Vec3::splat(-1.0), Vec3::ONE, true), Material::new("room", lambert(0.5)));
     let water =
         Surface::Glass { ior: 1.33, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE, facets: 0.0.into() };
     let volume = cuboid(Vec3::new(-1.1, -1.1, -1.1), Vec3::new(1.1, -0.5, 1.1), false);
     place(&mut b, volume, Material::new("water", water));
-    add_lamp_at(&mut b, [0.1, 0.9, 0.0], side, radiance);
     add_camera(&mut b, [0.0, 0.6, 0.95], [0.0, -0.8, 0.0]);
     b
+}
+
+/// A lamp without extent, which no path meets, above the water.
+fn add_point_lamp(b: &mut SceneBuilder) {
+    let position = Vec3::new(0.1, 0.9, 0.0);
+    b.add_emitter(Emitter::Point { position, intensity: Rgb::gray(0.5) }).unwrap();
 }
 
 /// The share of the pixels in whose paths more than a tenth of the light is missing.
@@ -277,23 +282,47 @@ fn missing_in_paths(scene: SceneBuilder) -> f64 {
     found.iter().filter(is_missing).count() as f64 / PIXELS as f64
 }
 
-/// Paths that draw lights tell what they do not find, and nothing where they find it.
+/// Paths that draw lights report the light that they do not find, and none where they find it.
 #[test]
 fn paths_tell_what_they_do_not_find() {
-    let small = missing_in_paths(room_under_water(0.005, 20_000.0));
-    let large = missing_in_paths(room_under_water(1.0, 0.5));
-    assert!(small > 0.5 && large == 0.0, "{small} of a small lamp, {large} of a large one");
+    let with = |add: &dyn Fn(&mut SceneBuilder)| {
+        let mut b = room_under_water();
+        add(&mut b);
+        missing_in_paths(b)
+    };
+    let point = with(&add_point_lamp);
+    let [small, large] = [(0.005, 20_000.0), (1.0, 0.5)]
+        .map(|(side, radiance)| with(&|b| add_lamp_at(b, [0.1, 0.9, 0.0], side, radiance)));
+    assert!(point > 0.5 && small == 0.0 && large == 0.0, "{point} of a point, {small} and {large} of lamps");
 }
 
-/// Light that comes to the bottom of the water by way of its surface, from a lamp of millimetres:
-/// neither VPLs nor paths find it, which is said.
+/// Light of a point that comes to the bottom of the water through its surface: neither VPLs nor paths
+/// find it, and the pixels say so.
 #[test]
-fn a_lamp_of_millimetres_above_water() {
-    let images = images(&|| room_under_water(0.005, 20_000.0));
-    seeds_agree(&images, DISJOINT, "water");
+fn a_point_above_water() {
+    let images = images(&|| {
+        let mut b = room_under_water();
+        add_point_lamp(&mut b);
+        b
+    });
+    seeds_agree(&images, DISJOINT, "point");
     let missing = images.iter().flatten().filter(|said| !said.is_found).count();
     let all = images.len() * PIXELS;
     assert!(missing > all / 2, "light is missing in {missing} of {all} pixels");
+}
+
+/// The same of a lamp of millimetres, which directions of caustics find.
+#[test]
+fn a_lamp_of_millimetres_above_water() {
+    let images = images(&|| {
+        let mut b = room_under_water();
+        add_lamp_at(&mut b, [0.1, 0.9, 0.0], 0.005, 20_000.0);
+        b
+    });
+    seeds_agree(&images, DISJOINT, "water");
+    let claims = images.iter().flatten().filter(|said| said.half_width.is_some()).count();
+    let all = images.len() * PIXELS;
+    assert!(claims * 10 >= all * 9, "{claims} claims of {all}");
 }
 
 /// A lamp behind the camera whose mirror image fills a two-thousandth of the pixel, and is much of

@@ -568,7 +568,7 @@ fn paths_from_dark_surfaces_go_as_far() {
             choices: None,
             contribution: ContributionKernel::new(0.8).with_glass(Glass::SolidStops),
             max_depth: 16,
-            bent: None,
+            caustics: None,
         };
         let mut seen = 0;
         for path in 0..5000 {

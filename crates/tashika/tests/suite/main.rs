@@ -3,6 +3,7 @@
 mod adversarial;
 mod brushed;
 mod cases;
+mod caustics;
 mod closed_forms;
 mod control;
 mod cuts;

@@ -63,7 +63,7 @@ impl<'a> Common<'a> {
                 .with_glass(Glass::SolidStops)
                 .within(self.setting.tracer.scene()),
             max_depth: self.lights.provenance().max_depth,
-            bent: None,
+            caustics: self.lights.caustics(),
         }
     }
 
@@ -78,6 +78,16 @@ impl<'a> Common<'a> {
         let there = self.lights.lamps().map_or(0.0, |lamps| lamps.importance_radiance(pixel));
         let met = f64::from(seen.background.luminance());
         if met < MET * there { there } else { 0.0 }
+    }
+
+    /// About the least luminance of the surfaces that camera samples met, by light paths alone
+    /// (W·m⁻²·sr⁻¹).
+    pub(super) fn by_light_paths(&self, seen: &PixelSum) -> f64 {
+        let Some(photons) = self.lights.photons() else { return 0.0 };
+        let of_point = |p: &GatherPoint| {
+            f64::from(p.weight.luminance()) * photons.importance_radiance(p.position, p.geometric_normal)
+        };
+        seen.points.iter().filter(|p| p.phase.is_none()).map(of_point).sum()
     }
 
     /// So many camera samples of a pixel, with these random numbers.
@@ -140,9 +150,11 @@ impl Points {
         if self.pixel.points.is_empty() {
             return 0.0;
         }
-        let Some((bent, (share, beyond))) = common.lights.bent().zip(nearby.not_found()) else { return 0.0 };
+        let Some((caustics, (share, beyond))) = common.lights.caustics().zip(nearby.not_found()) else {
+            return 0.0;
+        };
         let of_point = |p: &GatherPoint| {
-            f64::from(p.weight.luminance()) * bent.importance_radiance(p.position, p.geometric_normal)
+            f64::from(p.weight.luminance()) * caustics.importance_radiance(p.position, p.geometric_normal)
         };
         share * (self.pixel.points.iter().map(of_point).sum::<f64>() + beyond)
     }

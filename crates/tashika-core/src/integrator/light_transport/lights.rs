@@ -7,7 +7,9 @@ use crate::compensation::{Choices, LightingContext, VplSource};
 use crate::contribution::ContributionKernel;
 use crate::error::{Error, Result};
 use crate::gather::{GatherPoint, View};
-use crate::guidance::{BentLight, Guided, SeenLamps, importance_correlation, learn_light_guide};
+use crate::guidance::{
+    Caustics, Guided, LightOnSurfaces, Photons, SeenLamps, importance_correlation, learn_light_guide,
+};
 use crate::math::Vec3;
 use crate::rng::{self, Purpose};
 use crate::scene::Abilities;
@@ -30,7 +32,7 @@ pub struct GuidedLights {
     importance_correlation: f64,
     source: VplSource,
     choices: Option<Box<Choices>>,
-    bent: Option<BentLight>,
+    on_surfaces: Option<LightOnSurfaces>,
     lamps: Option<SeenLamps>,
 }
 
@@ -176,9 +178,6 @@ impl GuidedLights {
     /// Learns what estimates by them cannot tell by themselves.
     fn learn_limits(&mut self, tracing: &LightTracer<'_>, view: &View<'_>) {
         self.importance_correlation = importance_correlation(tracing, view, &self.provenance, self.key(2));
-        if self.truth == Truth::Transport {
-            self.bent = BentLight::learn(tracing, self.key(3));
-        }
         self.lamps = SeenLamps::learn(tracing, view, self.key(4));
     }
 
@@ -190,7 +189,7 @@ impl GuidedLights {
             tree: LightTree::build(set, LightTreeBuilder::default()),
             source: VplSource::EmittersAndSurfaces,
             choices: None,
-            bent: None,
+            on_surfaces: None,
             lamps: None,
             provenance: set.provenance().clone(),
             truth,
@@ -201,8 +200,9 @@ impl GuidedLights {
         }
     }
 
-    /// Learns which lights to draw where.
+    /// Learns which lights to draw where, how much light there is, and where caustics come from.
     fn learn_choices(&mut self, guided: &Guided<'_>, view: &View<'_>, draws_at_points: bool) {
+        self.on_surfaces = LightOnSurfaces::learn(&guided.tracing, self.key(3));
         let tracer = guided.tracing.tracer();
         let lit = LightingContext {
             tracer,
@@ -214,7 +214,7 @@ impl GuidedLights {
                 .with_glass(Glass::SolidStops)
                 .within(tracer.scene()),
             max_depth: self.provenance.max_depth,
-            bent: None,
+            caustics: None,
         };
         let by_vpls = |point: &GatherPoint| summed_with(point, Estimator::Vpls);
         self.choices = Some(Box::new(Choices::learn(&lit, view, by_vpls, draws_at_points, self.key(1))));
@@ -245,9 +245,14 @@ impl GuidedLights {
         self.choices.as_deref()
     }
 
-    /// Light that neither they nor paths may find.
-    pub(super) fn bent(&self) -> Option<&BentLight> {
-        self.bent.as_ref()
+    /// Caustics, which they do not carry.
+    pub(super) fn caustics(&self) -> Option<&Caustics> {
+        self.on_surfaces.as_ref()?.caustics.as_ref()
+    }
+
+    /// An account of all light on surfaces that neither they nor paths from the camera have a part in.
+    pub(super) fn photons(&self) -> Option<&Photons> {
+        self.on_surfaces.as_ref().map(|light| &light.all)
     }
 
     /// Lamps that the camera sees.

@@ -13,7 +13,7 @@ use std::sync::OnceLock;
 
 use super::super::ControlOptions;
 use super::estimate::{Common, Estimator, is_narrow, summed_with};
-use crate::compensation::{Bent, Compensation, LightingContext};
+use crate::compensation::{Caustic, Compensation};
 use crate::guidance::{Grid, cell_of, key_of, pixels_of, random_pixel};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::{Moments, student_t_two_sided};
@@ -29,10 +29,11 @@ struct Paths {
     /// Of single paths, by part of what is controlled: from points that do not mirror sharply, from
     /// those that do, and of all.
     moments: [Vec<Moments>; 3],
-    /// Of what they found of light that comes by bent ways, and means of how much there is, at the
-    /// first surface and beyond.
+    /// Of the caustic light that they found, and means of the expected, at the first surface and beyond.
     found: Moments,
     expected: [f64; 2],
+    /// About the least luminance of all light where they begin, by light paths.
+    by_light_paths: f64,
     /// Whether a camera sample met emission.
     sees_emission: bool,
     /// How many began at a surface.
@@ -40,7 +41,7 @@ struct Paths {
     rays: u64,
 }
 
-/// Share of the light by bent ways below which paths are taken not to find it.
+/// Share of the caustic light below which paths are taken not to find it.
 pub(super) const FOUND: f64 = 0.5;
 
 /// Rays of whole paths that take as long as the least that a sum over VPLs does: some hundred pairs
@@ -66,13 +67,20 @@ impl Nearby {
         if of_kind.first().is_some_and(|moments| moments.count() >= FEWEST) { of_kind } else { all }
     }
 
-    /// How much of the light by bent ways is not found: the share of it, and how much there is
+    /// How much of the caustic light is not found: the share of it, and how much there is
     /// beyond the first surface (luminance, W·m⁻²·sr⁻¹); none if paths find it.
     pub(super) fn not_found(&self) -> Option<(f64, f64)> {
         let Paths { found, expected, .. } = &self.compensation;
         let there: f64 = expected.iter().sum();
         let most_found = found.mean() + 2.0 * found.standard_error();
         (most_found < FOUND * there).then(|| (1.0 - found.mean() / there, expected[1]))
+    }
+
+    /// Returns true if paths of all there is found much less light than light paths did.
+    pub(super) fn is_light_unmet(&self, common: &Common<'_>) -> bool {
+        let whole = self.paths_of_all(common);
+        let most_found = |of_path: &Moments| of_path.mean() + 2.0 * of_path.standard_error();
+        whole.moments[2].first().is_some_and(|of_path| most_found(of_path) < FOUND * whole.by_light_paths)
     }
 
     /// Whether the camera sees emission here, straight or by way of smooth surfaces.
@@ -166,11 +174,10 @@ fn follow(
     let key = rng::key(key, Purpose::Guidance, 1 + estimator as u64);
     let mut stream = Stream::new(key, Purpose::Guidance, 0);
     let parts = common.controlled.parts();
-    let bent = common.lights.bent().filter(|_| estimator == Estimator::Vpls);
-    let mut compensation =
-        Compensation::new(LightingContext { bent, ..common.lit(estimator, clamp_distance) });
+    let mut compensation = Compensation::new(common.lit(estimator, clamp_distance));
     let mut found = Moments::default();
     let mut expected = [0.0; 2];
+    let mut by_light_paths = 0.0;
     let mut sees_emission = false;
     let mut met = 0;
     let mut moments = [(); 3].map(|()| vec![Moments::default(); parts.len()]);
@@ -181,13 +188,16 @@ fn follow(
         sees_emission |= !seen.background.is_black();
         met += u64::from(!seen.points.is_empty());
         let mut value = if estimator == Estimator::Paths { seen.background } else { Default::default() };
-        let (mut kind, mut of_path) = (0, Bent::default());
+        let (mut kind, mut of_path) = (0, Caustic::default());
         for point in &seen.points {
             let summed = summed_with(point, estimator);
             value +=
                 compensation.estimate(point, &summed, key, &mut Stream::new(key, Purpose::Compensation, 0));
             kind = usize::from(is_narrow(&point.bsdf));
-            of_path = compensation.bent();
+            of_path = compensation.caustic();
+        }
+        if estimator == Estimator::Paths {
+            by_light_paths += common.by_light_paths(&seen) / PATHS as f64;
         }
         found.push(of_path.found);
         expected = [0, 1].map(|k| expected[k] + of_path.expected[k] / PATHS as f64);
@@ -196,7 +206,7 @@ fn follow(
             moments[2][number].push(part.of(value));
         }
     }
-    Paths { moments, found, expected, sees_emission, met, rays: PATHS + compensation.rays() }
+    Paths { moments, found, expected, by_light_paths, sees_emission, met, rays: PATHS + compensation.rays() }
 }
 
 #[cfg(test)]

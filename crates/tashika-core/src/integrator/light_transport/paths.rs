@@ -17,7 +17,7 @@ use super::estimate::{Common, Estimator, summed_with};
 use super::nearby::{FOUND, PATHS};
 use super::{LightTransport, Truth};
 use crate::color::Controlled;
-use crate::compensation::{Compensation, Draws, LightingContext, Numbers};
+use crate::compensation::{Compensation, Draws, Numbers};
 use crate::film::Window;
 use crate::integrator::{PathSamples, SamplePaths, Setting};
 use crate::rng::{self, Purpose, Stream};
@@ -57,14 +57,14 @@ impl SamplePaths for OfView<'_> {
             compensates: self.method.lights.truth() == Truth::Transport,
             controlled: Controlled::Luminance,
         };
-        let lit = common.lit(Estimator::Vpls, self.method.clamp_distance(CLAMP));
-        let mut compensation = Compensation::new(LightingContext { bent: common.lights.bent(), ..lit });
+        let mut compensation =
+            Compensation::new(common.lit(Estimator::Vpls, self.method.clamp_distance(CLAMP)));
         let of_pixel = |(x, y)| pixel(&common, &mut compensation, [x, y], seed, count([x, y]));
         tile.pixels().map(of_pixel).collect()
     }
 
     fn telling(&self) -> u32 {
-        if self.method.lights.bent().is_some() { PATHS as u32 } else { 1 }
+        if self.method.lights.caustics().is_some() { PATHS as u32 } else { 1 }
     }
 }
 
@@ -82,10 +82,10 @@ fn pixel(
     let key = rng::key(seed, Purpose::Picture, number);
     let seen = common.samples(pixel, count, key);
     let (before, whole) = (compensation.rays(), f64::from(count));
-    let (mut bent, mut expected, mut squares) = (Moments::default(), 0.0, 0.0);
+    let (mut caustic, mut expected, mut squares) = (Moments::default(), 0.0, 0.0);
     let mut found = PathSamples { features: seen.features, ..PathSamples::default() };
     for (number, sample) in (0..).zip(&seen.samples) {
-        let (mut value, mut found_bent) = (sample.background, 0.0);
+        let (mut value, mut found_caustic) = (sample.background, 0.0);
         if let Some(point) = sample.point.map(|k| &seen.points[k as usize]) {
             let mut stream = Stream::new(key, Purpose::Picture, number);
             let of_rays = rng::key(key, Purpose::Opacity, number);
@@ -93,18 +93,18 @@ fn pixel(
             let numbers = Numbers::new(number as u32, key);
             value += compensation.whole(point, &by_vpls, DRAWS, numbers, of_rays, &mut stream);
             squares += whole * whole * compensation.squares_of_vpls();
-            found_bent = whole * compensation.bent().found;
-            expected += compensation.bent().expected.iter().sum::<f64>();
+            found_caustic = whole * compensation.caustic().found;
+            expected += compensation.caustic().expected.iter().sum::<f64>();
         }
-        bent.push(found_bent);
+        caustic.push(found_caustic);
         let value = value * count as f32;
         found.sum.add(value);
         found.luminance.push(value.luminance().into());
     }
     found.rays = u64::from(count) + compensation.rays() - before;
     found.importance_of_set = common.lights.importance_correlation() * squares;
-    let is_bent_found = bent.mean() + 2.0 * bent.standard_error() >= FOUND * expected;
-    let not_found = if is_bent_found { 0.0 } else { expected - bent.mean() };
+    let is_found = caustic.mean() + 2.0 * caustic.standard_error() >= FOUND * expected;
+    let not_found = if is_found { 0.0 } else { expected - caustic.mean() };
     found.importance_not_found = whole * (not_found + common.lamps_not_met(pixel, &seen));
     found
 }

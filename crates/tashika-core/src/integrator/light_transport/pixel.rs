@@ -5,9 +5,10 @@ use super::super::looks::Looks;
 use super::super::{Claim, HalfWidths, PixelRecord, Setting, Stop};
 use super::estimate::{Common, Estimate, Estimator, Points};
 use super::interval::{Finding, Source};
+use super::nearby::FOUND;
 use super::{CLAMPS, LightTransport, OfView, Visibility};
 use crate::cut::CutMemory;
-use crate::gather::{Features, PixelSum};
+use crate::gather::{Features, GatherPoint, PixelSum};
 use crate::rng::{self, Purpose};
 use crate::stats::Moments;
 
@@ -62,6 +63,10 @@ pub(super) struct Pixel<'a, 'v> {
     sees_small_lamp: bool,
     /// About how much light is missing that is not found (luminance).
     importance_not_found: f64,
+    /// Whether it sees a surface or a medium that scatters light.
+    may_be_lit: bool,
+    /// About the least luminance by light paths, where paths from the camera met much less.
+    by_light_paths: f64,
     /// However often it is begun anew.
     looks: Looks,
     /// Pairs and paths of estimates that were given up.
@@ -111,6 +116,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
             features: Features::default(),
             sees_small_lamp: false,
             importance_not_found: 0.0,
+            may_be_lit: false,
+            by_light_paths: 0.0,
             looks: Looks::new(&method.options),
             given_up: 0,
             pairs: 0,
@@ -140,7 +147,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
             samples = MOST_SAMPLES;
         }
         let is_emission_rare = self.is_emission_rare(samples);
-        let (mut clamp, mut bent) = (0, 0.0);
+        let (mut clamp, mut caustics) = (0, 0.0);
         let visibility = self.visibility.get();
         self.rays += visibility.segments_per_pixel;
         for attempt in 0.. {
@@ -151,10 +158,11 @@ impl<'a, 'v> Pixel<'a, 'v> {
             self.features = points.pixel.features;
             let nearby = common.compensates.then(|| self.of_view.nearby(&common, self.at, clamp));
             if attempt == 0 {
-                bent = nearby.map_or(0.0, |nearby| points.not_found(&common, nearby));
+                caustics = nearby.map_or(0.0, |nearby| points.not_found(&common, nearby));
                 self.rays += nearby.map_or(0, |nearby| nearby.rays_per_pixel(Estimator::Vpls));
             }
-            self.importance_not_found = bent + common.lamps_not_met(self.at, &points.pixel);
+            self.importance_not_found = caustics + common.lamps_not_met(self.at, &points.pixel);
+            self.look_at(&points.pixel);
             let moments = nearby.map(|nearby| nearby.compensation(points.are_narrow()));
             let (prior, clamp_distance) = (visibility.prior(), method.clamp_distance(clamp));
             let estimate = Estimate::of_vpls(common, prior, &points, clamp_distance, self.at, key, memory);
@@ -230,7 +238,9 @@ impl<'a, 'v> Pixel<'a, 'v> {
     fn by_paths(&mut self) {
         let key = rng::key(self.key, Purpose::CameraPath, 0);
         if self.finding.is_none() {
-            self.features = self.common.samples(self.at, SAMPLES_OF_FEATURES, key).features;
+            let seen = self.common.samples(self.at, SAMPLES_OF_FEATURES, key);
+            self.features = seen.features;
+            self.look_at(&seen);
         }
         let common = self.common;
         let moments = self.nearby_whole();
@@ -283,6 +293,27 @@ impl<'a, 'v> Pixel<'a, 'v> {
         };
         self.importance_unmet = Some(luminance);
         luminance
+    }
+
+    /// Learns from camera samples whether an estimate of zero, or one that is much less than light paths
+    /// know of, may be believed.
+    fn look_at(&mut self, seen: &PixelSum) {
+        if !self.common.compensates {
+            return;
+        }
+        let reflects = |p: &GatherPoint| p.phase.is_some() || !p.bsdf.albedo().is_black();
+        self.may_be_lit = self.common.lights.count() > 0 && seen.points.iter().any(reflects);
+        self.nearby_whole();
+        let nearby = self.of_view.nearby(&self.common, self.at, 0);
+        let is_unmet = nearby.is_light_unmet(&self.common);
+        self.by_light_paths = if is_unmet { self.common.by_light_paths(seen) } else { 0.0 };
+    }
+
+    /// About how much light is missing (luminance): of caustics, lamps, and of what light paths know.
+    fn importance_missing(&self, found: &Finding) -> f64 {
+        let most = f64::from(found.mean.total().luminance()) + found.half_width;
+        let unmet = if most < FOUND * self.by_light_paths { self.by_light_paths - most } else { 0.0 };
+        self.importance_not_found + unmet
     }
 
     /// What paths of all there is in the neighbourhood found; their rays are counted at the first
@@ -384,7 +415,9 @@ impl<'a, 'v> Pixel<'a, 'v> {
     /// What is said of the pixel.
     fn stated(&self) -> PixelRecord {
         let found = self.finding.expect("each pixel is looked at");
-        let is_found = self.importance_not_found <= NEGLIGIBLE * found.tolerance;
+        // Samples that all found nothing vary not at all, and do not know what they missed.
+        let is_nothing_found = self.may_be_lit && found.is_exact() && found.mean.total().is_black();
+        let is_found = !is_nothing_found && self.importance_missing(&found) <= NEGLIGIBLE * found.tolerance;
         let stop = match self.is_met {
             _ if !is_found => Stop::NotFound,
             true => Stop::RuleMet,

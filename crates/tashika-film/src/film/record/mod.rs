@@ -32,6 +32,25 @@ pub use tally::Tally;
 
 use super::{Film, Plane, PlaneSpec};
 use crate::color::{Controlled, Rgb};
+use serde::Serialize;
+
+/// Interval of the mean luminance of an image of `n` pixels:
+///
+/// ```text
+/// (1/n) Σ L_i  ±  (1/n) Σ h_i
+/// ```
+///
+/// # Guarantee
+/// It holds where all pixels' intervals hold, whatever their errors have in common (triangle
+/// inequality). Where a few do not hold, it holds as long as the others' slack makes up for them: errors
+/// of different pixels partly cancel. So it is calibrated if they are.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MeanInterval {
+    /// Mean luminance (W·m⁻²·sr⁻¹).
+    pub mean: f64,
+    /// Half-width (W·m⁻²·sr⁻¹).
+    pub half_width: f64,
+}
 
 /// A film, read as what it says of its pixels.
 ///
@@ -157,6 +176,21 @@ impl<'f> RenderFilm<'f> {
         tally
     }
 
+    /// Interval of the mean luminance of the rendered pixels; none unless each of them claims by itself.
+    pub fn mean_interval(&self) -> Option<MeanInterval> {
+        let mut sums = [0.0; 2];
+        let mut rendered = 0_u64;
+        for pixel in (0..self.pixels()).filter(|pixel| self.is_rendered(*pixel)) {
+            let claims = ![Claim::None, Claim::Audited].contains(&self.claim(pixel));
+            let half_width = self.half_width(pixel).filter(|h| claims && h.is_finite())?;
+            sums[0] += f64::from(self.color(pixel)?.luminance());
+            sums[1] += f64::from(half_width);
+            rendered += 1;
+        }
+        let [mean, half_width] = sums.map(|sum| sum / rendered as f64);
+        (rendered > 0).then_some(MeanInterval { mean, half_width })
+    }
+
     /// Colour of the pixel (W·m⁻²·sr⁻¹); none if the film has no colours.
     pub fn color(&self, pixel: usize) -> Option<Rgb> {
         let (plane, channels) = self.colors?;
@@ -198,6 +232,24 @@ mod tests {
         let read = RenderFilm::of(&bare);
         assert_eq!([0, 1, 2].map(|k| read.stop(k)), [Stop::Complete, Stop::NotFinite, Stop::NotFinite]);
         assert_eq!((read.tally().not_finite, read.tally().rendered()), (2, 3));
+    }
+
+    #[test]
+    fn the_mean_has_an_interval_if_all_pixels_claim() {
+        let mut film = film(PixelRecord::PLANES);
+        let of = |luminance: f32, half_width: f32| PixelRecord {
+            radiance: Rgb::gray(luminance),
+            half_width,
+            claim: Claim::Calibrated,
+            stop: Stop::RuleMet,
+            ..PixelRecord::default()
+        };
+        of(1.0, 0.2).store(&mut film, 0, 0);
+        of(4.0, 0.4).store(&mut film, 1, 0);
+        let found = RenderFilm::of(&film).mean_interval().unwrap();
+        assert!((found.mean - 2.5).abs() < 1e-6 && (found.half_width - 0.3).abs() < 1e-6, "{found:?}");
+        PixelRecord { claim: Claim::None, ..of(0.0, 0.0) }.store(&mut film, 2, 0);
+        assert_eq!(RenderFilm::of(&film).mean_interval(), None);
     }
 
     #[test]

@@ -1,0 +1,133 @@
+//! Light that reaches a surface from an emitter over specular surfaces only: caustics.
+
+use super::guide::Emitted;
+use super::walk::Trail;
+use super::{LightGuide, Vpl};
+use crate::accel::Hit;
+use crate::bsdf::{Bsdf, Lobe};
+use crate::math::{Ray, Vec3};
+use crate::scene::SurfacePoint;
+
+/// Arrival of a light path at its first surface that is not specular, after specular ones.
+#[derive(Clone, Copy, Debug)]
+pub struct CausticPhoton {
+    /// The VPL that the path leaves there.
+    pub light: Vpl,
+    /// Unit direction towards the last specular surface.
+    pub towards: Vec3,
+    /// Length of the path since the emitter (m); infinite for light from infinity.
+    pub distance: f32,
+    /// Hash of the specular surfaces and their lobes, in order.
+    pub chain: u64,
+    /// True for light from infinity through panes of parallel faces
+    /// ([`through_panes`](crate::gather::through_panes)).
+    pub is_through_panes: bool,
+}
+
+/// A [`CausticPhoton`] whose VPL is in the trail of the light path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arrival {
+    /// Number of the VPL.
+    light: u32,
+    towards: Vec3,
+    distance: f32,
+    chain: u64,
+    is_through_panes: bool,
+    /// The numbers that the path's emission was drawn by.
+    numbers: [f32; 5],
+}
+
+impl Arrival {
+    /// The arrival that leaves the VPL of this number.
+    pub(super) fn leaving(self, light: u32) -> Self {
+        Self { light, ..self }
+    }
+
+    /// The arrival in a trail that has so many VPLs before.
+    pub(super) fn after(self, before: u32) -> Self {
+        self.leaving(self.light + before)
+    }
+
+    /// The photon, with its VPL out of those of the trail.
+    pub(super) fn photon(&self, lights: &[Vpl]) -> CausticPhoton {
+        let Self { light, towards, distance, chain, is_through_panes, .. } = *self;
+        CausticPhoton { light: lights[light as usize], towards, distance, chain, is_through_panes }
+    }
+}
+
+/// Number of arrivals that drawn light does not find.
+pub(super) fn to_guide(trail: &Trail) -> usize {
+    trail.caustics.iter().filter(|arrival| !arrival.is_through_panes).count()
+}
+
+/// Guides emission to caustics that drawn light does not find.
+pub(super) fn guide(trail: &Trail) -> LightGuide {
+    let of_arrival = |arrival: &Arrival| {
+        let flux = trail.lights[arrival.light as usize].intensity.luminance();
+        (arrival.numbers, if arrival.is_through_panes { 0.0 } else { flux })
+    };
+    LightGuide::learn_emission(trail.caustics.iter().map(of_arrival).collect())
+}
+
+/// Cosine between the directions before and after panes above which they are taken for the same.
+const SAME: f32 = 1.0 - 1e-6;
+
+/// Specular surfaces of a light path since it left the emitter.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SpecularChain {
+    first: Vec3,
+    numbers: [f32; 5],
+    distance: f32,
+    chain: u64,
+    is_from_infinity: bool,
+    /// False as long as the path passed thin panes only, which leave it straight.
+    is_bent: bool,
+    /// True if smooth faces refracted the path and nothing reflected it.
+    is_refracted: bool,
+}
+
+impl SpecularChain {
+    /// The chain of a path that leaves an emitter.
+    pub(super) fn from_emitter(emitted: &Emitted) -> Self {
+        Self {
+            first: emitted.ray.direction,
+            numbers: emitted.numbers,
+            distance: 0.0,
+            chain: 0,
+            is_from_infinity: emitted.from_infinity,
+            is_bent: false,
+            is_refracted: true,
+        }
+    }
+
+    /// The chain after a specular surface that the ray met.
+    pub(super) fn beyond(self, ray: &Ray, hit: &Hit, point: &SurfacePoint, bsdf: &Bsdf, lobe: Lobe) -> Self {
+        let is_transmitted = lobe == Lobe::SpecularTransmission;
+        let is_pane = matches!(bsdf, Bsdf::ThinGlass(_)) && is_transmitted;
+        let is_smooth = matches!(bsdf, Bsdf::Glass(glass) if glass.facets.is_none());
+        let of_surface = 2 * hit.instance.index() as u64 + u64::from(is_transmitted);
+        Self {
+            distance: self.distance + ray.origin.distance(point.position),
+            // An odd multiplier loses no bit, and the rotation brings high bits back to low ones.
+            chain: (self.chain ^ (of_surface + 1)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(23),
+            is_bent: self.is_bent || !is_pane,
+            is_refracted: self.is_refracted && (is_pane || (is_smooth && is_transmitted)),
+            ..self
+        }
+    }
+
+    /// The arrival at a surface that the ray meets; none unless specular surfaces bent the path.
+    pub(super) fn arrival(&self, ray: &Ray, position: Vec3) -> Option<Arrival> {
+        let length = self.distance + ray.origin.distance(position);
+        self.is_bent.then(|| Arrival {
+            light: 0,
+            towards: -ray.direction,
+            distance: if self.is_from_infinity { f32::INFINITY } else { length },
+            chain: self.chain,
+            is_through_panes: self.is_from_infinity
+                && self.is_refracted
+                && self.first.dot(ray.direction) > SAME,
+            numbers: self.numbers,
+        })
+    }
+}
