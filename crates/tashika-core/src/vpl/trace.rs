@@ -233,10 +233,10 @@ impl<'s> LightTracer<'s> {
         (0..count).into_par_iter().filter_map(light).collect()
     }
 
-    /// Traces `paths` light paths, and as many again whose emission is guided to the caustics that were
-    /// found before, until these have led to `enough` photons or [`MOST_PASSES`] times. Returns the
-    /// arrivals after specular surfaces only, and the VPLs that all paths leave, which together stand for
-    /// the flux once. Runs on the current thread pool.
+    /// Traces `paths` light paths. As long as fewer than `enough` caustic photons that drawn light does
+    /// not find are known, but some, up to three more passes follow, whose emission is guided to them.
+    /// Returns the caustic photons, and the VPLs of all paths, which together stand for the flux once.
+    /// Runs on the current thread pool.
     pub fn caustic_photons(&self, paths: u64, enough: usize, seed: u64) -> (Vec<CausticPhoton>, Vec<Vpl>) {
         let moment = Moment { seed, share: Instants::STILL };
         let mut all = self.follow(moment, Purpose::LightPath, paths);

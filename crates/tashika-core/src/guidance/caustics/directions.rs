@@ -96,23 +96,23 @@ mod tests {
         directions
     }
 
-    /// The density is that of the samples: one over it, averaged over samples, is the solid angle of
-    /// a cone, and shares of samples are shares of the weight.
+    /// The density is that of the samples: one over it, averaged over samples, is the solid angle of a
+    /// cone, `π c²` for directions within a chord `c`, and shares of samples are shares of the weight.
     #[test]
     fn samples_have_the_density() {
         let directions = two();
         let mut s = Stream::new(1, Purpose::Test, 0);
         const SAMPLES: u32 = 200_000;
-        let cos = f32::cos(0.02);
+        const CHORD: f32 = 0.02;
         let (mut solid_angle, mut inside) = (0.0_f64, 0);
         for _ in 0..SAMPLES {
             let direction = directions.sample(s.uniform_3()).unwrap();
-            if direction.dot(Vec3::new(0.6, 0.0, 0.8)) > cos {
+            if direction.distance(Vec3::new(0.6, 0.0, 0.8)) < CHORD {
                 solid_angle += 1.0 / f64::from(directions.density(direction)) / f64::from(SAMPLES);
                 inside += 1;
             }
         }
-        let expected = std::f64::consts::TAU * f64::from(1.0 - cos);
+        let expected = std::f64::consts::PI * f64::from(CHORD * CHORD);
         assert!((solid_angle / expected - 1.0).abs() < 0.05, "{solid_angle} of {expected}");
         // Three quarters by e^{−2} less, and next to nothing of the wide kernel.
         let share = f64::from(inside) / f64::from(SAMPLES);
