@@ -8,9 +8,9 @@
 //! where a [`LightGuide`] is learned from them. It finds light that enters by windows however
 //! large the world outside is: camera paths start where the camera looks.
 //!
-//! Where camera paths hardly ever find a light, as behind a keyhole, light paths are traced by what was
-//! learned so far, and those that leave VPLs around the surfaces that camera paths met are learned from
-//! as well; again, until there are enough.
+//! Behind a keyhole camera paths hardly ever find a light. Then light paths are traced with the guide
+//! learned so far, and the guide is learned again, also from those that leave VPLs around the surfaces
+//! that camera paths met. This is repeated until there are enough.
 //!
 //! Glass lets these segments pass straight, solid glass as well; it only has to be about right.
 //!
@@ -126,7 +126,7 @@ struct Places {
 }
 
 impl Places {
-    /// Of positions and normals.
+    /// Surroundings of surfaces with these positions and unit normals.
     fn of<'p>(met: impl Iterator<Item = &'p [Vec3; 2]> + Clone) -> Self {
         let mut moments = [Moments::default(); 3];
         for [position, _] in met.clone() {

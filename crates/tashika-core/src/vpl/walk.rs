@@ -40,7 +40,7 @@ pub(super) struct LightPaths<'a> {
     pub(super) seed: u64,
     /// When they are: a share of the time that the shutter is open, 0 to 1.
     pub(super) share: f32,
-    /// Whether the trail has the numbers of each path.
+    /// True to store the numbers of each path in the trail.
     pub(super) keeps_numbers: bool,
 }
 

@@ -26,7 +26,7 @@ const MOST_KERNELS: usize = 24;
 /// Most neighbours from which a wavefront is learned.
 const MOST_NEIGHBOURS: usize = 256;
 
-/// Where the light of a photon comes from.
+/// Origin of the light of a photon.
 #[derive(Clone, Copy, Debug)]
 struct Source {
     position: Vec3,

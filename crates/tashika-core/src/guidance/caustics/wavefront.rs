@@ -48,7 +48,7 @@ pub(super) struct Wavefront {
 #[derive(Clone, Copy, Debug)]
 struct Curvature([f32; 3]);
 
-/// Where and with which slope the ray of a neighbour crosses the plane through the photon.
+/// Crossing of the ray of a neighbour with the plane through the photon: place and slope.
 #[derive(Clone, Copy, Debug)]
 struct Crossing {
     at: Vec2,

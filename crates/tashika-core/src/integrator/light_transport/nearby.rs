@@ -29,8 +29,9 @@ struct Paths {
     /// Of single paths, by part of what is controlled: from points that do not mirror sharply, from
     /// those that do, and of all.
     moments: [Vec<Moments>; 3],
-    /// Of the caustic light that they found, and means of the expected, at the first surface and beyond.
+    /// Caustic light that single paths found (luminance).
     found: Moments,
+    /// Mean expected caustic light, at the first surface and beyond (luminance).
     expected: [f64; 2],
     /// About the least luminance of all light where they begin, by light paths.
     by_light_paths: f64,
@@ -67,8 +68,8 @@ impl Nearby {
         if of_kind.first().is_some_and(|moments| moments.count() >= FEWEST) { of_kind } else { all }
     }
 
-    /// How much of the caustic light is not found: the share of it, and how much there is
-    /// beyond the first surface (luminance, W·m⁻²·sr⁻¹); none if paths find it.
+    /// Unsampled caustic light: its share of all caustic light, and the caustic light expected beyond
+    /// the first surface (luminance, W·m⁻²·sr⁻¹); none if paths find it.
     pub(super) fn not_found(&self) -> Option<(f64, f64)> {
         let Paths { found, expected, .. } = &self.compensation;
         let there: f64 = expected.iter().sum();

@@ -63,7 +63,7 @@ pub(super) struct Pixel<'a, 'v> {
     sees_small_lamp: bool,
     /// About how much light is missing that is not found (luminance).
     importance_not_found: f64,
-    /// Whether it sees a surface or a medium that scatters light.
+    /// True if a camera sample met a surface or a medium that scatters light.
     may_be_lit: bool,
     /// About the least luminance by light paths, where paths from the camera met much less.
     by_light_paths: f64,
