@@ -35,21 +35,27 @@ def adapted(text, size):
     # Ours renders media where the file's integrator does.
     kind = "volpath" if "volpath" in text else "path"
     path = f'<integrator type="{kind}"><integer name="max_depth" value="-1"/></integrator>'
-    if 'version="0.' in text or 'version="1.' in text:
+    if re.search(r'<scene version="[01]\.', text):
         path = path.replace("max_depth", "maxDepth")
     return re.sub(r"<integrator\b[^>]*?(/>|>.*?</integrator>)", path, text, count=1, flags=re.S)
 
 
-def half_pictures(scene, text, samples):
-    """Luminances of two pictures with half of the samples each, of the text in the place of the scene's file."""
+def pictures(scene, text, samples, seeds):
+    """Pictures of so many samples a pixel, one for each seed, of the text in the place of the scene's file."""
     folder = os.path.dirname(os.path.abspath(scene))
     with tempfile.NamedTemporaryFile("w", suffix=".xml", dir=folder, delete=False) as file:
         file.write(text)
     try:
         loaded = mi.load_file(file.name)
-        return [np.array(mi.render(loaded, spp=samples // 2, seed=seed))[..., :3] @ LUMINANCE for seed in (1, 2)]
+        for seed in seeds:
+            yield np.array(mi.render(loaded, spp=samples, seed=seed))[..., :3]
     finally:
         os.remove(file.name)
+
+
+def half_pictures(scene, text, samples):
+    """Luminances of two pictures with half of the samples each."""
+    return [picture @ LUMINANCE for picture in pictures(scene, text, samples // 2, (1, 2))]
 
 
 def of_mitsuba(scene, size, paths):

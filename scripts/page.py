@@ -391,7 +391,7 @@ def viewed_page(browser):
         opened.close()
 
 
-RENDER = "render builtin:tiny --truth vpl --vpls 2000 --gather 6 --size 400x225 --error 1% --serve --no-browser --log json --threads 1"
+RENDER = "render builtin:tiny --truth vpl --vpls 2000 --gather 6 --size 240x135 --error 1% --serve --no-browser --log json --threads 1"
 
 
 def address_of(program):
@@ -413,13 +413,13 @@ def live_page(browser):
         opened.page.wait_for_selector("#viewer[data-finished=true]", timeout=300_000)
         opened.page.wait_for_timeout(1500)
         opened.choose("right", "relative half-width")
-        check_values(opened, FOLDER / "live.exr", dozen(190, 100, 20, 20), PLANES)
+        check_values(opened, FOLDER / "live.exr", dozen(110, 60, 20, 20), PLANES)
         opened.shot("live-end")
         still = Opened(browser, (FOLDER / "live.html").as_uri())
         # Not the image itself: the exposure is found from a smaller one here.
         for page in (opened, still):
             page.choose("left", "claim")
-            page.go(200, 110)
+            page.go(120, 66)
         places = [(x, y) for x in (0.3, 0.45, 0.62, 0.7) for y in (0.2, 0.5, 0.8)]
         assert [opened.at(*p) for p in places] == [still.at(*p) for p in places], "the end is not what was written"
         still.close()

@@ -5,7 +5,7 @@ use std::thread::available_parallelism;
 
 use tashika::error::Error;
 use tashika::experiment::OtherSet;
-use tashika::film::{PictureClaim, RenderFilm, Tally, keys, planes};
+use tashika::film::{FoundLight, PictureClaim, RenderFilm, Tally, keys, planes};
 use tashika::integrator::PathStop;
 use tashika::io::{KeptTiles, save_vpls, write_exr_as, write_file, write_png};
 use tashika::render::Rendered;
@@ -302,6 +302,7 @@ fn report(
         pairs_per_pixel: mean(totals.pairs),
         mean_radiance: totals.mean.to_array(),
         mean_luminance: RenderFilm::of(&rendered.film).mean_interval(),
+        light: FoundLight::of(&rendered.film),
         rays_per_second: totals.rays as f64 / seconds.render.max(1e-9),
         threads: match plan.common.threads {
             0 => available_parallelism().map_or(1, usize::from),

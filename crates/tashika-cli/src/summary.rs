@@ -7,7 +7,7 @@ use indicatif::HumanCount;
 use serde::{Serialize, Serializer};
 use tashika::error::visible;
 use tashika::experiment::OtherSet;
-use tashika::film::{Claim, MeanInterval, PictureClaim, Tally, Tone};
+use tashika::film::{Claim, FoundLight, MeanInterval, PictureClaim, Tally, Tone};
 use tashika::gather::Filter;
 use tashika::io::write_file;
 use tashika::reconstruction::ABOUT;
@@ -248,6 +248,8 @@ pub struct RenderReport {
     pub mean_radiance: [f32; 3],
     /// Interval of the mean luminance, if every pixel claims one.
     pub mean_luminance: Option<MeanInterval>,
+    /// Light by estimator and by route, if the method has several estimators.
+    pub light: Option<FoundLight>,
     /// Rays a second while rendering.
     pub rays_per_second: f64,
     /// Threads.
@@ -385,6 +387,12 @@ impl RenderReport {
         rows.push("radiance", format!("mean {r:.4} {g:.4} {b:.4} W/m2/sr (R G B)"));
         if let Some(MeanInterval { mean, half_width }) = self.mean_luminance {
             rows.push("", format!("mean luminance {mean:.4} +- {half_width:.4} W/m2/sr, if the claims hold"));
+        }
+        if let Some(light) = &self.light {
+            rows.push("light", light.to_string());
+            if let Some(routes) = &light.by_light_paths {
+                rows.push("", routes.to_string());
+            }
         }
         rows.push(
             "work",

@@ -19,6 +19,7 @@
 use rayon::prelude::*;
 
 use super::photons::{Side, side};
+use super::{CHUNK, paths_for};
 use crate::accel::{Glass, Tracer};
 use crate::color::Rgb;
 use crate::contribution::ContributionKernel;
@@ -29,10 +30,6 @@ use crate::rng::{self, Purpose, Stream};
 use crate::stats::{Moments, Weighted};
 use crate::vpl::{EmitterSampler, LightGuide, LightSample, LightTracer, Vpl};
 
-/// Camera paths.
-const PATHS: u64 = 1 << 16;
-/// Paths followed as one piece of parallel work.
-const CHUNK: u64 = 1024;
 /// Surfaces that gather, of a path.
 const MOST_SURFACES: u32 = 8;
 /// Specular surfaces between two of these.
@@ -64,7 +61,8 @@ pub fn learn_light_guide<'s>(tracing: LightTracer<'s>, view: &View<'_>, seed: u6
     if emitters.is_empty() {
         return Guided { tracing, importance_brightness: 0.0 };
     }
-    let chunks: Vec<Learned> = (0..PATHS / CHUNK)
+    let paths = paths_for(view);
+    let chunks: Vec<Learned> = (0..paths / CHUNK)
         .into_par_iter()
         .map(|chunk| {
             let mut learned = Learned::default();
@@ -81,7 +79,7 @@ pub fn learn_light_guide<'s>(tracing: LightTracer<'s>, view: &View<'_>, seed: u6
         *sum += f64::from(*radiance);
         *count += 1.0;
     }
-    let mean = brightness.iter().map(|[sum, _]| sum).sum::<f64>() / PATHS as f64;
+    let mean = brightness.iter().map(|[sum, _]| sum).sum::<f64>() / paths as f64;
     let scale: Vec<f32> = brightness
         .iter()
         .map(|[sum, count]| (1.0 / (sum / f64::max(*count, 1.0) + LEAST_BRIGHTNESS * mean)) as f32)
@@ -101,9 +99,9 @@ pub fn learn_light_guide<'s>(tracing: LightTracer<'s>, view: &View<'_>, seed: u6
         let worth = |light: &Vpl| {
             if places.hold(light.position, light.direction) { light.intensity.luminance() } else { 0.0 }
         };
-        let seed = rng::key(rng::key(seed, Purpose::Guidance, PATHS), Purpose::LightPath, pass);
-        let paths = PATHS << (2 * pass);
-        emission = of_equal_weight(emission, tracing.worth_of_emission(&guide, paths, seed, worth));
+        let seed = rng::key(rng::key(seed, Purpose::Guidance, paths), Purpose::LightPath, pass);
+        let light_paths = paths << (2 * pass);
+        emission = of_equal_weight(emission, tracing.worth_of_emission(&guide, light_paths, seed, worth));
         guide = LightGuide::learn(direct.clone(), emission.clone());
     }
     Guided { tracing: tracing.guided(guide), importance_brightness: mean }

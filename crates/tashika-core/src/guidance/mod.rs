@@ -4,7 +4,8 @@
 //! * [`Caustics`]: light that comes to surfaces over specular ones, which neither sums
 //!   nor undirected paths may find, and where it comes from.
 //! * [`Photons`]: how much light reaches surfaces, by light paths alone.
-//! * [`SeenLamps`]: how bright lamps that are seen make a pixel, however small they are.
+//! * [`SeenLight`]: luminance of lamps and caustics in each pixel, however small they are.
+//! * [`LightAccount`]: shares of the light in view by its way and by its emitters.
 //! * [`importance_correlation`]: how much more VPLs that light paths leave together vary than as
 //!   many that are independent.
 //! * [`Grid`]: the cells of an image, each with what was learned of its neighbourhood.
@@ -18,22 +19,34 @@ mod caustics;
 mod correlation;
 mod emission;
 mod grid;
-mod lamps;
 mod photons;
+mod seen;
 
 pub use caustics::{Caustics, Directions};
 pub use correlation::importance_correlation;
 pub use emission::{Guided, learn_light_guide};
 pub use grid::{Grid, cell_of, key_of, pixels_of, random_pixel};
-pub use lamps::SeenLamps;
 pub use photons::Photons;
+pub use seen::{LightAccount, SeenLight};
 
-use crate::vpl::LightTracer;
+use crate::gather::View;
+use crate::vpl::{ArrivedLight, LightTracer, Vpl};
 
-/// Light paths of a pass.
-const PATHS: u64 = 1 << 16;
+/// Paths for each pixel of an image from which guidance is learned.
+const PATHS_OF_PIXEL: u64 = 64;
+/// Fewest and most of these paths.
+const PATHS: [u64; 2] = [1 << 14, 1 << 16];
+/// Paths followed as one piece of parallel work.
+const CHUNK: u64 = 1024;
 /// Caustic photons after which no further pass looks for more.
 const ENOUGH: usize = 1 << 14;
+
+/// Number of paths from which guidance is learned: in proportion to the pixels, so that little is learned
+/// for a small image, and limited, since the scene has no more to learn for a large one.
+fn paths_for(view: &View<'_>) -> u64 {
+    let pixels = u64::from(view.size[0]) * u64::from(view.size[1]);
+    (PATHS_OF_PIXEL * pixels).clamp(PATHS[0], PATHS[1]).next_multiple_of(CHUNK)
+}
 
 /// Knowledge of light paths about the light on surfaces.
 #[derive(Clone, Debug)]
@@ -42,15 +55,23 @@ pub struct LightOnSurfaces {
     pub all: Photons,
     /// Light over specular surfaces, if there is any.
     pub caustics: Option<Caustics>,
+    /// Light over specular surfaces in the pixels, if the camera sees any.
+    pub seen_caustics: Option<SeenLight>,
+    /// Account of the light in view.
+    pub account: Option<LightAccount>,
 }
 
 impl LightOnSurfaces {
     /// Traces light paths; none if hardly any light reaches a diffuse surface. Runs on the current
     /// thread pool.
-    pub fn learn(tracing: &LightTracer<'_>, seed: u64) -> Option<Self> {
-        let (photons, lights) = tracing.caustic_photons(PATHS, ENOUGH, seed);
+    pub fn learn(tracing: &LightTracer<'_>, view: &View<'_>, seed: u64) -> Option<Self> {
+        let ArrivedLight { lights, routes, caustics } = tracing.arrived_light(paths_for(view), ENOUGH, seed);
         let bounds = tracing.tracer().scene().bounds();
         let (all, _) = Photons::new(&lights, &bounds, seed)?;
-        Some(Self { all, caustics: Caustics::learn(&photons, &lights, &bounds, seed) })
+        let of_caustics: Vec<Vpl> = caustics.iter().map(|photon| photon.light).collect();
+        let (seen_caustics, account) =
+            SeenLight::on_surfaces(&lights, &routes, &of_caustics, tracing.tracer(), view);
+        let caustics = Caustics::learn(&caustics, &lights, &bounds, seed);
+        Some(Self { all, caustics, seen_caustics, account })
     }
 }

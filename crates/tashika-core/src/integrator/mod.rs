@@ -17,7 +17,7 @@ mod sakai2018;
 mod tashika;
 mod with_planes;
 
-pub use crate::film::{Claim, HalfWidths, PixelRecord, Stop};
+pub use crate::film::{Claim, HalfWidths, LuminanceParts, PixelRecord, Stop};
 pub use full_sum::FullSum;
 pub use light_transport::{Estimator, GuidedLights, LightTransport};
 pub use method::SumMethod;

@@ -2,7 +2,7 @@
 
 use super::guide::Emitted;
 use super::walk::Trail;
-use super::{LightGuide, Vpl};
+use super::{LightGuide, Origin, Route, Vpl};
 use crate::accel::Hit;
 use crate::bsdf::{Bsdf, Lobe};
 use crate::math::{Ray, Vec3};
@@ -22,6 +22,17 @@ pub struct CausticPhoton {
     /// True for light from infinity through panes of parallel faces
     /// ([`through_panes`](crate::gather::through_panes)).
     pub is_through_panes: bool,
+}
+
+/// VPLs of light paths, which together stand for the flux once.
+#[derive(Debug)]
+pub struct ArrivedLight {
+    /// The VPLs.
+    pub lights: Vec<Vpl>,
+    /// Route of the light of each.
+    pub routes: Vec<Route>,
+    /// Caustic photons.
+    pub caustics: Vec<CausticPhoton>,
 }
 
 /// A [`CausticPhoton`] whose VPL is in the trail of the light path.
@@ -94,10 +105,15 @@ impl SpecularChain {
             numbers: emitted.numbers,
             distance: 0.0,
             chain: 0,
-            is_from_infinity: emitted.from_infinity,
+            is_from_infinity: emitted.origin == Origin::Infinity,
             is_bent: false,
             is_refracted: true,
         }
+    }
+
+    /// Returns true if a specular surface changed the direction of the path.
+    pub(super) fn is_bent(&self) -> bool {
+        self.is_bent
     }
 
     /// The chain after a specular surface that the ray met.

@@ -7,7 +7,7 @@
 //! much in expectation as without it: a set is unbiased for any guide that does not depend on the
 //! set's own random numbers. Held to this by `vpl::tests`.
 
-use super::{EmitterSampler, LightSample, Vpl, VplKind};
+use super::{EmitterSampler, LightSample, Origin, Vpl};
 use crate::color::Rgb;
 use crate::math::Ray;
 use crate::rng::Stream;
@@ -18,8 +18,8 @@ pub(super) struct Emitted {
     pub(super) ray: Ray,
     /// What it stands for (W).
     pub(super) flux: Rgb,
-    /// Whether it comes from infinity; the ray begins where it enters the sphere about the scene.
-    pub(super) from_infinity: bool,
+    /// Kind of emitter. A ray from infinity begins at the sphere around the scene.
+    pub(super) origin: Origin,
     /// The numbers that it was drawn by.
     pub(super) numbers: [f32; 5],
 }
@@ -97,8 +97,7 @@ impl LightGuide {
         let (_, LightSample { light, .. }) = emitters.sample_at(share, u, [a, b])?;
         let (center, radius) = emitters.sphere();
         let (ray, flux) = light.emit([c, d], center, radius, emitters.maps());
-        let from_infinity = light.kind == VplKind::Directional;
         let numbers = numbers.map(|x| x as f32);
-        Some(Emitted { ray, flux: flux / density as f32, from_infinity, numbers })
+        Some(Emitted { ray, flux: flux / density as f32, origin: Origin::of(light.kind), numbers })
     }
 }

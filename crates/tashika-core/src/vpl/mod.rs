@@ -13,6 +13,7 @@ mod light;
 mod options;
 mod order;
 mod reflect;
+mod route;
 mod rows;
 mod trace;
 mod walk;
@@ -21,13 +22,14 @@ mod walk;
 mod tests;
 
 pub use carried::carried_cos;
-pub use caustic::CausticPhoton;
+pub use caustic::{ArrivedLight, CausticPhoton};
 pub use clamp::Clamp;
 pub use emitter_clusters::EmitterClusters;
 pub use emitters::{EmitterSampler, LightSample};
 pub use guide::LightGuide;
 pub use light::{Vpl, VplKind};
 pub use options::{Emission, VplOptions};
+pub use route::{Origin, Route, Way};
 pub use rows::LightRows;
 pub use trace::LightTracer;
 

@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::caustic::Arrival;
 use super::walk::Trail;
-use super::{Vpl, VplKind, carried_cos};
+use super::{Vpl, VplKind, Way, carried_cos};
 use crate::bsdf::{Bsdf, Lobe};
 use crate::color::Rgb;
 use crate::math::Frame;
@@ -18,14 +18,14 @@ use crate::warp;
 /// Leaves what a part of a surface reflects, or transmits, diffusely of so much flux.
 ///
 /// * `flux`: as it is worth to viewers ([`Scattered::basic`]).
-/// * `caustic`: how that arrived, if it came from an emitter over specular surfaces only.
+/// * `arrived`: way of the flux, and its arrival if it came over specular surfaces only.
 pub(super) fn leave(
     point: &SurfacePoint,
     bsdf: &Bsdf,
     through: bool,
     incoming: Vec3,
     flux: Rgb,
-    caustic: Option<Arrival>,
+    (way, caustic): (Way, Option<Arrival>),
     trail: &mut Trail,
 ) {
     let carried = carried_cos(point, bsdf, incoming);
@@ -37,7 +37,7 @@ pub(super) fn leave(
     trail.diffuse += f64::from(intensity.luminance() * PI);
     trail.caustics.extend(caustic.map(|arrival| arrival.leaving(trail.lights.len() as u32)));
     let position = point.leave(normal);
-    trail.lights.push(Vpl { position, direction: normal, intensity, kind: VplKind::Oriented });
+    trail.push(Vpl { position, direction: normal, intensity, kind: VplKind::Oriented }, way);
 }
 
 /// How a light path goes on.

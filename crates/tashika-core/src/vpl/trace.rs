@@ -44,7 +44,7 @@
 
 use rayon::prelude::*;
 
-use super::caustic::{self, CausticPhoton};
+use super::caustic::{self, ArrivedLight};
 use super::order::sort_by_place;
 use super::walk::{LightPaths, Trail};
 use super::{Clamp, Emission, EmitterSampler, LightGuide, Provenance, Vpl, VplOptions, VplSet};
@@ -235,9 +235,8 @@ impl<'s> LightTracer<'s> {
 
     /// Traces `paths` light paths. As long as fewer than `enough` caustic photons that drawn light does
     /// not find are known, but some, up to three more passes follow, whose emission is guided to them.
-    /// Returns the caustic photons, and the VPLs of all paths, which together stand for the flux once.
     /// Runs on the current thread pool.
-    pub fn caustic_photons(&self, paths: u64, enough: usize, seed: u64) -> (Vec<CausticPhoton>, Vec<Vpl>) {
+    pub fn arrived_light(&self, paths: u64, enough: usize, seed: u64) -> ArrivedLight {
         let moment = Moment { seed, share: Instants::STILL };
         let mut all = self.follow(moment, Purpose::LightPath, paths);
         let mut passes = 1;
@@ -248,7 +247,8 @@ impl<'s> LightTracer<'s> {
             passes += 1;
         }
         all.lights.iter_mut().for_each(|light| light.intensity = light.intensity / passes as f32);
-        (all.caustics.iter().map(|arrival| arrival.photon(&all.lights)).collect(), all.lights)
+        let caustics = all.caustics.iter().map(|arrival| arrival.photon(&all.lights)).collect();
+        ArrivedLight { caustics, routes: all.routes(), lights: all.lights }
     }
 
     /// Traces `paths` light paths by this guide. Returns the numbers that the emission of each was drawn by,

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use super::caustic::{Arrival, SpecularChain};
 use super::guide::Emitted;
 use super::reflect::{Scattered, goes_on, leave};
-use super::{EmitterSampler, LightGuide, Vpl, VplKind};
+use super::{EmitterSampler, LightGuide, Origin, Route, Vpl, VplKind, Way};
 use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::math::Ray;
@@ -48,8 +48,12 @@ pub(super) struct LightPaths<'a> {
 #[derive(Default)]
 pub(super) struct Trail {
     pub(super) lights: Vec<Vpl>,
-    /// How many of these each path left.
+    /// Way of the light of each.
+    ways: Vec<Way>,
+    /// Number of VPLs of each path.
     pub(super) counts: Vec<u32>,
+    /// Emitter of each path.
+    origins: Vec<Origin>,
     /// The numbers that the emission of each path was drawn by.
     pub(super) numbers: Vec<[f32; 5]>,
     /// Arrivals after specular surfaces only, in the order of the lights that they leave.
@@ -61,12 +65,27 @@ pub(super) struct Trail {
 }
 
 impl Trail {
-    /// With what others left after it.
+    /// Adds a VPL.
+    pub(super) fn push(&mut self, light: Vpl, way: Way) {
+        self.lights.push(light);
+        self.ways.push(way);
+    }
+
+    /// Route of the light of each VPL.
+    pub(super) fn routes(&self) -> Vec<Route> {
+        let of_path = |(origin, count): (&Origin, &u32)| std::iter::repeat_n(*origin, *count as usize);
+        let origins = self.origins.iter().zip(&self.counts).flat_map(of_path);
+        origins.zip(&self.ways).map(|(origin, way)| Route { origin, way: *way }).collect()
+    }
+
+    /// This trail and the next.
     pub(super) fn followed_by(mut self, next: Self) -> Self {
         let before = self.lights.len() as u32;
         self.caustics.extend(next.caustics.into_iter().map(|arrival| arrival.after(before)));
         self.lights.extend(next.lights);
+        self.ways.extend(next.ways);
         self.counts.extend(next.counts);
+        self.origins.extend(next.origins);
         self.numbers.extend(next.numbers);
         self.diffuse += next.diffuse;
         self.reflected += next.reflected;
@@ -101,6 +120,7 @@ impl LightPaths<'_> {
                         if self.keeps_numbers {
                             trail.numbers.push(emitted.numbers);
                         }
+                        trail.origins.push(emitted.origin);
                         self.walk(self.begun(emitted, outside, key, &mut s), key, &mut s, &mut trail);
                         trail.counts.push((trail.lights.len() - before) as u32);
                     }
@@ -116,11 +136,11 @@ impl LightPaths<'_> {
 
     /// A path in its first medium, with what media leave of light that comes from infinity.
     fn begun(&self, emitted: Emitted, outside: Option<Outside>, key: u64, s: &mut Stream) -> Begun {
-        let Emitted { ray, flux, from_infinity, .. } = emitted;
+        let Emitted { ray, flux, origin, .. } = emitted;
         let chain = SpecularChain::from_emitter(&emitted);
         match outside {
             None => Begun { leg: Leg { ray, medium: None }, flux, chain },
-            Some(outside) if from_infinity => Begun {
+            Some(outside) if origin == Origin::Infinity => Begun {
                 leg: Leg { ray, medium: outside.medium() },
                 flux: flux * outside.arriving(self.tracer, &ray, s),
                 chain,
@@ -147,12 +167,13 @@ impl LightPaths<'_> {
             let hit = self.tracer.closest_hit_at(&leg.ray, key, self.share);
             let (left, scattering) = leg.fly(scene, hit.as_ref(), flux, s);
             if let Some(at) = scattering {
-                trail.lights.push(Vpl {
+                let light = Vpl {
                     position: at.place,
                     direction: at.before,
                     intensity: left / (4.0 * PI) * basic as f32,
                     kind: VplKind::Volume(at.phase),
-                });
+                };
+                trail.push(light, way(caustic.as_ref()));
                 let survival = (left.max_channel() / flux.max_channel()).min(MAX_SURVIVAL_IN_MEDIUM);
                 if s.uniform() >= survival {
                     return;
@@ -182,7 +203,8 @@ impl LightPaths<'_> {
             let Part { bsdf, weight, through } = scene.part(&point, incoming, s.uniform());
             flux *= weight;
             let arrival = caustic.as_ref().and_then(|chain| chain.arrival(&leg.ray, point.position));
-            leave(&point, &bsdf, through, incoming, flux * basic as f32, arrival, trail);
+            let arrived = (way(caustic.as_ref()), arrival);
+            leave(&point, &bsdf, through, incoming, flux * basic as f32, arrived, trail);
             let Some(next) = goes_on(&point, &bsdf, through, incoming, s) else { return };
             let Scattered { direction, factor, specular, .. } = next;
             basic *= next.basic;
@@ -202,5 +224,14 @@ impl LightPaths<'_> {
             turned = turned.saturating_add(1);
             passed = 0;
         }
+    }
+}
+
+/// Way of light after a chain of specular surfaces; none after a surface that scatters.
+fn way(chain: Option<&SpecularChain>) -> Way {
+    match chain {
+        None => Way::Scattered,
+        Some(chain) if chain.is_bent() => Way::Specular,
+        Some(_) => Way::Straight,
     }
 }

@@ -27,8 +27,9 @@ pub use exposure::automatic_stops;
 pub use metadata::{Metadata, Value};
 pub use plane::{Plane, PlaneSpec, SampleKind, Samples, channel_name};
 pub use record::{
-    CRYPTOMATTE, Claim, Code, HalfWidths, Key, Matte, MatteOf, MeanInterval, PictureClaim, PixelRecord,
-    PlaneRow, RenderFilm, SCHEMA, Shown, Stop, Tally, keys, matte_id, planes,
+    CRYPTOMATTE, Claim, Code, FoundLight, HalfWidths, Key, LuminanceParts, Matte, MatteOf, MeanInterval,
+    PictureClaim, PixelRecord, PlaneRow, RenderFilm, Routes, SCHEMA, Shown, Stop, Tally, keys, matte_id,
+    planes,
 };
 pub use srgb_png::srgb_png;
 pub use tone::{Curve, Exposure, Published, Tone, ToneMap};

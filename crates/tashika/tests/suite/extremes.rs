@@ -316,7 +316,7 @@ fn search(range: Range, count: u64) -> (u64, Vec<String>) {
 
 /// Asserts that scenes of a range have no wrong pixel.
 fn assert_right(range: Range) {
-    let count = if is_slow() { 4000 } else { 12 };
+    let count = if is_slow() { 4000 } else { 8 };
     let (scenes, wrong) = search(range, count);
     assert!(scenes > count / 2, "{scenes} scenes");
     assert!(wrong.is_empty(), "{} of {scenes} scenes:\n{}", wrong.len(), wrong.join("\n"));

@@ -20,7 +20,7 @@ use tashika::stats::Moments;
 
 use crate::cases::{builder, cuboid, lambert, parallelogram, place, tracer};
 
-const SIZE: [u32; 2] = [8, 8];
+const SIZE: [u32; 2] = [6, 6];
 const REFLECTANCE: f64 = 0.5;
 const IOR: f32 = 1.5;
 /// Error that is asked for.

@@ -22,9 +22,9 @@ use crate::vpl::EmitterSampler;
 /// Lobes narrower than that of this GGX roughness are left to paths: a mirror image of so few VPLs
 /// would be spots. Chosen.
 const NARROW: f32 = 0.25;
-/// Share of the light of a lamp below which camera samples have not met it: by chance, by a pixel
-/// filter, or by what is in front of it, they meet somewhat less.
-const MET: f64 = 0.25;
+/// Share of the projected light of a pixel below which an estimate has not met it. By chance, by a pixel
+/// filter, or by objects in front of it, estimates meet somewhat less than all.
+pub(super) const MET: f64 = 0.25;
 /// Standard error by VPLs, over the tolerance, that need not be known better. Chosen.
 const SMALL: f64 = 0.1;
 /// Camera samples that are drawn at once where each has one path.
@@ -346,6 +346,11 @@ impl<'a> Estimate<'a> {
         self.cut.as_ref().map_or_else(RgbSum::default, InheritedCut::estimate)
     }
 
+    /// Mean of the paths.
+    pub(super) fn by_paths(&self) -> RgbSum {
+        self.of_paths.scaled(1.0 / f64::from(self.paths.max(1)))
+    }
+
     /// The estimate of light transport.
     pub(super) fn value(&self) -> RgbSum {
         let mut value = self.gathered();
@@ -354,9 +359,7 @@ impl<'a> Estimate<'a> {
         } else if let Some(points) = self.points {
             value.add(points.pixel.background);
         }
-        if self.paths > 0 {
-            value.merge(&self.of_paths.scaled(1.0 / f64::from(self.paths)));
-        }
+        value.merge(&self.by_paths());
         value
     }
 

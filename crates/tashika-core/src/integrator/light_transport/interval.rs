@@ -33,6 +33,8 @@ const FALL: f64 = 1.77;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Finding {
     pub mean: RgbSum,
+    /// Luminance of the sum over VPLs, and of the mean of paths.
+    pub by_estimator: [f32; 2],
     pub tolerance: f64,
     pub half_width: f64,
     /// `V_cut`, `V_lights`, `V_points`, `V_paths`.
@@ -56,6 +58,7 @@ impl Finding {
         let mean = estimate.value();
         let tolerance = options.tolerance(&mean);
         let gathered = estimate.gathered();
+        let by_estimator = [&gathered, &estimate.by_paths()].map(|part| part.total().luminance());
         let parts = options.controlled.parts();
         let delta = delta / parts.len() as f64;
         let of_part = |part: usize| {
@@ -89,7 +92,7 @@ impl Finding {
             let by_source = if estimate.has_points() { 2 } else { 1 };
             rare[by_source] = rare[by_source].max(estimate.unmet(part, delta));
             let half_width = errors * variance.sqrt() + rare.into_iter().fold(0.0, f64::max);
-            Self { mean, tolerance, half_width, variances, errors, rare }
+            Self { mean, by_estimator, tolerance, half_width, variances, errors, rare }
         };
         let widest = (0..parts.len()).map(of_part).max_by(|a, b| a.half_width.total_cmp(&b.half_width));
         widest.expect("something is controlled")
@@ -200,6 +203,7 @@ mod tests {
     fn what_does_not_vary_grows_as_well() {
         let found = Finding {
             mean: RgbSum::default(),
+            by_estimator: [0.0; 2],
             tolerance: 0.1,
             half_width: 0.2,
             variances: [0.0; 4],
@@ -216,6 +220,7 @@ mod tests {
     fn estimates_grow_where_they_are_wide() {
         let found = |cut: f64, paths: f64| Finding {
             mean: RgbSum::default(),
+            by_estimator: [0.0; 2],
             tolerance: 0.1,
             half_width: 2.0 * (cut + paths).sqrt(),
             variances: [cut, 0.0, 0.0, paths],

@@ -8,7 +8,8 @@ use crate::contribution::ContributionKernel;
 use crate::error::{Error, Result};
 use crate::gather::{GatherPoint, View};
 use crate::guidance::{
-    Caustics, Guided, LightOnSurfaces, Photons, SeenLamps, importance_correlation, learn_light_guide,
+    Caustics, Guided, LightAccount, LightOnSurfaces, Photons, SeenLight, importance_correlation,
+    learn_light_guide,
 };
 use crate::math::Vec3;
 use crate::rng::{self, Purpose};
@@ -33,7 +34,7 @@ pub struct GuidedLights {
     source: VplSource,
     choices: Option<Box<Choices>>,
     on_surfaces: Option<LightOnSurfaces>,
-    lamps: Option<SeenLamps>,
+    lamps: Option<SeenLight>,
 }
 
 /// How many times as far VPLs are clamped where what that costs is put back. The variance of a VPL
@@ -178,7 +179,7 @@ impl GuidedLights {
     /// Learns what estimates by them cannot tell by themselves.
     fn learn_limits(&mut self, tracing: &LightTracer<'_>, view: &View<'_>) {
         self.importance_correlation = importance_correlation(tracing, view, &self.provenance, self.key(2));
-        self.lamps = SeenLamps::learn(tracing, view, self.key(4));
+        self.lamps = SeenLight::lamps(tracing, view, self.key(4));
     }
 
     /// The set in a tree, of which nothing is learned yet.
@@ -202,7 +203,7 @@ impl GuidedLights {
 
     /// Learns which lights to draw where, how much light there is, and where caustics come from.
     fn learn_choices(&mut self, guided: &Guided<'_>, view: &View<'_>, draws_at_points: bool) {
-        self.on_surfaces = LightOnSurfaces::learn(&guided.tracing, self.key(3));
+        self.on_surfaces = LightOnSurfaces::learn(&guided.tracing, view, self.key(3));
         let tracer = guided.tracing.tracer();
         let lit = LightingContext {
             tracer,
@@ -256,8 +257,18 @@ impl GuidedLights {
     }
 
     /// Lamps that the camera sees.
-    pub(super) fn lamps(&self) -> Option<&SeenLamps> {
+    pub(super) fn lamps(&self) -> Option<&SeenLight> {
         self.lamps.as_ref()
+    }
+
+    /// Caustics that the camera sees, in the pixels.
+    pub(super) fn seen_caustics(&self) -> Option<&SeenLight> {
+        self.on_surfaces.as_ref()?.seen_caustics.as_ref()
+    }
+
+    /// Account of the light in view by light paths alone; none if the camera has a lens or moves.
+    pub fn account(&self) -> Option<LightAccount> {
+        self.on_surfaces.as_ref()?.account
     }
 
     /// Where they come from, with the clamp that belongs to them.

@@ -149,6 +149,16 @@ impl Integrator for LightTransport<'_> {
         metadata.set(keys::MAX_PAIRS, self.most_work());
         metadata.set(keys::PAIRS_ARE, "pairs of clusters, and paths");
         metadata.set(keys::CUT_SEED, o.seed);
+        if let Some(account) = self.lights.account() {
+            let [straight, specular, scattered] = account.by_way;
+            metadata.set(keys::LIGHT_STRAIGHT, straight);
+            metadata.set(keys::LIGHT_SPECULAR, specular);
+            metadata.set(keys::LIGHT_SCATTERED, scattered);
+            let [surfaces, points, infinity] = account.by_origin;
+            metadata.set(keys::LIGHT_OF_SURFACES, surfaces);
+            metadata.set(keys::LIGHT_OF_POINTS, points);
+            metadata.set(keys::LIGHT_OF_INFINITY, infinity);
+        }
     }
 
     fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {

@@ -2,8 +2,8 @@
 //! not enough.
 
 use super::super::looks::Looks;
-use super::super::{Claim, HalfWidths, PixelRecord, Setting, Stop};
-use super::estimate::{Common, Estimate, Estimator, Points};
+use super::super::{Claim, HalfWidths, LuminanceParts, PixelRecord, Setting, Stop};
+use super::estimate::{Common, Estimate, Estimator, MET, Points};
 use super::interval::{Finding, Source};
 use super::nearby::FOUND;
 use super::{CLAMPS, LightTransport, OfView, Visibility};
@@ -309,11 +309,14 @@ impl<'a, 'v> Pixel<'a, 'v> {
         self.by_light_paths = if is_unmet { self.common.by_light_paths(seen) } else { 0.0 };
     }
 
-    /// About how much light is missing (luminance): of caustics, lamps, and of what light paths know.
+    /// Approximate luminance that the estimate lacks: of caustics, of lamps, and of light that light paths
+    /// find around the pixel or project onto it.
     fn importance_missing(&self, found: &Finding) -> f64 {
         let most = f64::from(found.mean.total().luminance()) + found.half_width;
-        let unmet = if most < FOUND * self.by_light_paths { self.by_light_paths - most } else { 0.0 };
-        self.importance_not_found + unmet
+        let lacks = |share: f64, there: f64| if most < share * there { there - most } else { 0.0 };
+        let seen = self.common.lights.seen_caustics().filter(|_| self.common.compensates);
+        let seen = seen.map_or(0.0, |caustics| caustics.importance_least(self.at));
+        self.importance_not_found + lacks(FOUND, self.by_light_paths).max(lacks(MET, seen))
     }
 
     /// What paths of all there is in the neighbourhood found; their rays are counted at the first
@@ -417,7 +420,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
         let found = self.finding.expect("each pixel is looked at");
         // Samples that all found nothing vary not at all, and do not know what they missed.
         let is_nothing_found = self.may_be_lit && found.is_exact() && found.mean.total().is_black();
-        let is_found = !is_nothing_found && self.importance_missing(&found) <= NEGLIGIBLE * found.tolerance;
+        let missing = self.importance_missing(&found);
+        let is_found = !is_nothing_found && missing <= NEGLIGIBLE * found.tolerance;
         let stop = match self.is_met {
             _ if !is_found => Stop::NotFound,
             true => Stop::RuleMet,
@@ -425,12 +429,15 @@ impl<'a, 'v> Pixel<'a, 'v> {
         };
         let claim = if is_found && self.may_claim { Claim::Calibrated } else { Claim::None };
         let [clustering, lights, compensation] = found.parts().map(|h| h as f32);
+        let [vpls, paths] = found.by_estimator;
+        let emission = (found.mean.total().luminance() - vpls - paths).max(0.0);
         PixelRecord {
             radiance: found.mean.total(),
             standard_error: found.standard_error() as f32,
             claim,
             half_width: claim.stated(found.half_width),
             half_widths: HalfWidths { clustering, lights, compensation },
+            luminance_parts: LuminanceParts { emission, vpls, paths, missing: missing as f32 },
             stop,
             pairs: self.pairs,
             rays: self.rays,

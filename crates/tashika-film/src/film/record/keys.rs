@@ -87,6 +87,12 @@ keys! {
     VPLS_CLAMP_DISTANCE "vpls.clamp_distance_m" Sum, "distance below which the geometric term is clamped (m)";
     VPLS_INSTANTS "vpls.instants" Sum, "times at which lights and pixels look at what moves";
     VPLS_GLOSSY_SHARE "vpls.glossy_share" Sum, "share of the glossy reflection that VPLs carry";
+    LIGHT_STRAIGHT "light.straight" Making, "of the light that surfaces in view send to the camera, by light paths alone: share that came straight from emitters, 0 to 1";
+    LIGHT_SPECULAR "light.specular" Making, "share that came over mirrors or through glass only, 0 to 1";
+    LIGHT_SCATTERED "light.scattered" Making, "share that surfaces or media scattered before, 0 to 1";
+    LIGHT_OF_SURFACES "light.of_surfaces" Making, "share that surfaces emitted, 0 to 1";
+    LIGHT_OF_POINTS "light.of_points" Making, "share that points emitted, 0 to 1";
+    LIGHT_OF_INFINITY "light.of_infinity" Making, "share that environments and directional lights emitted, 0 to 1";
     ERROR "error" Making, "relative error that is allowed, 0 to 1";
     ERROR_ABSOLUTE "error_absolute" Making, "error that is enough where it is dark (W·m⁻²·sr⁻¹)";
     CONFIDENCE "confidence" Making, "confidence of the intervals, 0 to 1";

@@ -6,6 +6,7 @@
 //! | `schema` | [`SCHEMA`]: a row for each plane, from which [`PixelRecord`] and [`planes`] are made |
 //! | `keys` | [`keys`]: a row for each value of the metadata |
 //! | `tally` | [`Tally`]: how many pixels claim what |
+//! | `found_light` | [`FoundLight`]: light of the image by estimator and by route |
 //! | `matte` | [`Matte`]: numbers of objects and materials, and how much of a pixel each covers |
 //! | `picture_claim` | [`PictureClaim`]: what an audit says of all pixels together |
 //!
@@ -17,6 +18,7 @@
 //! without a plane `claim`, every half-width as a claim that somebody published.
 
 mod claim;
+mod found_light;
 pub mod keys;
 mod matte;
 mod picture_claim;
@@ -24,10 +26,11 @@ mod schema;
 mod tally;
 
 pub use claim::{Claim, Code, Stop};
+pub use found_light::{FoundLight, Routes};
 pub use keys::Key;
 pub use matte::{CRYPTOMATTE, Matte, MatteOf, matte_id};
 pub use picture_claim::PictureClaim;
-pub use schema::{HalfWidths, PixelRecord, PlaneRow, SCHEMA, Shown, planes};
+pub use schema::{HalfWidths, LuminanceParts, PixelRecord, PlaneRow, SCHEMA, Shown, planes};
 pub use tally::Tally;
 
 use super::{Film, Plane, PlaneSpec};

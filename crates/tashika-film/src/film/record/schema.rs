@@ -121,6 +121,16 @@ impl Sample for HalfWidths {
     }
 }
 
+impl Sample for LuminanceParts {
+    const KIND: SampleKind = SampleKind::F32;
+    fn put(self, plane: &mut Plane, x: u32, y: u32) {
+        plane.set_f32(x, y, &[self.emission, self.vpls, self.paths, self.missing]);
+    }
+    fn get(plane: &Plane, x: u32, y: u32) -> Option<Self> {
+        floats(plane, x, y).map(|[emission, vpls, paths, missing]| Self { emission, vpls, paths, missing })
+    }
+}
+
 impl Sample for Claim {
     const KIND: SampleKind = SampleKind::U32;
     fn put(self, plane: &mut Plane, x: u32, y: u32) {
@@ -153,6 +163,19 @@ pub struct HalfWidths {
     pub lights: f32,
     /// That what VPLs do not carry is estimated by few paths.
     pub compensation: f32,
+}
+
+/// Luminance of a pixel by estimator, where a method has several (W·m⁻²·sr⁻¹).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LuminanceParts {
+    /// Emission that the camera sees, straight or over specular surfaces, where VPLs are summed.
+    pub emission: f32,
+    /// Sum over VPLs.
+    pub vpls: f32,
+    /// Mean of the paths.
+    pub paths: f32,
+    /// Approximate luminance that the estimate lacks, as light paths know; not a part of the radiance.
+    pub missing: f32,
 }
 
 impl HalfWidths {
@@ -278,6 +301,9 @@ schema! {
         half_widths: HalfWidths => HALF_WIDTH_PARTS "half_width_parts" ["clustering", "lights", "compensation"] "W·m⁻²·sr⁻¹",
             Shown::Relative, in_pages false, "relative half-width by source",
             "what the half-width would be if one source of error were all: few terms drawn, few VPLs, few paths of what VPLs do not carry; NaN if nothing is claimed";
+        luminance_parts: LuminanceParts => LUMINANCE_PARTS "luminance_parts" ["emission", "vpls", "paths", "missing"] "W·m⁻²·sr⁻¹",
+            Shown::Relative, in_pages false, "share of the luminance by estimator",
+            "luminance by estimator, where a method has several: emission that the camera sees, sum over VPLs, paths; and the luminance that light paths know to be missing";
         claim: Claim => CLAIM "claim" ["id"] "1",
             Shown::Code(Claim::CODES), in_pages true, "claim",
             "what is claimed: 0 nothing, 1 exact, 2 published, 3 calibrated, 4 certified, 5 audited";
@@ -364,6 +390,7 @@ mod tests {
             standard_error: 4.0,
             half_width: 5.0,
             half_widths: HalfWidths { clustering: 6.0, lights: 7.0, compensation: 8.0 },
+            luminance_parts: LuminanceParts { emission: 8.25, vpls: 8.5, paths: 8.75, missing: 8.875 },
             claim: Claim::Calibrated,
             stop: Stop::Budget,
             pairs: 9,

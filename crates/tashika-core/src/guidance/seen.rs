@@ -1,0 +1,206 @@
+//! Light that the camera sees straight, projected onto the image.
+//!
+//! A lamp of a thousandth of a pixel, or the focus of a lens, is missed by most choices of a hundred
+//! camera samples, and may outshine all else in the pixel. Points that stand for the light cannot miss
+//! it. Points `i` of intensity `I_i` that are visible (`V_i`) in the pixel, which covers the area `A_i`
+//! at their distance, at right angles to the ray, have the luminance
+//!
+//! ```text
+//! L = Σ_i I_i cos θ_i V_i / A_i
+//! ```
+//!
+//! A lamp of many pixels is met by any camera sample, and known more exactly from these. The
+//! projection is to know where samples are too few.
+//!
+//! # Held to this by
+//! The tests below, and the suite's `unseen_lamps` and `caustics`.
+
+use super::paths_for;
+use crate::accel::{Glass, Tracer};
+use crate::gather::View;
+use crate::math::Vec3;
+use crate::media::Shadows;
+use crate::scene::CameraSample;
+use crate::vpl::{LightTracer, Origin, Route, Vpl, VplKind, Way};
+
+/// Most VPLs that the account of an image is made of.
+const MOST_IN_ACCOUNT: usize = 1 << 17;
+
+/// Approximate luminance of light in each pixel.
+#[derive(Clone, Debug)]
+pub struct SeenLight {
+    /// `Σ L_i` and `Σ L_i²` over the points of a pixel, row by row (W·m⁻²·sr⁻¹ and its square).
+    pixels: Vec<[f32; 2]>,
+    width: u32,
+}
+
+impl SeenLight {
+    /// Lamps that the camera sees. Runs on the current thread pool.
+    ///
+    /// None if no lamp is seen, or the camera has a lens or moves: both blur lamps.
+    pub fn lamps(tracing: &LightTracer<'_>, view: &View<'_>, seed: u64) -> Option<Self> {
+        is_sharp(view)
+            .then(|| Self::of(&tracing.on_emitters(paths_for(view), seed), tracing.tracer(), view))?
+    }
+
+    /// Light that these lights send to the camera; none if the camera sees none of them.
+    fn of(lights: &[Vpl], tracer: &Tracer, view: &View<'_>) -> Option<Self> {
+        let [width, height] = view.size;
+        let mut pixels = vec![[0.0; 2]; width as usize * height as usize];
+        for Seen { pixel, luminance, .. } in project(lights, tracer, view) {
+            let [sum, squares] = &mut pixels[pixel];
+            *sum += luminance;
+            *squares += luminance * luminance;
+        }
+        pixels.iter().any(|[sum, _]| *sum > 0.0).then_some(Self { pixels, width })
+    }
+
+    /// Caustics that the camera sees, and the account of all light on surfaces that it sees. None if the
+    /// camera has a lens or moves, or sees none. Runs on the current thread pool.
+    pub(super) fn on_surfaces(
+        lights: &[Vpl],
+        routes: &[Route],
+        caustics: &[Vpl],
+        tracer: &Tracer,
+        view: &View<'_>,
+    ) -> (Option<Self>, Option<LightAccount>) {
+        if !is_sharp(view) {
+            return (None, None);
+        }
+        (Self::of(caustics, tracer, view), LightAccount::of(lights, routes, tracer, view))
+    }
+
+    fn at(&self, pixel: [u32; 2]) -> [f64; 2] {
+        self.pixels[pixel[1] as usize * self.width as usize + pixel[0] as usize].map(f64::from)
+    }
+
+    /// Approximate luminance in a pixel (W·m⁻²·sr⁻¹).
+    pub fn importance_radiance(&self, pixel: [u32; 2]) -> f64 {
+        self.at(pixel)[0]
+    }
+
+    /// Approximate luminance in a pixel less two standard errors, at least zero (W·m⁻²·sr⁻¹).
+    pub fn importance_least(&self, pixel: [u32; 2]) -> f64 {
+        let [sum, squares] = self.at(pixel);
+        (sum - 2.0 * squares.sqrt()).max(0.0)
+    }
+}
+
+/// Account of the light that surfaces in view send to the camera, by light paths alone: approximate
+/// shares of the mean luminance of the image, without emission that the camera sees.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LightAccount {
+    /// Mean luminance of the image (W·m⁻²·sr⁻¹).
+    pub luminance: f64,
+    /// Shares by [`Way`].
+    pub by_way: [f64; Way::COUNT],
+    /// Shares by [`Origin`].
+    pub by_origin: [f64; Origin::COUNT],
+}
+
+impl LightAccount {
+    /// The account of these VPLs; none if the camera sees none of them.
+    fn of(lights: &[Vpl], routes: &[Route], tracer: &Tracer, view: &View<'_>) -> Option<Self> {
+        let step = lights.len().div_ceil(MOST_IN_ACCOUNT).max(1);
+        let thinned: Vec<Vpl> = lights.iter().step_by(step).copied().collect();
+        let mut account = Self::default();
+        for Seen { light, luminance, .. } in project(&thinned, tracer, view) {
+            let Route { origin, way } = routes[light * step];
+            account.luminance += f64::from(luminance);
+            account.by_way[way as usize] += f64::from(luminance);
+            account.by_origin[origin as usize] += f64::from(luminance);
+        }
+        let whole = account.luminance;
+        let pixels = f64::from(view.size[0]) * f64::from(view.size[1]);
+        (whole > 0.0).then(|| Self {
+            luminance: whole * step as f64 / pixels,
+            by_way: account.by_way.map(|part| part / whole),
+            by_origin: account.by_origin.map(|part| part / whole),
+        })
+    }
+}
+
+/// Returns true if each point of the scene lies in one place of the image.
+fn is_sharp(view: &View<'_>) -> bool {
+    view.camera.lens.radius == 0.0 && view.camera.motion.is_none()
+}
+
+/// Light of a point in a pixel.
+struct Seen {
+    /// Number of the light.
+    light: usize,
+    /// Number of the pixel, row by row.
+    pixel: usize,
+    /// Luminance (W·m⁻²·sr⁻¹).
+    luminance: f32,
+}
+
+/// Light of the visible ones of these lights, in their order.
+fn project(lights: &[Vpl], tracer: &Tracer, view: &View<'_>) -> Vec<Seen> {
+    let mut shadows = Shadows::new(Glass::SolidStops);
+    let mut seen = Vec::new();
+    for (number, light) in lights.iter().enumerate() {
+        if let Some((pixel, luminance, eye)) = from_eye(light, view) {
+            shadows.push((eye, view.camera.medium), light.apex());
+            seen.push(Seen { light: number, pixel, luminance });
+        }
+    }
+    for (seen, passing) in seen.iter_mut().zip(shadows.trace(tracer)) {
+        seen.luminance *= passing.max_channel();
+    }
+    seen
+}
+
+/// Pixel of a point, as its place in the image, luminance there, and origin of its camera ray; none if
+/// the point is outside the image or turned away.
+fn from_eye(light: &Vpl, view: &View<'_>) -> Option<(usize, f32, Vec3)> {
+    if light.kind != VplKind::Oriented {
+        return None;
+    }
+    let (film, area) = view.camera.project(light.position, view.size)?;
+    let ray = view.camera.ray(&CameraSample { film, lens: [0.5; 2], time: 0.5 }, view.size)?;
+    let cos = -light.direction.dot(ray.direction);
+    let pixel = film.floor().as_ivec2();
+    let [width, height] = view.size.map(|side| side as i32);
+    let is_inside = cos > 0.0 && (0..width).contains(&pixel.x) && (0..height).contains(&pixel.y);
+    let luminance = light.intensity.luminance() * cos / area;
+    is_inside.then_some(((pixel.y * width + pixel.x) as usize, luminance, ray.origin))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::{DAffine3, DVec3};
+
+    use super::*;
+    use crate::accel::Tracer;
+    use crate::gather::GatherOptions;
+    use crate::math::motion::Track;
+    use crate::scene::{Camera, Lens, builtin};
+    use crate::vpl::VplOptions;
+
+    /// The lamp of the box lies in the upper half of its picture, at the same place for all times.
+    #[test]
+    fn lamps_are_known_to_cameras_that_stand_and_have_no_lens() {
+        let tracer = Tracer::new(Arc::new(builtin::tiny()));
+        let tracing = LightTracer::new(&tracer, &VplOptions::default()).unwrap();
+        let camera = Camera::look_at("c", Vec3::new(1.0, 0.5, 2.5), Vec3::new(1.0, 2.0, 1.0), Vec3::Y, 0.7);
+        let learn = |camera: &Camera| {
+            let view = View { camera, size: [8, 8], gather: GatherOptions::default(), seed: 1 };
+            SeenLight::lamps(&tracing, &view, 2)
+        };
+        let seen = learn(&camera).expect("the lamp is in the picture");
+        let brightest = (0..64).map(|i| seen.importance_radiance([i % 8, i / 8])).fold(0.0, f64::max);
+        assert!((10.0..20.0).contains(&brightest), "{brightest}: a pixel that the lamp fills");
+        assert!(learn(&Camera { lens: Lens::round(0.1, 2.0), ..camera.clone() }).is_none());
+        let linear = camera.to_world.matrix3.as_dmat3();
+        let at = |x: f64| DAffine3 {
+            matrix3: linear,
+            translation: camera.to_world.translation.as_dvec3() + DVec3::X * x,
+        };
+        let moving =
+            camera.clone().moving(Track::new([(0.0, at(-0.1)), (1.0, at(0.1))]).unwrap(), [0.0, 1.0]);
+        assert!(moving.motion.is_some() && learn(&moving).is_none());
+    }
+}
