@@ -1,8 +1,8 @@
-"""Measures the prose of comments and documents by module, and holds it to allowances that only fall.
+"""Measures the prose of comments and documents by module, against allowances that only fall.
 
     python3 scripts/words.py                 a table of all modules
     python3 scripts/words.py --check         fails where a module exceeds its allowance
-    python3 scripts/words.py --lower         lowers the allowances to what was measured
+    python3 scripts/words.py --lower         lowers the allowances to the measures
     python3 scripts/words.py --list FILE...  every finding of these files, with its line
 
 Columns, in the order of scripts/words.txt:
@@ -38,7 +38,7 @@ TOKEN = re.compile(r'r(#+)".*?"\1|"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])\'|//[^\n]*
 
 
 class Prose:
-    """Comments and paragraphs of one file: (line, text, is the opening of a documentation, item)."""
+    """Comments and paragraphs of one file: (line, text, true at the start of a document, item)."""
 
     def __init__(self, path):
         self.path = path
@@ -68,7 +68,8 @@ class Prose:
                 self.parts.append((number, body, begins, self._item(number) if begins else None))
 
     def _item(self, number):
-        """Name of the item that the documentation on this line belongs to, and the size of the block."""
+        """Name of the item that the documentation on this line belongs to; none for longer
+        blocks."""
         size = number
         while size < len(self.lines) and self.lines[size].lstrip().startswith("///"):
             size += 1

@@ -1,7 +1,7 @@
-//! How far a film is from a reference: numbers, a picture of the error, a page.
+//! Comparison of a film with a reference: numbers, a picture of the error, a page.
 //!
-//! [`compare()`] measures; everything else shows what it measured. Nothing here touches files: pictures and pages are bytes, which the
-//! caller writes.
+//! [`compare()`] measures; everything else presents its results. Nothing here accesses files:
+//! pictures and pages are bytes, which the caller writes.
 
 #![forbid(unsafe_code)]
 

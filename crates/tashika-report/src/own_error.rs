@@ -6,14 +6,14 @@
 //! |r − T| ≤ q,    q = z s,    P(|Z| ≤ z) = 99.9 %
 //! ```
 //!
-//! | the reference says of a pixel | `q` (W·m⁻²·sr⁻¹) |
+//! | information of the reference about a pixel | `q` (W·m⁻²·sr⁻¹) |
 //! |---|---|
 //! | it is exact | 0 |
 //! | an interval of half-width `h` at confidence `c` | `h z(99.9 %) / z(c)` |
-//! | a standard error `s` | `z s`; of `n` paths `t s`, Student's quantile with `n − 1` degrees of freedom |
+//! | a standard error `s` | `z s`; of `n` paths `t s`: Student's `t`, `n − 1` degrees of freedom |
 //! | its error is not known (NaN), or it is one path | infinite |
-//! | that it is audited: of a single pixel nothing is known | 0: it is taken for the truth |
-//! | nothing, as films of other renderers | 0: it is taken for the truth |
+//! | it is audited: of a single pixel nothing is known | 0: it is taken for the truth |
+//! | none, as in films of other renderers | 0: it is taken for the truth |
 //!
 //! # Assumption
 //! Errors of the reference are approximately normal. Means of many paths are, unless few paths

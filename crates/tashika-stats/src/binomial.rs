@@ -9,12 +9,12 @@
 //! ```
 //!
 //! (Clopper, Pearson 1934). `P(X ≥ k)` is the regularised incomplete beta function
-//! `I_p(k, n − k + 1)`. Its parameters are whole, so that it is summed here as the tail that it is:
-//! positive terms from the one nearest the mean outwards, each from its neighbour, the first by
-//! Stirling's series with its error terms split off so that large `n` cancels (Loader 2000).
+//! `I_p(k, n − k + 1)`. Its parameters are whole, so that it is summed here as a tail: positive
+//! terms from the one nearest the mean outwards, each from its neighbour, the first by Stirling's
+//! series with its error terms split off so that large `n` cancels (Loader 2000).
 //!
 //! # Guarantee
-//! The interval covers the true probability with at least the confidence asked for, whatever the
+//! The interval covers the true probability with at least the given confidence, whatever the
 //! probability, if trials are independent and equally probable. Ends are right to a relative 10⁻⁹
 //! for up to 10⁸ trials.
 //!
@@ -33,8 +33,8 @@ pub struct Interval {
     pub high: f64,
 }
 
-/// The Clopper–Pearson interval of a probability, from `successes` of `trials`; everything if there
-/// were no trials.
+/// The Clopper–Pearson interval of a probability, from `successes` of `trials`; `[0, 1]` without
+/// trials.
 ///
 /// * `confidence` in `(0, 1)`.
 ///
@@ -56,7 +56,7 @@ fn lower_end(k: u64, n: u64, tail: f64) -> f64 {
     if k == 0 {
         return 0.0;
     }
-    // At p = k/n the tail is about one half; only a confidence near zero asks for more.
+    // At p = k/n the tail is about one half; only a confidence near zero needs more.
     let (mut low, mut high) = (0.0, if tail < 0.25 { k as f64 / n as f64 } else { 1.0 });
     // Halves the interval until it has no number inside: 64 steps, and as many as `low` has leading
     // zeros.
@@ -92,7 +92,7 @@ fn sum_of_products(ratios: impl Iterator<Item = f64>) -> f64 {
     for ratio in ratios {
         term *= ratio;
         sum += term;
-        // What is left is at most a geometric series of this ratio.
+        // The rest is at most a geometric series of this ratio.
         if term < 1e-17 * sum * (1.0 - ratio) {
             break;
         }

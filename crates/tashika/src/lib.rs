@@ -1,7 +1,7 @@
 //! # tashika: a many-light renderer that knows its own error
 //!
-//! State a tolerance and a confidence; each pixel is rendered until it is within the tolerance, and
-//! says how sure it is and why.
+//! State a tolerance and a confidence: each pixel is rendered until it is within the tolerance, and
+//! states its error interval and the reason for which work on it ended.
 //!
 //! ```
 //! use tashika::{Claim, Renderer, RenderFilm, scene::builtin};
@@ -28,12 +28,12 @@
 //! metres, radiance in W·m⁻²·sr⁻¹, colours linear Rec. 709. All work runs on the current thread
 //! pool; the same request gives the same bits on any number of threads.
 //!
-//! The rest of the modules is what these are made of: public for experiments, and no boundary that
-//! is kept from one version to the next.
+//! The other modules are the parts of these: public for experiments, without a stable interface
+//! from one version to the next.
 //!
 //! # Crates
-//! Each part can be used alone, with no more dependencies than it needs; this crate has them all,
-//! but for `io` without its feature `formats`, which is on by default.
+//! Each part can be used alone, with no more dependencies than it needs. This crate has all of
+//! them, except for `io` without its feature `formats`, which is on by default.
 //!
 //! | crate | modules |
 //! |---|---|
@@ -47,8 +47,8 @@
 //! | `tashika` | [`experiment`], [`io`], [`renderer`] |
 //!
 //! # Layers
-//! From the bottom; a module uses only those above it in this list (kept by Cargo between crates, by
-//! the test `tidy` within them).
+//! From the bottom; a module uses only those above it in this list (kept by Cargo between crates,
+//! by the test `tidy` within them).
 //!
 //! | layer | modules |
 //! |---|---|

@@ -8,7 +8,7 @@ use super::frame::Frame;
 /// All directions within an angle `β` of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
-    /// Unit axis, to `f32` rounding.
+    /// Axis of unit length, to the rounding of `f32`.
     pub axis: Vec3,
     /// `cos β`: 1 for the axis alone, −1 for all directions, above 1 for none.
     pub cos: f32,
@@ -26,20 +26,20 @@ impl Cone {
         Self { axis: direction, cos: 1.0 }
     }
 
-    /// Whether it holds no direction.
+    /// Returns true if the cone holds no direction.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.cos > 1.0
     }
 
-    /// Whether it holds every direction.
+    /// Returns true if the cone holds every direction.
     #[inline]
     pub fn is_all(&self) -> bool {
         self.cos <= -1.0
     }
 
-    /// Whether the direction of `v` (any length but zero) lies in the closed cone. In `f64`, with
-    /// 10⁻¹⁵ for its rounding.
+    /// Returns true if the direction of `v` (any length but zero) lies in the closed cone. Computed
+    /// in `f64`, with a margin of 10⁻¹⁵ for its rounding.
     #[inline]
     pub fn contains(&self, v: Vec3) -> bool {
         let (a, v) = (self.axis.as_dvec3(), v.as_dvec3());
@@ -67,9 +67,9 @@ impl Cone {
 
     /// A cone that holds both: the smallest one, to rounding.
     ///
-    /// Axis: the middle of the arc from the far side of one to the far side of the other. The angle
-    /// is then the larger of `∠(axis, axisᵢ) + βᵢ`, in `f64` for the axis as rounded, and rounded
-    /// up; so the result holds both, wherever the rounding took the axis. Tested by
+    /// The axis is the middle of the arc from the far side of one cone to the far side of the
+    /// other. The angle is the larger of `∠(axis, axisᵢ) + βᵢ`, in `f64` for the rounded axis, and
+    /// rounded up; so the result holds both, however the axis was rounded. Tested by
     /// `cone::unions_hold_both_and_little_more`.
     #[must_use]
     #[inline]
@@ -105,7 +105,7 @@ fn angle(a: Vec3, b: Vec3) -> f32 {
     2.0 * atan2((a - b).length(), (a + b).length())
 }
 
-/// `from`, turned by `angle` towards `to`.
+/// Rotates `from` by `angle` (radians) towards `to`.
 #[inline]
 fn turned(from: Vec3, to: Vec3, angle: f32) -> Vec3 {
     let across = to - from * from.dot(to);

@@ -29,7 +29,7 @@ const LARGE: f64 = 65536.0;
 /// Positions in single precision relative to an origin.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LocalPlaces {
-    /// The origin (m).
+    /// Point that the offsets are relative to (m).
     pub origin: DVec3,
     /// Positions relative to the origin (m).
     pub places: Vec<Vec3>,

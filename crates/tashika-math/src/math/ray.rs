@@ -10,7 +10,7 @@ pub struct Ray {
     pub origin: Vec3,
     /// Direction; need not have unit length, `t` counts in its lengths.
     pub direction: Vec3,
-    /// Hits at or beyond this parameter do not count.
+    /// Hits at or beyond this parameter are ignored.
     pub t_max: f32,
 }
 

@@ -1,4 +1,4 @@
-//! What floating-point arithmetic can get wrong, as numbers.
+//! Bounds of the errors of floating-point arithmetic.
 //!
 //! With the unit roundoff `u = 2⁻²⁴` of `f32`, a sum or product of `n` rounded operations has a
 //! relative error of at most `γ_n = n·u / (1 − n·u)` (Higham 2002, section 3.1).

@@ -42,7 +42,7 @@ impl Corners {
     }
 }
 
-/// The shading normal after perturbation.
+/// Returns the shading normal after perturbation.
 ///
 /// * `normal`: unit shading normal; `geometric`: unit geometric normal, in the same hemisphere.
 pub(super) fn perturbed(
@@ -58,7 +58,7 @@ pub(super) fn perturbed(
         NormalInput::Map { texture, scale } => {
             let t = textures.numbers(*texture, uv).0;
             let tangent = (du - normal * normal.dot(du)).normalize_or_zero();
-            // Texture coordinates run down; the map's green runs up.
+            // Texture coordinates run down; green of the map runs up.
             let up = -dv;
             let bitangent = (up - normal * normal.dot(up) - tangent * tangent.dot(up)).normalize_or_zero();
             tangent * ((2.0 * t.r - 1.0) * scale)
@@ -70,7 +70,8 @@ pub(super) fn perturbed(
             let middle = at(Vec2::ZERO);
             let slope_u = (at(Vec2::new(STEP, 0.0)) - middle) / STEP;
             let slope_v = (at(Vec2::new(0.0, STEP)) - middle) / STEP;
-            // In the tangent plane of the shading normal, so that a flat height changes nothing.
+            // In the tangent plane of the shading normal, so that a constant height changes
+            // nothing.
             let du = du - normal * normal.dot(du);
             let dv = dv - normal * normal.dot(dv);
             let turned = (du + normal * slope_u).cross(dv + normal * slope_v);

@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 
 use crate::shell::{Outcome, Shell};
 
-/// Where they are, beside the checkout.
+/// Folder of the scenes, beside the checkout.
 const SCENES: &str = "../shared/scenes";
-/// The list of those that are rendered.
+/// List of the scenes that are rendered.
 const LIST: &str = "record/contact-sheet/scenes.txt";
-/// Fewest of these, and fewest corner cases.
+/// Fewest scenes of the list, and fewest corner cases.
 const FEWEST: [usize; 2] = [30, 100];
 
-/// Renders all of them, small: pictures of the scenes; of corner cases and damaged files a picture
-/// or a message, never a crash.
+/// Renders all scenes, small: those of the list have to give pictures; corner cases and damaged
+/// files a picture or a message, never a crash.
 pub fn check(shell: &Shell, program: &Path) -> Outcome<()> {
     let scenes = shell.root().join(SCENES);
     if !(scenes.join("unpack").is_file() && shell.has("xz")) {
@@ -57,7 +57,7 @@ pub fn check(shell: &Shell, program: &Path) -> Outcome<()> {
     Ok(())
 }
 
-/// The scenes in folders of conformance files, in order.
+/// Scenes in folders of conformance files, in order.
 fn corner_cases(folder: &Path) -> Outcome<Vec<PathBuf>> {
     let mut found = Vec::new();
     let mut waiting: Vec<PathBuf> = entries(folder)?

@@ -1,4 +1,4 @@
-//! What pilot segments tell of the visibility of lights.
+//! Tests of the visibility of lights as measured by pilot segments.
 
 use std::sync::Arc;
 
@@ -11,8 +11,8 @@ use crate::scene::builtin;
 use crate::tree::{LightTree, LightTreeBuilder};
 use crate::vpl::{Provenance, Vpl, VplKind, VplOptions, VplSet};
 
-/// The view of the built-in box, lit by its own VPLs and by as many outside of it, whom nothing in
-/// it can see.
+/// The view of the built-in box, lit by its own VPLs and by as many outside of the box, which are
+/// not visible from within.
 fn with_pilot<T>(work: impl FnOnce(&Pilot<'_>) -> T) -> T {
     let tracer = Tracer::new(Arc::new(builtin::tiny()));
     let traced = VplSet::trace(&tracer, &VplOptions { count: 300, ..VplOptions::default() }).unwrap();

@@ -9,14 +9,14 @@
 
 use super::{Constants, measured::ENERGY_NM};
 
-/// A metal: free electrons, then bound ones.
+/// A metal: free electrons, then bound electrons.
 struct Metal {
     symbol: &'static str,
-    /// `ω_p`.
+    /// Plasma frequency `ω_p` as photon energy (eV).
     plasma: f64,
-    /// `(f₀, Γ₀)`.
+    /// Strength and damping `(f₀, Γ₀)`.
     free: (f64, f64),
-    /// `(fⱼ, Γⱼ, ωⱼ)`.
+    /// Strengths, dampings and resonances `(fⱼ, Γⱼ, ωⱼ)`.
     bound: &'static [(f64, f64, f64)],
 }
 
@@ -72,7 +72,7 @@ const METALS: [Metal; 8] = [
     },
 ];
 
-/// The constants of a metal by its symbol in lower case.
+/// Optical constants of a metal, given its symbol in lower case.
 pub(super) fn constants(symbol: &str) -> Option<Constants> {
     let metal = METALS.iter().find(|m| m.symbol == symbol)?;
     let samples = || (380_u16..=780).step_by(10).map(f32::from);
@@ -83,7 +83,7 @@ pub(super) fn constants(symbol: &str) -> Option<Constants> {
 }
 
 impl Metal {
-    /// `[η, k]` at a wavelength.
+    /// Index and extinction coefficient `[η, k]` at a wavelength.
     fn index(&self, nm: f32) -> [f32; 2] {
         let w = ENERGY_NM / f64::from(nm);
         let (mut re, mut im) = (1.0, 0.0);

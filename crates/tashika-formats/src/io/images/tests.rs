@@ -1,4 +1,4 @@
-//! Tests of every format but OpenEXR against exact values, and with damaged files.
+//! Tests of every format except OpenEXR against exact values, and with damaged files.
 
 use ::exr::prelude::f16;
 use image::{ImageBuffer, Luma, LumaA, Rgb, Rgba};
@@ -75,7 +75,7 @@ fn eight_bits_stay_eight() {
     assert!(matches!(image.pixels, Pixels::Srgb8(t) if t == [[1, 2, 3, 4]]));
 }
 
-/// Size and texels of a floating-point image, and how many of them were repaired.
+/// Size and texels of a floating-point image, and the number of repaired texels.
 pub(super) fn floats(bytes: &[u8]) -> ([u32; 2], Vec<[f32; 3]>, u64) {
     let decoded = decoded(bytes, "a").unwrap();
     let mut notes = Notes::default();
@@ -172,10 +172,11 @@ struct Tiff {
 const TILED: Tiff =
     Tiff { size: [7, 5], tile: Some(4), bits: 8, format: 1, samples: 3, extra: None, planar: false };
 
-/// The bytes; `value` gives the bits of a sample at a texel, by image, as little-endian bytes.
+/// Bytes of the file; `value` gives the bits of a sample at a texel, by image, as little-endian
+/// bytes.
 fn tiff(images: &[Tiff], value: impl Fn(usize, u32, u32, u16) -> Vec<u8>) -> Vec<u8> {
     let mut bytes = b"II\x2a\0\0\0\0\0".to_vec();
-    // Where the address of the next directory is written.
+    // Position of the address of the next directory.
     let mut link = 4;
     for (number, image) in images.iter().enumerate() {
         let ([width, height], side) = (image.size, image.tile);
@@ -188,7 +189,7 @@ fn tiff(images: &[Tiff], value: impl Fn(usize, u32, u32, u16) -> Vec<u8>) -> Vec
                     let mut raw = Vec::new();
                     for (y, x) in (top..top + down).flat_map(|y| (left..left + across).map(move |x| (y, x))) {
                         let samples = if image.planar { plane..plane + 1 } else { 0..image.samples };
-                        // Beyond the picture tiles are filled with anything.
+                        // Beyond the picture, tiles may contain anything.
                         let (x, y) = (x.min(width - 1), y.min(height - 1));
                         raw.extend(samples.flat_map(|sample| value(number, x, y, sample)));
                     }
@@ -246,7 +247,7 @@ fn tiff(images: &[Tiff], value: impl Fn(usize, u32, u32, u16) -> Vec<u8>) -> Vec
     bytes
 }
 
-/// A number that tells samples apart, below 128.
+/// A number below 128 that identifies a sample.
 fn number(x: u32, y: u32, sample: u16) -> u16 {
     (y * 7 + x) as u16 * 3 + sample
 }
@@ -277,7 +278,7 @@ fn tiled_tiffs_give_their_largest_level_in_every_depth() {
                 .zip(&expected)
                 .all(|(t, [r, g, b])| { *t == [r + 1000, g + 1000, b + 1000, 0xffff] })
         );
-        // A quarter of each number, which halves have too.
+        // A quarter of each number, which halves represent exactly.
         let floats: Vec<[f32; 3]> = expected.iter().map(|e| e.map(|v| f32::from(v) * 0.25)).collect();
         let quarter = |v: u16| f32::from(v) * 0.25;
         for (bits, value) in [
@@ -341,7 +342,7 @@ fn damaged_tiffs_are_refused_or_read() {
             }
         }
     }
-    // One tile of 16384² texels in a file of 300 bytes: refused before memory is asked for.
+    // One tile of 16384² texels in a file of 300 bytes: refused before memory is allocated.
     let mut huge = tiff(&[Tiff { size: [1, 1], ..TILED }], |_, _, _, _| vec![0]);
     for tag in [256_u16, 257, 322, 323] {
         let field = [tag.to_le_bytes(), 4_u16.to_le_bytes()].concat();

@@ -1,8 +1,8 @@
-//! Text of attributes into numbers, vectors and colours.
+//! Conversion of attributes from text to numbers, vectors and colours.
 //!
 //! Numbers in lists are separated by blanks, commas, or both. Every number must be finite. Names
-//! become the snake case of Mitsuba 3 (`intIOR` and `int_ior` are one name), so that the rest of
-//! the loader knows one spelling.
+//! become the snake case of Mitsuba 3, so that the rest of the loader sees one spelling: `intIOR`
+//! and `int_ior` are one name.
 //!
 //! Held to this by the tests below.
 
@@ -21,7 +21,7 @@ pub(super) enum Spectrum {
     Samples(Vec<(f32, f32)>),
 }
 
-/// A finite number.
+/// Parses a finite number in double precision.
 pub(super) fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|v: &f64| v.is_finite())
 }
@@ -66,12 +66,12 @@ pub(super) fn rgb(text: &str) -> Option<Rgb> {
     vector(text).map(|v| Rgb::new(v.x as f32, v.y as f32, v.z as f32)).filter(|c| c.is_finite())
 }
 
-/// As [`rgb`], with numbers that are sRGB.
+/// As [`rgb`], for numbers that are sRGB.
 pub(super) fn srgb(text: &str) -> Option<Rgb> {
     if text.trim().starts_with('#') { rgb(text) } else { rgb(text).map(|c| c.map(srgb_decode)) }
 }
 
-/// `rrggbb`; an `aa` after it is not used.
+/// `rrggbb`; an `aa` after it is ignored.
 fn hexadecimal(digits: &str) -> Option<Rgb> {
     if !matches!(digits.len(), 6 | 8) || !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
         return None;
@@ -92,7 +92,7 @@ pub(super) fn spectrum(text: &str) -> Option<Result<Spectrum, Rgb>> {
     }
     let words = text.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty());
     let mut samples = Vec::new();
-    // Blanks about the colon are accepted, so that words are put together first.
+    // Blanks around the colon are accepted: words are joined first.
     let joined: Vec<&str> = words.collect();
     for pair in joined.join(" ").replace(" :", ":").replace(": ", ":").split(' ') {
         let (wavelength, value) = pair.split_once(':')?;
@@ -101,7 +101,7 @@ pub(super) fn spectrum(text: &str) -> Option<Result<Spectrum, Rgb>> {
     Some(Ok(Spectrum::Samples(sorted(samples)?)))
 }
 
-/// The lines of a `.spd` file: wavelength and value; `#` begins a comment.
+/// Reads the lines of a `.spd` file: wavelength and value; `#` begins a comment.
 pub(super) fn spectrum_file(bytes: &[u8]) -> Option<Spectrum> {
     let mut samples = Vec::new();
     for line in std::str::from_utf8(bytes).ok()?.lines() {

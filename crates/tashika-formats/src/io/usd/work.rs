@@ -1,7 +1,7 @@
 //! Bounds on the work and the memory of a scene, in proportion to the bytes of its layers.
 //!
 //! References that name prims with two references each double the work, level by level: a file of 3
-//! kB can ask for as much as one of a gigabyte. With `n` bytes of layers, the limit of each
+//! kB can require as much as one of a gigabyte. With `n` bytes of layers, the limit of each
 //! resource is
 //!
 //! ```text

@@ -1,7 +1,6 @@
 //! Vectors of AVX-512: eight or sixteen numbers a register, and masks of one bit a number.
 //!
-//! The set is that of AVX2 and F, BW, CD, DQ and VL, which every processor for servers has that has
-//! any.
+//! The set is AVX2 with F, BW, CD, DQ and VL: every server processor with AVX-512 has them all.
 //!
 //! # Safety
 //! The types are private to `simd` and reach others through [`Token::run`] alone, so that the

@@ -48,7 +48,7 @@ operators! { [] Neon:
 }
 
 impl Neon {
-    /// Bits of the sign.
+    /// Sign bit of each number.
     #[inline(always)]
     fn signs(self) -> [uint32x4_t; 2] {
         let bits = self.to_bits();
@@ -80,7 +80,7 @@ impl Real for Neon {
         Self(instruction!(|_h| vdupq_n_f32(x)))
     }
 
-    // The instructions for minimum and maximum treat zeros and NaN in another way.
+    // The instructions for minimum and maximum treat zeros and NaN differently.
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         Self::select(other.gt(self), self, other)

@@ -23,7 +23,7 @@ fn read(name: &str) -> Layer {
     parse(Bytes { all: Rc::new(bytes), from: 0, to }, &path, 1 << 20).unwrap()
 }
 
-/// Texts have six digits of halves, and of floats those that give them back.
+/// Compares values up to the digits in text: six for halves, as many as restore them for floats.
 fn alike(a: &Value, b: &Value) -> bool {
     let near = |a: &[f64], b: &[f64]| {
         a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-6 * a.abs())
@@ -83,7 +83,7 @@ fn both_encodings_say_the_same_of_prims() {
             same(a, b, *i, *j);
         }
     }
-    // What the file says of itself is no prim.
+    // The fields of the file itself are no prim.
     for (name, i) in &written.prims[0].children {
         same(&written, &packed, *i, packed.prims[0].by_name[name]);
     }
