@@ -5,11 +5,11 @@
                                     [TARGET...]
     python3 scripts/fuzz_program.py target/release/tashika --scale [TARGET...]
 
-Needs nothing but Python and Linux. Each input is a file for one process of the program (`info`, and
-for one in eight of the files that are read a picture of 4 × 4 pixels), with limits of its own:
---limit seconds and --memory MiB. Inputs are the seeds of fuzz/seeds, changed by bits, by tokens and
-by structure: numbers become extreme, parts are repeated, nested in themselves, or doubled.
-`--scale` writes families of files that grow, of 60 kB to 1 MB, and reports the seconds per
+Needs nothing but Python and Linux. Each input is a file for `info`; one in eight of the files that
+are read is rendered as well, to a picture of 4 × 4 pixels. Each run is a process with limits of its
+own: --limit seconds and --memory MiB. Inputs are the seeds of fuzz/seeds, changed by bits, by
+tokens and by structure: numbers become extreme, parts are repeated, nested in themselves, or
+doubled. `--scale` writes families of files that grow, of 60 kB to 1 MB, and reports the seconds per
 megabyte: quadratic time stands out.
 
 A finding is an exit code that the guide does not name, a signal, or more than the limits. It is

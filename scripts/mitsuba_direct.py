@@ -4,11 +4,11 @@
     pip install mitsuba numpy
     python3 scripts/mitsuba_direct.py 64x64 8192 SCENE.xml...
 
-Both estimate the same picture. Where they differ, the light sent from emitters is not the light
-that surfaces see of them: shadow segments end short of the emitter by a share of their length, and
-emitters are evaluated by their shading normals. Every material is a diffuse one of reflectance 0.5,
-so that both have little noise. Where LLVM is not found, name its library in `DRJIT_LIBLLVM_PATH`.
-"""
+Both estimate the same picture. Where they differ, the light that emitters send is not the light
+that surfaces receive from them: shadow segments end short of the emitter by a share of their
+length, and emitters are evaluated by their shading normals. Every material is a diffuse one of
+reflectance 0.5, so that both have little noise. Where LLVM is not found, name its library in
+`DRJIT_LIBLLVM_PATH`. """
 
 import re
 import sys

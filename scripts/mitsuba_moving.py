@@ -10,11 +10,10 @@ ahead and turned by 8 degrees. With `--objects` the camera stands, and the boxes
 Cornell box go and turn instead (by paths only). Ours is one picture with the shutter open from 0 to
 1 s, by paths and by each of the further options (default: --error 2%); Mitsuba's is the mean of 64
 pictures in the middle of as many parts of that time. Printed are the ratio of mean luminances with
-its standard error, and the differences of pixels: the root of their mean square, relative to the
-mean, beside its value by the standard errors of both; and these for the scene that stands in the
-middle, to show the effect of the motion. The film's filter is a box. Where LLVM is not found, name
-its library in `DRJIT_LIBLLVM_PATH`.
-"""
+its standard error, and the root mean square of the differences of pixels, relative to the mean,
+beside its value by the standard errors of both. The same numbers are printed for the scene that
+stands in the middle, to show the effect of the motion. The film's filter is a box. Where LLVM is
+not found, name its library in `DRJIT_LIBLLVM_PATH`. """
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""Writes crates/tashika-report/src/measures/independent.txt: measures by programs of others.
+"""Writes crates/tashika-report/src/measures/independent.txt: measures by independent programs.
 
     pip install flip-evaluator==1.7 scikit-image==0.26.0
     python3 scripts/picture_measures.py

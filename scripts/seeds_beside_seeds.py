@@ -5,13 +5,12 @@
     python3 scripts/seeds_beside_seeds.py target/release/tashika SEEDS SCENE [OPTION...]
 
 Renders with seeds 1 to SEEDS. Each pixel's value is compared with the mean of those of the other
-seeds, and its half-width `h` with the distance. That mean has an error too, whose half-width is
-`g = sqrt(sum of their squared half-widths) / (SEEDS - 1)`, so that intervals that are right at
-their confidence hold as often within `sqrt(h^2 + g^2)`. Light that no seed met is not seen. Printed
-are the share of pixels that claim, of claims that hold, and of claims within the error of that mean
+seeds, and its half-width `h` with the distance. That mean has an error too, of half-width
+`g = sqrt(sum of their squared half-widths) / (SEEDS - 1)`. So intervals that are right at their
+confidence hold as often within `sqrt(h^2 + g^2)`. Light that no seed met is not seen. Printed are
+the share of pixels that claim, of claims that hold, and of claims within the error of that mean
 (relative to it, or the film's absolute error); pixels whose mean is too uncertain (g above a half
-of the tolerance) are omitted from the last.
-"""
+of the tolerance) are omitted from the last. """
 
 import subprocess
 import sys

@@ -13,7 +13,7 @@ Columns, in the order of scripts/words.txt:
     echoes     documentation comments of at most four words that repeat the name of their item
     long       lines of prose over 100 characters
 
-The measures judge no sentence: they keep a text from going back to habits that it has left.
+The measures do not judge sentences: they keep a text from going back to habits that it has left.
 """
 
 import argparse

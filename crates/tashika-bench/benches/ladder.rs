@@ -6,9 +6,11 @@
 //! The built-in room is always measured; `--scene` adds another scene. Rows that need Embree are
 //! omitted without `--embree`, and the row of Mitsuba without `--mitsuba` (the head of
 //! `scripts/mitsuba_beside.py` lists the scenes that it takes). Times are medians of ratios in the
-//! same round. In windows of less than a few cells of 16x16 pixels, the work that is done once for
-//! a pixel's neighbourhood is too large a share; in large windows, whole sums of many terms take
-//! long: `--crop` and `--only` choose.
+//! same round.
+//!
+//! Choose the window with `--crop` and the rows with `--only`. In windows of less than a few cells
+//! of 16x16 pixels, the work that is done once for a pixel's neighbourhood is too large a share. In
+//! large windows, whole sums of many terms take long.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 
@@ -251,8 +253,8 @@ fn threads(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     Ok(Some(format!("{speed:.2} ({:.2}-{:.2})", speeds[0], speeds[speeds.len() - 1])))
 }
 
-/// Renders ours and measures its processor time; the script reads our image and prints the time of
-/// Mitsuba.
+/// Renders the scene and measures the processor time of the render. The script reads the image and
+/// prints the time that Mitsuba takes for as many right pixels.
 fn mitsuba(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     let (Some(file), None) = (&args.mitsuba, &of.scene) else { return Ok(None) };
     let error = of.error.unwrap_or(0.02);

@@ -1,5 +1,5 @@
-//! The parts of a pixel, each alone: gather points, their tree, bounds of pairs, lists of terms,
-//! and the pixel as a whole.
+//! Times of the parts of a pixel, each alone: gather points, their tree, bounds of pairs, lists of
+//! terms, and the pixel as a whole.
 //!
 //!     cargo bench -p tashika-bench --bench parts -- --scene SCENE --points 16
 //!

@@ -1,4 +1,4 @@
-//! Savings and errors of mip levels for textures seen from far.
+//! Savings and errors of mip levels for textures that are far away.
 //!
 //!     cargo bench -p tashika-bench --bench texture_filtering
 //!

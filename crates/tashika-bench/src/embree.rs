@@ -363,7 +363,7 @@ impl Traced<'_> {
         (context, arguments)
     }
 
-    /// Fills `visibility` with that of each segment, in order: 0 if blocked.
+    /// Fills `visibility` with the visibility of each segment, in order: 0 if blocked.
     pub fn visibility(&self, segments: &[Segment], call: Call, visibility: &mut Vec<f32>) {
         let model = Model { scene: &self.scene, ids: &self.ids };
         let (mut context, mut arguments) = self.context(&model);

@@ -64,7 +64,7 @@ struct Report {
     /// Verdict on the claim about the whole picture; none if there is no such claim.
     picture: Option<PictureReport>,
     /// Agreement of the intervals of both films; none if no pixel is claimed by both, or the films
-    /// are about different truths or quantities.
+    /// have different truths or error metrics.
     intervals: Option<IntervalsReport>,
     files: Vec<PathBuf>,
 }
@@ -96,7 +96,7 @@ struct ClaimsReport {
     /// `kept`, `not_kept`, `reference_too_noisy` or `too_few_pixels`. None if nothing is promised,
     /// or if the reference estimates another truth.
     verdict: Option<&'static str>,
-    /// True if the reference has the VPLs and gather points that the claims are about.
+    /// True if the metadata of both films name the same truth.
     same_truth: bool,
 }
 

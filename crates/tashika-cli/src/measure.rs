@@ -34,8 +34,9 @@ pub struct Subjects<'m> {
     pub lights: Arc<LightSet>,
 }
 
-/// Loads the scene, chooses the pixels, and traces the lights of a measurement; `None` is all
-/// pixels.
+/// Loads the scene, chooses the pixels, and traces the lights of a measurement.
+///
+/// * `pixels`: number of pixels, drawn at random; `None` for all.
 pub fn prepare<'m>(
     plan: &MeasurePlan,
     asked: &Asked,

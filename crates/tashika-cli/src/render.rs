@@ -205,7 +205,7 @@ fn image(
     Ok(ended)
 }
 
-/// Failure to write a file that belongs beside the image, which is written.
+/// Failure to write a file beside the image, after the image itself was written.
 fn beside(exr: &Path, trouble: &Error) -> Failure {
     Failure::file(format!("cannot write {trouble}; the image is in {}", exr.display()))
 }

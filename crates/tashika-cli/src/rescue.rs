@@ -1,4 +1,4 @@
-//! A finished image whose file cannot be written is not lost: it goes to the folder for temporary
+//! Rescue of a finished image whose file cannot be written: it is saved in the folder for temporary
 //! files.
 
 use std::fs::{self, DirBuilder};

@@ -28,7 +28,7 @@ pub struct Served {
 }
 
 impl Served {
-    /// Serves images on a page, and opens a browser if `serving` has one.
+    /// Serves images on a page, and opens a browser if `serving.browser` is true.
     pub fn start(
         images: Vec<(String, Arc<dyn Shown>)>,
         page: Page<'static>,

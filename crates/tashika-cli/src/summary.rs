@@ -108,7 +108,7 @@ pub struct LightsReport {
     pub count: u64,
     /// VPLs on or towards emitters.
     pub direct: u64,
-    /// VPLs that light paths left.
+    /// VPLs of indirect light, at the vertices of light paths.
     pub indirect: u64,
     /// Distance below which lights grow no brighter (m); zero for no clamp.
     pub clamp_m: f32,
@@ -125,7 +125,7 @@ pub struct Triangles {
     pub stored: u64,
     /// Number in the picture.
     pub instanced: u64,
-    /// Number of those that are ignored, since no picture shows them.
+    /// Number of triangles without area, which are ignored because no picture shows them.
     pub without_area: u64,
 }
 
@@ -233,7 +233,8 @@ pub struct RenderReport {
     pub reconstructed: bool,
     /// Pixels that ran out of budget, by the name of earlier versions.
     pub budget_hit: u64,
-    /// Pixels too much of whose light is unsampled, by the name of earlier versions.
+    /// Pixels that claim nothing because too much of their light is unsampled, by the name of
+    /// earlier versions.
     pub not_found: u64,
     /// Name of the terms that the method counts as pairs.
     pub pairs_are: Option<String>,

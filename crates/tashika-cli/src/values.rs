@@ -45,7 +45,7 @@ pub fn quality(typed: &str) -> Result<Quality, String> {
     typed.parse().map_err(|_| format!("expected {}", Quality::ALL.map(Quality::name).join(", ")))
 }
 
-/// Parses two times (s): `0,0.02`.
+/// Parses the times at which a shutter opens and closes (s): `0,0.02`.
 pub fn shutter(typed: &str) -> Result<[f64; 2], String> {
     let wrong = || "expected two times in seconds, the first not above the second, such as 0,0.02".to_owned();
     let (open, close) = typed.split_once(',').ok_or_else(wrong)?;
@@ -125,7 +125,7 @@ pub fn exposure(typed: &str) -> Result<Exposure, String> {
     }
 }
 
-/// Parses the quantity whose error is controlled, by its name.
+/// Parses an error metric by its name.
 pub fn controlled(typed: &str) -> Result<Controlled, String> {
     named(&Controlled::ALL, typed)
 }

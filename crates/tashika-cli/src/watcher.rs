@@ -32,7 +32,7 @@ pub struct Watcher<'a> {
 struct Clock {
     begun: Instant,
     seconds: Seconds,
-    /// True if Ctrl-C was heeded before the phase.
+    /// True if [`interrupt::heed`] was on before the phase.
     heeded: bool,
 }
 
@@ -185,7 +185,7 @@ impl Observer for Watcher<'_> {
     }
 }
 
-/// Foreseen error of a picture in passes, in words; `None` for other films.
+/// Predicted error of a picture in passes, in words; `None` for other films.
 fn of_pass(film: &Film) -> Option<String> {
     let metadata = film.metadata();
     let (passes, foreseen) = (metadata.number(keys::PASSES)?, metadata.number(keys::FORESEEN)?);

@@ -1,4 +1,4 @@
-//! Every command of the book, run in small.
+//! Every command of the book, run at small sizes.
 //!
 //! In a block of `sh` each line is a command; those of `tashika` are run in the order of the
 //! chapter, in a folder of the chapter that has the book's room and the scenes of its gallery.
@@ -91,8 +91,8 @@ fn commands_are_found_and_made_small() {
     assert_eq!(small(&found[0]).join(" "), "tashika render a --size 12x12 --paths 4");
 }
 
-/// Images of the chapter's commands: merged shares have the same bits and the same truth as one
-/// piece.
+/// Images of the chapter's commands: merged shares have the bits and the truth of an image that is
+/// rendered in one piece.
 #[test]
 fn shares_of_the_chapter_on_farms_are_joined_to_what_one_machine_renders() {
     let text = fs::read_to_string(source().join("farm.md")).unwrap();

@@ -38,8 +38,8 @@ fn intervals_of_two_seeds_are_held_against_each_other() {
         run(folder, &format!("{path} --error 30% --seed {seed} -o {seed}.exr"));
     }
     let films = ["1.exr", "2.exr"].map(|name| read_exr(&folder.join(name)).unwrap());
-    // The second film, brighter: further from the first than intervals of 30 % reach, wherever
-    // there is light.
+    // The second film, nine times as bright: farther from the first than intervals of 30 % reach,
+    // wherever there is light.
     let mut brighter = films[1].clone();
     for (x, y) in brighter.window().pixels() {
         let color = brighter.plane("").unwrap().f32_at(x, y).iter().map(|c| 9.0 * c).collect::<Vec<_>>();

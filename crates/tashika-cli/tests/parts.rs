@@ -283,7 +283,7 @@ fn what_is_finished_survives_a_full_disk() {
     same_as_whole(folder, "a");
 }
 
-/// Stands for Slurm: runs submitted scripts at once, each task of an array once, the second of them
+/// Stand-in for Slurm: runs submitted scripts at once, each task of an array once, the second task
 /// after it was lost halfway.
 #[cfg(unix)]
 const SBATCH: &str = r#"#!/bin/sh

@@ -1,8 +1,8 @@
 //! Files of [tashika](https://github.com/tashika-render/tashika), a many-light renderer: scenes from
 //! pbrt, Mitsuba, glTF, USD and Wavefront OBJ, films to and from OpenEXR, pictures to PNG.
 //!
-//! All is in [`io`], which users of the renderer see as `tashika::io`, together with the files of
-//! VPL sets.
+//! Everything is in [`io`], which users of the renderer see as `tashika::io`, together with the
+//! files of VPL sets.
 #![forbid(unsafe_code)]
 
 pub mod io;

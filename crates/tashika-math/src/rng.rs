@@ -117,7 +117,7 @@ mod tests {
     fn streams_are_stable() {
         let mut s = Stream::new(1, Purpose::Test, 2);
         let got: Vec<u32> = (0..4).map(|_| (s.uniform() * (1 << 24) as f32) as u32).collect();
-        // Any other numbers here change every image: a value change.
+        // If these numbers change, every image changes: a value change.
         assert_eq!(got, [4_253_212, 53_849, 6_634_636, 15_927_962]);
     }
 
@@ -132,7 +132,7 @@ mod tests {
             .collect();
         let mean = pairs.iter().map(|p| p.0).sum::<f64>() / n as f64;
         let covariance = pairs.iter().map(|p| (p.0 - 0.5) * (p.1 - 0.5)).sum::<f64>() / n as f64;
-        // Standard errors are 0.0020 and 0.00059; five of them, two comparisons.
+        // Standard errors are 0.0020 and 0.00059; the limits are five of them.
         assert!((mean - 0.5).abs() < 0.0102, "mean {mean}");
         assert!(covariance.abs() < 0.003, "covariance {covariance}");
     }

@@ -6,9 +6,9 @@ use glam::{Vec2, Vec3};
 
 use crate::math::elementary::{atan2, sin_cos};
 
-/// Weight of a strategy of density `this` beside another of density `other`: the balance heuristic
-/// (Veach 1997, section 9.2). It is 1 if `this` is infinite, and 1/2 if both densities underflow to
-/// zero.
+/// Weight of a strategy with density `this` that is combined with one of density `other`, by the
+/// balance heuristic (Veach 1997, section 9.2). It is 1 if `this` is infinite, and 1/2 if both
+/// densities underflow to zero.
 #[inline]
 pub fn balance(this: f32, other: f32) -> f32 {
     let sum = this + other;
@@ -36,9 +36,9 @@ pub fn disk(u: [f32; 2]) -> Vec2 {
     }
 }
 
-/// Regular polygon of `corners` (at least 3) on the unit circle, uniform by area. Turned by
-/// `rotation` (radians) counter-clockwise from the position with a corner at `+y`. Density
-/// `1 / (n/2 · sin(2π/n))`.
+/// Regular polygon with `n = corners` corners (at least 3) on the unit circle, uniform by area. It
+/// is turned by `rotation` (radians) counter-clockwise from the position with a corner at `+y`.
+/// Density `1 / (n/2 · sin(2π/n))`.
 pub fn polygon(u: [f32; 2], corners: u32, rotation: f32) -> Vec2 {
     let n = corners as f32;
     // The integer part chooses a triangle between the centre and a side; the fraction is used
@@ -145,8 +145,8 @@ mod tests {
         (0..n).map(|_| f64::from(f(s.uniform_2()))).sum::<f64>() / f64::from(n)
     }
 
-    /// Weights of two strategies sum to 1 and are never NaN, at both ends of the range of numbers
-    /// as well.
+    /// Weights of two strategies sum to 1 and are never NaN, even for the smallest and largest
+    /// numbers.
     #[test]
     fn weights_of_two_strategies_sum_to_one() {
         let densities = [0.0, f32::from_bits(1), f32::MIN_POSITIVE, 1e-20, 0.3, 7.0, 1e20, f32::MAX];

@@ -52,7 +52,7 @@ impl fmt::Debug for Oidn {
 
 impl Oidn {
     /// Loads the library from a file, or by a [name](SYSTEM) that the system resolves, and makes a
-    /// device on the processor with `threads` threads; 0: all that there are.
+    /// device on the processor with `threads` threads; 0 stands for all that there are.
     ///
     /// # Errors
     /// If the library is missing, or is not OIDN 2; the message has installation instructions.

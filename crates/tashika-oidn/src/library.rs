@@ -74,6 +74,9 @@ unsafe impl Send for Device {}
 unsafe impl Sync for Device {}
 
 impl Device {
+    /// Loads the library from a file, or by a name that the system resolves, and makes a device on
+    /// the processor.
+    ///
     /// # Safety
     /// The file must be OIDN 2.
     pub unsafe fn load(path: &Path, threads: usize) -> Result<Self, String> {

@@ -60,8 +60,8 @@ impl Drop for End<'_> {
     }
 }
 
-/// Runs `work` on a pool of `threads` threads, zero being one a core; `progress` is called with
-/// finished pixels, all pixels, pixels with a claim within their budget, and rays.
+/// Runs `work` on a pool of `threads` threads; zero stands for one a core. `progress` is called
+/// with finished pixels, all pixels, pixels with a claim within their budget, and rays.
 ///
 /// # Errors
 /// Errors of the work, as exceptions; exceptions of `progress` or of a signal's handler.

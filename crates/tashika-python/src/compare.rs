@@ -134,7 +134,7 @@ impl Comparison {
         self.found.measures.map(|m| m.psnr)
     }
 
-    /// Structural similarity of the sRGB pictures' luma; None, too, of images of fewer than 11
+    /// Structural similarity of the sRGB pictures' luma; None also for images of fewer than 11
     /// pixels a side.
     #[getter]
     fn ssim(&self) -> Option<f64> {
@@ -153,7 +153,7 @@ impl Comparison {
         self.found.measures.map(|m| m.exposure_stops)
     }
 
-    /// Pixels whose error is infinite: lit, where the reference is black.
+    /// Number of pixels whose error is infinite: lit, where the reference is black.
     #[getter]
     fn infinite(&self) -> u64 {
         self.found.infinite

@@ -68,8 +68,8 @@ pub fn exact<'py>(
     )
 }
 
-/// Shares of pixels at which methods meet their tolerance and their intervals hold, for random
-/// pixels whose exact sums are computed: a list of rows as dicts, those of
+/// Shares of random pixels at which methods meet their tolerance, and at which their intervals
+/// hold, by the exact sums of these pixels. The result is a list of rows as dicts, those of
 /// `tashika coverage --json`, where infinite errors are None.
 ///
 /// One row for each of `methods` (default: all), `errors`, and, for methods with intervals,

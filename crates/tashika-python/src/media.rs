@@ -29,9 +29,8 @@ use crate::materials::Color;
 /// the extinction that is scattering, 0 to 1, in place of that of the coefficients. Arrays are
 /// copied.
 ///
-/// A mesh may have a medium `inside` and one `outside`, a camera may stand `within` one. Scenes
-/// with media are rendered by paths.
-/// is rendered by paths.
+/// A mesh may have a medium `inside` and one `outside`, a camera may stand `within` one. By
+/// default, scenes with media that scatter are rendered by paths.
 ///
 /// ```python
 /// >>> import numpy as np

@@ -43,11 +43,12 @@ use crate::words;
 /// - `error`: relative error allowed in a pixel. By default the work is limited, to minutes, and
 ///   pixels that are not within 0.05 by then are marked (0.02 with `truth` "vpl"; with "path":
 ///   none, 64 `paths` a pixel). `absolute`: error that suffices in dark pixels (W/m²/sr); by
-///   default, of light transport `error` of a hundredth of the view's mean, of a sum 0. `control`:
-///   "luminance" or "channels"; `confidence` of the intervals, 0.95; `claim`: "calibrated" or
-///   "certified", or "audited": of the picture as a whole (below); `truth`: "transport" (light in
-///   the scene, the default), "vpl" (the sum over one set, the default for certified claims and for
-///   a `VplSet`) or "clamped"; `max_pairs`: largest cut, pairs and paths with "transport".
+///   default 0 for a sum, and `error` of a hundredth of the view's mean for light transport.
+///   `control`: "luminance" or "channels"; `confidence` of the intervals, 0.95; `claim`:
+///   "calibrated" or "certified", or "audited": of the picture as a whole (below); `truth`:
+///   "transport" (light in the scene, the default), "vpl" (the sum over one set, the default for
+///   certified claims and for a `VplSet`) or "clamped"; `max_pairs`: largest cut, pairs and paths
+///   with "transport".
 /// - `vpls`: a `VplSet`, or the number to trace (a million at 0.05, 2.5 million at 0.02; 5000 with
 ///   `truth` "vpl"); `clamp`: "auto", "off" or metres; `instants`: number of times at which they
 ///   sample moving objects (32); `gather`: gather points a pixel (51 at 0.05, 128 at 0.02; 4 with
@@ -55,7 +56,7 @@ use crate::words;
 ///   gather points or paths.
 /// - `quality`: "draft" and "good" are audited pictures, within 0.1 and 0.05, "final" has each
 ///   pixel within 0.02. An audited picture is reconstructed, and the reference values of `audit` of
-///   its pixels, 400, are computed: `share` of the pixels, 0.95, are then within `error`, 0.1, with
+///   its pixels, 600, are computed: `share` of the pixels, 0.95, are then within `error`, 0.1, with
 ///   the probability `assurance`, 0.99; `Image.picture_claim` has the result. Rendering takes about
 ///   `time` seconds at most; the claim is the one that was reached by then. Parts (`tiles`) claim
 ///   nothing; `merge` audits the whole.

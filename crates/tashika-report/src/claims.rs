@@ -34,8 +34,8 @@
 //!
 //! If the verdict is open, a weaker count is reported. If the errors of both films are normal, the
 //! interval around their difference has the half-width `√(h² + (z(c) s)²)`, with the reference's
-//! standard error `s = q/z(99.9 %)`; for true claims it contains zero with probability `c`. The
-//! count is the weaker the larger `s` is: against a reference of pure noise, any claims have a
+//! standard error `s = q/z(99.9 %)`. For true claims it contains zero with probability `c`. The
+//! larger `s` is, the weaker is this count: against a reference of pure noise, any claims have a
 //! share `c`.
 //!
 //! # Guarantee
@@ -150,7 +150,7 @@ impl Claims {
         })
     }
 
-    /// Returns true if both films state the same scene, VPLs and gather points.
+    /// Returns true if the metadata of both films name the same truth ([`Truths::Same`]).
     pub fn same_truth(&self) -> bool {
         self.truths == Truths::Same
     }
@@ -246,7 +246,7 @@ mod tests {
 
     const PIXELS: u32 = 20_000;
 
-    /// Judges an image by a reference, both of a truth of 1. The errors of the image are normal
+    /// Judges an image by a reference, both with the truth 1. The errors of the image are normal
     /// with a standard deviation of 0.01; its half-widths are those of 95 % times `widths`. The
     /// errors of the reference have `noise` times that deviation, which the reference states.
     fn verdict(widths: f64, noise: f64) -> Claims {
@@ -300,7 +300,7 @@ mod tests {
                 let consistent = found.consistent as f64 / f64::from(PIXELS);
                 assert!(consistent >= 0.95 - of_pixels.max(0.008), "{widths} {noise}: {consistent}");
                 assert!(low <= truth + spread && truth - spread <= high, "{widths} {noise}: {low} {high}");
-                // Noise as large as the error itself leaves 83 %, 93 % and 99.4 % of them inside.
+                // Noise as large as the error itself leaves 83 %, 93 % and 99.4 % inside.
                 match noise {
                     n if n <= 0.3 && widths > 1.0 => assert_eq!(told, Verdict::Kept, "{widths} {noise}"),
                     1.0 if widths > 1.5 => assert_eq!(told, Verdict::Kept, "{widths} {noise}"),
@@ -314,7 +314,7 @@ mod tests {
         assert!((naive.inside as f64) < 0.85 * naive.of as f64, "{naive:?}");
     }
 
-    /// Half-widths of a half and of four fifths of those of 95 %: 67 % and 88 % hold.
+    /// Half-widths that are a half and four fifths of the correct ones: 67 % and 88 % hold.
     #[test]
     fn claims_that_do_not_hold_are_never_called_kept() {
         for widths in [0.5, 0.8] {

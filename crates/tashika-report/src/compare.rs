@@ -127,6 +127,8 @@ impl Tolerance {
         tolerance.validate().is_ok().then_some(tolerance)
     }
 
+    /// Checks the ranges of both tolerances.
+    ///
     /// # Errors
     /// [`Error::Option`] naming `error` or `absolute` if out of range.
     pub fn validate(&self) -> Result<()> {
@@ -165,12 +167,13 @@ pub struct Comparison {
     pub not_rendered: u64,
     /// Pixels omitted because the reference is not finite there.
     pub not_finite: u64,
-    /// Pixels that failed: the image is not finite there, the reference is. Their error is
+    /// Pixels that failed: the image is not finite there, but the reference is. Their error is
     /// infinite.
     pub failed: u64,
     /// Pixels with an error within the tolerance.
     pub within: u64,
-    /// Pixels that did not fail and have an infinite error: not black, where the reference is.
+    /// Pixels that did not fail and have an infinite error: the reference is black, the image is
+    /// not.
     pub infinite: u64,
     /// Mean of the errors that are finite; infinite if none is.
     pub mean: f64,
@@ -210,7 +213,7 @@ impl Comparison {
         self.within as f64 / self.pixels as f64
     }
 
-    /// Omitted pixels, which have no error.
+    /// Number of omitted pixels, which have no error.
     pub fn left_out(&self) -> u64 {
         self.not_rendered + self.not_finite
     }

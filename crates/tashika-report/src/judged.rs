@@ -7,8 +7,9 @@ use crate::film::{Claim, Film, PictureClaim, RenderFilm, keys};
 /// A claim about a picture, compared with a reference.
 ///
 /// A pixel is *within* if the reference, taken for the truth, is within the claimed error; noise of
-/// the reference can only lower this count (see `claims`). A pixel is *outside* if every truth
-/// within the reference's own error is outside. Pixels that the audit did not cover are omitted.
+/// the reference can only lower this count (see `claims`). A pixel is *outside* if it exceeds the
+/// claimed error for every truth within the reference's own error. Pixels that the audit did not
+/// cover are omitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureJudged {
     /// Claim of the audit about the picture.

@@ -44,7 +44,7 @@ pub use truths::Truths;
 #[cfg(test)]
 mod tests;
 
-// Modules of the crates below, so that `crate::math` is the same wherever code stands.
+// Imports from lower crates, so that paths such as `crate::math` are the same in every crate.
 use tashika_film::{color, error, film, reconstruction};
 use tashika_math::math;
 #[cfg(test)]

@@ -77,7 +77,8 @@ impl<'f> OwnError<'f> {
         if half_width >= 0.0 { half_width } else { f64::INFINITY }
     }
 
-    /// Returns true if the error of the reference is known and not zero at some pixel.
+    /// Returns true if the reference states an error above zero at some pixel; an unknown error
+    /// counts as infinite.
     pub fn is_some(&self) -> bool {
         (self.standard_errors.is_some() || self.film.has_half_widths())
             && (0..self.pixels()).any(|pixel| self.half_width(pixel) > 0.0)

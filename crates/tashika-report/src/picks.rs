@@ -4,13 +4,13 @@
 //! that makes no claim. So a film is made smaller by choosing pixels, not by mixing them: a block
 //! is shown as one of its pixels with the complete record of that pixel.
 //!
-//! The order, least certain first: pixels that claim nothing; then by relative half-width, the
-//! wider first; those not rendered last. Among equals, and in films that make no claims, the first
-//! in reading order.
+//! Order, least certain first: pixels that claim nothing, then the others by relative half-width,
+//! the wider first, and last the pixels that were not rendered. Among equals, and in films that
+//! make no claims, the first in reading order is chosen.
 //!
 //! # Guarantee
-//! Of the rendered pixels of a block that claim nothing, one is chosen if there are any. Choosing
-//! in two steps, by factors `a` and then `b`, is choosing by `a·b`, up to ties.
+//! If rendered pixels of a block claim nothing, one of them is chosen. Choosing in two steps, by
+//! factors `a` and then `b`, gives the pixels of one step by `a·b`, up to ties.
 //!
 //! # Held to this by
 //! The tests below.

@@ -2,15 +2,15 @@
 //! binary tree.
 //!
 //! A cell is halved along the axis along which the weights of its quarters differ most, as long as
-//! they differ by more than chance. With the weight `W_c` and the volume `V_c` of a
-//! cell, its probability and density are
+//! they differ by more than chance. With the weight `W_c` and the volume `V_c` of a cell, its
+//! probability and density are
 //!
 //! ```text
 //! P_c = (1 − λ) W_c / W + λ V_c          p = P_c / V_c ≥ λ
 //! ```
 //!
-//! so that a value at a drawn point, divided by `p`, is an unbiased estimate for any learned
-//! points, and at most `1/λ` times as large as without learning. Held to this by the tests below.
+//! For any learned points, a value at a drawn point divided by `p` is an unbiased estimate of the
+//! integral, and at most `1/λ` times as large as without learning. Held to this by the tests below.
 
 use super::Discrete;
 use crate::math::elementary::ln_f64;
@@ -62,7 +62,7 @@ pub type Weighted<const D: usize> = ([f32; D], f32);
 
 impl<const D: usize> AdaptiveDensity<D> {
     /// Learns a density from points of `[0, 1)^D` with weights that are finite and not negative;
-    /// without points it is even.
+    /// without points it is uniform.
     pub fn learn(mut points: Vec<Weighted<D>>) -> Self {
         points.retain(|(_, weight)| *weight > 0.0);
         let mean = points.iter().map(|(_, w)| f64::from(*w)).sum::<f64>() / points.len().max(1) as f64;
@@ -94,7 +94,7 @@ impl<const D: usize> AdaptiveDensity<D> {
     }
 
     /// Draws a point and returns it with its density. `u` chooses the cell and the first coordinate
-    /// in it, `v` the others; all are uniform in `[0, 1)`.
+    /// in it, `v[1..]` the others; all are uniform in `[0, 1)`.
     pub fn sample(&self, u: f64, v: [f32; D]) -> ([f64; D], f64) {
         let (number, probability, rest) = self.choice.sample(u);
         let cell = &self.cells[number];
@@ -128,8 +128,8 @@ fn axis_of_contrast<const D: usize>(cell: &Cell<D>, inside: &[Weighted<D>]) -> O
             quarters[axis][((4.0 * within) as usize).min(3)] += weight;
         }
     }
-    // Kullback and Leibler's divergence from even quarters; by chance about 3/(2n) for n equal
-    // weights.
+    // Kullback and Leibler's divergence from even quarters; its mean by chance is about 3/(2n) for
+    // n equal weights.
     let divergence = |of: &[f64; 4]| -> f64 {
         let term = |w: f64| if w > 0.0 { w / sum * ln_f64(4.0 * w / sum) } else { 0.0 };
         of.iter().map(|w| term(*w)).sum()

@@ -22,7 +22,8 @@
 
 use super::clopper_pearson;
 
-/// Upper bound of the share of outside pixels in a picture, if `outside` of `audited` pixels were.
+/// Upper bound of the share of outside pixels in a picture, if `outside` of `audited` drawn pixels
+/// are outside.
 ///
 /// * `risk`: the probability of being wrong, in (0, ½).
 /// * `missed`: the probability `γ` that an outside pixel is taken for one inside, in [0, 1).
@@ -43,8 +44,8 @@ pub fn upper_share_outside(outside: u64, audited: u64, risk: f64, missed: f64) -
     (upper / (1.0 - missed)).min(1.0)
 }
 
-/// Rank, counted from 1, of the one of `n` sorted numbers that at least the share `share` of all
-/// numbers does not exceed; `None` if `n` is too small.
+/// Rank `m`, counted from 1, for which at least the share `share` of all numbers is at most the
+/// `m`-th smallest of `n` drawn ones; `None` if `n` is too small.
 ///
 /// * `risk`: the probability of being wrong, in (0, ½).
 ///
@@ -53,8 +54,9 @@ pub fn upper_share_outside(outside: u64, audited: u64, risk: f64, missed: f64) -
 /// assert_eq!(tashika_stats::tolerance_rank(300, 0.95, 0.05), Some(292));
 /// ```
 pub fn tolerance_rank(n: u64, share: f64, risk: f64) -> Option<u64> {
-    // The m-th smallest is below the quantile `s` if at least m numbers are. The probability of
-    // that falls with m, and is at most `risk` if Clopper's lower end of m of n is above `s`.
+    // The m-th smallest is below the quantile of `share` if at least m numbers are. The probability
+    // of that falls with m, and is at most `risk` if Clopper's lower end of m of n is at least
+    // `share`.
     let is_above = |m: u64| clopper_pearson(m, n, 1.0 - 2.0 * risk).low >= share;
     if n == 0 || !is_above(n) {
         return None;
@@ -118,7 +120,8 @@ mod tests {
             }
         }
         let rate = certified.map(|n| n as f64 / PICTURES as f64);
-        // The exact risk for this number of pixels is 4.97 %; three standard errors of the count.
+        // The exact risk for this number of pixels is 4.97 %; the limits add three standard errors
+        // of the count.
         assert!(rate[0] < risk + 0.0066 && rate[0] > 0.03, "{rate:?}");
         assert!(rate[1] < risk / 3.0 + 0.004, "{rate:?}");
     }

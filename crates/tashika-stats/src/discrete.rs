@@ -11,7 +11,7 @@ const ITEMS_OF_PART: usize = 2;
 pub struct Discrete {
     /// `cumulative[i]` is the sum of weights below `i`; one entry more than there are weights.
     cumulative: Vec<f64>,
-    /// For equal parts of the sum of all weights, the item that contains the start of each.
+    /// Item that contains the start of each part, for equal parts of the sum of all weights.
     guide: Vec<u32>,
 }
 
@@ -72,14 +72,14 @@ impl Discrete {
         self.item_at(x, i, 0)
     }
 
-    /// Samples some of the items as [`Self::sample`] does. They must not all have zero weight; the
-    /// probability is that among all items.
+    /// Samples among `items`, as [`Self::sample`] does among all. They must not all have zero
+    /// weight. The returned probability is that among all items.
     pub fn sample_within(&self, items: Range<usize>, u: f64) -> (usize, f64, f64) {
         let Range { start, end } = items;
         let below = self.cumulative[start];
         let x = below + u * (self.cumulative[end] - below);
-        // The last boundary that is not beyond x. Since x is below the end boundary, one beyond x
-        // follows.
+        // The last boundary that is not beyond x. Since x is below the last of all, a boundary
+        // beyond x follows.
         let boundaries = &self.cumulative[start..=end];
         let last = boundaries.partition_point(|&c| c <= x).saturating_sub(1);
         self.item_at(x, (start + last).min(end - 1), start)
@@ -121,7 +121,7 @@ pub struct Piecewise2d {
     width: usize,
 }
 
-/// Some cells of a [`Piecewise2d`].
+/// A rectangle of cells of a [`Piecewise2d`].
 #[derive(Clone, Debug)]
 pub struct Block {
     columns: Range<usize>,
@@ -162,7 +162,7 @@ impl Piecewise2d {
         [self.width, self.columns.len()]
     }
 
-    /// Block of some columns and rows; `None` if its cells have zero weight.
+    /// Block of the given columns and rows; `None` if its cells have zero weight.
     pub fn block(&self, [columns, rows]: [Range<usize>; 2]) -> Option<Block> {
         let row = |y: usize| {
             let of_cells = |row: &Discrete| row.cumulative[columns.end] - row.cumulative[columns.start];

@@ -15,7 +15,7 @@ use crate::math::elementary::{erfc, exp_f64, ln_f64, powf_f64};
 /// The `x` with `Φ(x) = p`, for `p` in `(0, 1)`.
 pub fn normal_quantile(p: f64) -> f64 {
     debug_assert!(p > 0.0 && p < 1.0);
-    // By symmetry in the lower half, where `erfc` keeps its relative accuracy.
+    // By symmetry, computed in the lower half, where `erfc` keeps its relative accuracy.
     if p > 0.5 {
         return -normal_quantile(1.0 - p);
     }
@@ -135,7 +135,7 @@ mod tests {
                 let q = student_t_two_sided(confidence, freedom);
                 let tail = 2.0 * (1.0 - t.cdf(q));
                 let relative = tail / (1.0 - confidence) - 1.0;
-                // Of the tail: `n` times as sensitive as the quantile far out.
+                // Allowed error of the tail: far out it is `n` times that of the quantile.
                 let allowed = if (3.0..5.0).contains(&freedom) { 2e-3 } else { 1e-4 };
                 assert!(relative.abs() < allowed, "{confidence}, {freedom}: {q} leaves {tail}");
             }

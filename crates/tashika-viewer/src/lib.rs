@@ -2,7 +2,7 @@
 //!
 //! A web server for this machine alone, behind `tashika view` and `tashika render --serve`. Its
 //! images implement [`Shown`]: a film that is being rendered ([`LiveFilm`]) or a film in a file
-//! ([`StoredFilm`]), which is never loaded whole. The page itself is the caller's.
+//! ([`StoredFilm`]), which is never loaded whole. The caller makes the page itself.
 //!
 //! | module | contents |
 //! |---|---|
@@ -13,8 +13,8 @@
 //! | `server` | the thread, its connections, and detection of open pages |
 //! | `routes` | from a request to a response |
 //!
-//! The server is separate from the library, which opens no sockets and reads no clock, and from the
-//! program, so that it can be tested without one.
+//! The server is separate from the library, which opens no sockets and reads no clock. It is also
+//! separate from the program, so that it can be tested alone.
 //!
 //! # Guarantee
 //! The server is reachable from this machine only, and answers nothing without the unguessable

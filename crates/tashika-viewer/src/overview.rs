@@ -1,9 +1,9 @@
 //! A film reduced to a size that can be held and shown as a whole: the least certain pixel of each
 //! block, with the complete record of that pixel.
 //!
-//! Levels from the overview's own on are made from it, since choosing in two steps is choosing at
-//! once, up to ties ([`tashika::report::least_certain`]). Pixels that were not read yet are zeros,
-//! as pixels that were not rendered.
+//! The level of the overview and all coarser ones are made from it, since choosing in two steps
+//! gives the pixels of one step, up to ties ([`tashika::report::least_certain`]). Pixels that were
+//! not read yet are zeros, as are pixels that were not rendered.
 //!
 //! # Held to this by
 //! The tests of `live` and `stored`.
@@ -51,7 +51,7 @@ impl Overview {
         self.factor
     }
 
-    /// Chooses again for all blocks that `part` meets, from a film that has these blocks.
+    /// Renews the choice for all blocks that `part` meets, from a film that contains these blocks.
     pub(crate) fn renew(&mut self, film: &Film, part: Window) {
         let k = self.factor;
         let first = [(part.x - self.window.x) / k, (part.y - self.window.y) / k];

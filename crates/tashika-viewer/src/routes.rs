@@ -1,8 +1,8 @@
 //! From a request to a response: access checks, routes, and the headers of every answer.
 //!
 //! All routes are below `/TOKEN/`; the rest does not exist. The host of a request must be this
-//! machine by name or number, so that a page of another site whose name was made to resolve to this
-//! machine learns nothing.
+//! machine by name or number. So a page of another site learns nothing, even if the name of that
+//! site was made to resolve to this machine.
 //!
 //! | request | answer |
 //! |---|---|
@@ -97,7 +97,7 @@ pub(crate) fn random_hex() -> Result<String, getrandom::Error> {
     Ok(format!("{:032x}", u128::from_be_bytes(bytes)))
 }
 
-/// Returns true if the request is addressed to this machine in the way the page is.
+/// Returns true if the request names its host as the address of the page does.
 fn is_for_us<B>(request: &Request<B>, port: u16) -> bool {
     let mut hosts = request.headers().get_all(header::HOST).iter();
     let host = hosts.next().and_then(|host| host.to_str().ok()).unwrap_or_default();

@@ -147,7 +147,8 @@ impl Server {
         format!("http://127.0.0.1:{}/{}/", self.shared.port, self.shared.token)
     }
 
-    /// Returns true if a page is open: it polled the state recently, and was not closed since.
+    /// Returns true if a page is open: it polled the state in the last 70 s. After its goodbye a
+    /// page counts as open for 3 s more, since it may only be reloading.
     pub fn is_watched(&self) -> bool {
         self.shared.watch.is_watched(Instant::now())
     }

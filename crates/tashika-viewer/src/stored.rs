@@ -6,7 +6,7 @@
 //! # Guarantee
 //! Memory: the overview, of at most 2²¹ samples a channel, a cache of strips of at most
 //! [`KEPT_BYTES`], and the strips in use. Rows of the overview that were not read yet repeat the
-//! last row above them that was.
+//! last row above them that was read.
 //!
 //! # Held to this by
 //! The tests below.
@@ -106,8 +106,8 @@ impl Inner {
 
     /// Reads a strip into the overview.
     fn see(&self, strip: u32) {
-        // If all strips fit in the cache, each is read once. Otherwise the cache would lose strips
-        // in view.
+        // If all strips fit in the cache, each is read once. If not, building the overview through
+        // the cache would evict strips that are in view.
         let film = if self.strips.fit() && self.read().overview.factor() > 1 {
             self.strips.get(strip)
         } else {

@@ -1,9 +1,8 @@
 //! Rows of a file in strips, with a cache of the most recently used strips.
 //!
 //! # Guarantee
-//! The cache takes no more than the given number of bytes, unless a single strip does. Of several
-//! threads that request a strip at the same time one reads it. A failed read is tried again next
-//! time.
+//! The cache takes no more than the given number of bytes, unless a single strip does. If several
+//! threads request a strip at the same time, one reads it. A failed read is tried again next time.
 //!
 //! # Held to this by
 //! The tests below.
@@ -78,7 +77,7 @@ impl Strips {
         self.file.read(y..y + height)
     }
 
-    /// Returns a strip by the cache, or the message about an unreadable file.
+    /// Returns a strip through the cache, or the message about an unreadable file.
     pub(crate) fn get(&self, strip: u32) -> std::result::Result<Arc<Film>, String> {
         let slot = self.slot(strip);
         let film = slot.get_or_init(|| self.read(strip).map(Arc::new).map_err(|e| e.to_string()));

@@ -1,7 +1,7 @@
 //! # tashika: a many-light renderer that knows its own error
 //!
-//! State a tolerance and a confidence: each pixel is rendered until it is within the tolerance, and
-//! states its error interval and the reason for which work on it ended.
+//! Given a tolerance and a confidence, each pixel is rendered until it is within the tolerance. It
+//! states its error interval and the reason why work on it ended.
 //!
 //! ```
 //! use tashika::{Claim, Renderer, RenderFilm, scene::builtin};
@@ -15,11 +15,11 @@
 //!
 //! | to | use |
 //! |---|---|
-//! | read a scene | [`load_scene`] (pbrt, Mitsuba, glTF, USD, OBJ), with [`LoadOptions`](io::LoadOptions); [`Scene::notes`] says what was approximated |
+//! | read a scene | [`load_scene`] (pbrt, Mitsuba, glTF, USD, OBJ), with [`LoadOptions`](io::LoadOptions); [`Scene::notes`] lists departures from the file |
 //! | make one | [`SceneBuilder`](scene::SceneBuilder); [`scene::builtin`] has two |
 //! | render | [`Renderer`], by any [`MethodName`](request::MethodName); [`Observer`](renderer::Observer) watches and ends it |
-//! | judge what was rendered | [`Prepared::audit`](renderer::Prepared::audit), [`report::compare`] |
-//! | read a film | [`RenderFilm`], [`Film`] and its [`planes`](film::planes); [`Claim`] and [`Stop`] say what a pixel claims and why work ended |
+//! | judge a film | [`Prepared::audit`](renderer::Prepared::audit), [`report::compare`] |
+//! | read a film | [`RenderFilm`], [`Film`] and its [`planes`](film::planes); [`Claim`] and [`Stop`]: the claim of a pixel and the reason why work on it ended |
 //! | write it | [`write_exr`], [`io::write_png`]; pages are [`report::render_page`] |
 //! | write a method of one's own | [`Integrator`](integrator::Integrator); the example `own_method` |
 //! | use the statistics alone | [`stats::stratified`]: intervals of strata, calibrated and certified |
@@ -42,13 +42,13 @@
 //! | `tashika-film` | [`color`], [`error`], [`film`], [`reconstruction`] |
 //! | `tashika-scene` | [`bsdf`], [`scene`] |
 //! | `tashika-core` | [`accel`], [`bounds`], [`compensation`], [`contribution`], [`cut`], [`gather`], [`guidance`], [`integrator`], [`media`], [`picture`], [`render`], [`request`], [`tree`], [`vpl`] |
-//! | `tashika-formats` | [`io`], but for lights and finished tiles |
+//! | `tashika-formats` | [`io`], except lights and finished tiles |
 //! | `tashika-report` | [`report`] |
 //! | `tashika` | [`experiment`], [`io`], [`renderer`] |
 //!
 //! # Layers
-//! From the bottom; a module uses only those above it in this list (kept by Cargo between crates,
-//! by the test `tidy` within them).
+//! From the bottom: a module uses only modules above it in this list (enforced by Cargo between
+//! crates, by the test `tidy` within them).
 //!
 //! | layer | modules |
 //! |---|---|

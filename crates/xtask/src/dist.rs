@@ -1,8 +1,8 @@
-//! Files for distribution: the program in an archive, wheels that have it too, a Debian package,
-//! and a list of their parts.
+//! Files for distribution: the program in an archive, wheels that contain it, a Debian package, and
+//! a list of their parts.
 //!
-//! Known differences between machines are avoided: the program names none of their folders, and
-//! files of the archive have the time of the last commit.
+//! Known differences between machines are avoided: the program contains no path of the machine that
+//! built it, and files of the archive have the time of the last commit.
 
 use std::env;
 use std::fs;
@@ -43,7 +43,7 @@ pub fn run(shell: &Shell, folder: &Path) -> Outcome<()> {
     sums(shell, &folder)
 }
 
-/// Flags by which the program names no folders of this machine.
+/// Compiler flags that keep the paths of this machine out of the program.
 fn remapped(shell: &Shell) -> String {
     let home = env::var("HOME").unwrap_or_default();
     let cargo = env::var("CARGO_HOME").unwrap_or_else(|_| format!("{home}/.cargo"));

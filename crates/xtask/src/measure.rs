@@ -17,7 +17,8 @@ pub enum Measure {
     /// Compare Mitsuba's direct light by points on emitters with that by directions: SIZE SAMPLES
     /// SCENE.xml...
     Direct,
-    /// Measure the time until as many pixels of Mitsuba's are right
+    /// Measure Mitsuba's time until as many of its pixels are right as in an image: SCENE.xml
+    /// IMAGE.exr [OPTION...]
     Beside,
     /// Count disjoint intervals of two seeds: [--seeds N] [--truth FOLDER] [--limit SHARE] SCENE...
     /// [-- OPTION...]
@@ -40,7 +41,7 @@ pub enum Measure {
 }
 
 impl Measure {
-    /// Returns the script, and the file that its output is written to, if it is.
+    /// Returns the script, and the file that its output is written to, if there is one.
     fn script(self) -> (&'static str, Option<&'static str>) {
         match self {
             Self::Pictures => ("mitsuba_pictures.py", None),

@@ -34,7 +34,9 @@ impl Parts {
         Self::of(&metadata, &used).ok_or_else(|| "cargo metadata is not as it was".to_owned())
     }
 
-    /// * `used`: lines that begin with a name and `v` and a version.
+    /// Makes the parts from the output of `cargo metadata`.
+    ///
+    /// * `used`: lines that begin with a name, a space, and a version after `v`.
     fn of(metadata: &Value, used: &str) -> Option<Self> {
         let name_and_version = |line: &str| {
             let mut words = line.split_whitespace();
@@ -110,8 +112,8 @@ fn licence_files(folder: &Path) -> Outcome<Vec<PathBuf>> {
 mod tests {
     use super::*;
 
-    /// Test with two versions of a package, of which one is used, and with our own, which is no
-    /// part.
+    /// Test with two versions of a package, of which one is used, and with our own package, which
+    /// is no part.
     #[test]
     fn parts_are_foreign_packages_that_are_used() {
         let registry = "registry+https://github.com/rust-lang/crates.io-index";

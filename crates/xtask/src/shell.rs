@@ -72,8 +72,8 @@ impl Shell {
         self.command(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()), args)
     }
 
-    /// Builds the program and returns its path. The examples are built too, so that features of
-    /// other crates are those that tests need, and these crates are not built again.
+    /// Builds the program and returns its path. The examples are built too: dependencies then have
+    /// the features that the tests need, and are not built again for them.
     pub fn program(&self) -> Outcome<PathBuf> {
         self.cargo("build --locked --release --bins --examples").run()?;
         let told = self.cargo("metadata --locked --no-deps --format-version 1").output()?;

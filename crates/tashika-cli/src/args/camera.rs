@@ -40,8 +40,8 @@ pub struct CameraArgs {
     #[arg(long, value_name = "METRES", allow_negative_numbers = true, help_heading = "Camera")]
     pub focus_distance: Option<f32>,
 
-    /// Number of blades of the lens, 3 to 100: its opening is a polygon with corners on the circle
-    /// of the radius
+    /// Number of blades of the lens, 3 to 100: its opening becomes a polygon, whose corners are on
+    /// the circle of the lens radius
     /// [default: the camera's; without blades the opening is round]
     #[arg(long, value_name = "N", help_heading = "Camera")]
     pub blades: Option<u32>,

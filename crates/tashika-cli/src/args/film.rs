@@ -8,8 +8,8 @@ use crate::values;
 /// Option for the layout of the image file.
 #[derive(Debug, ClapArgs)]
 pub struct ExrArgs {
-    /// Layout of FILE.exr, in words with commas between them: parts, one for each layer; tiles of
-    /// 64x64 pixels; and a lossless compression, none, rle, zips, zip or piz
+    /// Layout of FILE.exr, in words separated by commas: parts (one for each layer), tiles (of
+    /// 64x64 pixels), and a lossless compression (none, rle, zips, zip or piz)
     #[arg(long, value_name = "parts,tiles,piz", default_value = "zip", help_heading = "Output")]
     pub exr: ExrLayout,
 }
@@ -22,8 +22,8 @@ pub struct PictureArgs {
         allow_negative_numbers = true, help_heading = "Output")]
     pub exposure: Exposure,
 
-    /// Tone mapping of the PNG, and initially of the page: natural (in proportion up to a knee),
-    /// linear (cut off at 1), filmic (Hable), aces (Hill's fit) or agx
+    /// Tone mapping of the PNG, and the initial one of the page: natural (in proportion up to a
+    /// knee), linear (cut off at 1), filmic (Hable), aces (Hill's fit) or agx
     #[arg(long, value_name = "natural|linear|filmic|aces|agx", default_value_t, help_heading = "Output")]
     pub tonemap: Tone,
 }
@@ -32,8 +32,9 @@ pub struct PictureArgs {
 #[derive(Debug, ClapArgs)]
 pub struct PlaneArgs {
     /// Add mattes of objects and of materials to the image, in the layout of Cryptomatte: layers
-    /// CryptoObject00 and CryptoMaterial00, 01, ... with RANKS names a pixel, 1 to 32, and layers
-    /// object_id and material_id of the object and material that cover most of a pixel
+    /// CryptoObject00 and CryptoMaterial00, 01, ... with RANKS names a pixel, 1 to 32 (6 if not
+    /// given), and layers object_id and material_id of the object and material that cover most of a
+    /// pixel
     #[arg(long, value_name = "RANKS", num_args = 0..=1, require_equals = true, default_missing_value = "6",
         value_parser = values::count, help_heading = "Output")]
     pub cryptomatte: Option<u64>,
@@ -43,11 +44,11 @@ pub struct PlaneArgs {
     #[arg(long, help_heading = "Output")]
     pub motion_vectors: bool,
 
-    /// Add a layer with the contribution of each group of lights: a group for each name (each), or
-    /// GROUP=NAME,NAME with names of objects or materials that emit, of lights, or environment; may
-    /// be given several times, and all other lights are the group rest. With --method path the
-    /// layers add up to the picture; with the default method they are estimated by --paths of their
-    /// own, and no layer claims anything
+    /// Add one layer for each group of lights, with its contribution. A group is GROUP=NAME,NAME,
+    /// with names of objects or materials that emit, of lights, or environment; the word each makes
+    /// a group for every name. May be given several times; all other lights are the group rest.
+    /// With --method path the layers add up to the picture. With the default method they are
+    /// estimated by paths of their own (--paths), and no layer claims anything
     #[arg(long, value_name = "each|GROUP=NAME,...", help_heading = "Output")]
     pub groups: Vec<String>,
 }

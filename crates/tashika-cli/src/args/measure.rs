@@ -128,8 +128,8 @@ pub struct CoverageArgs {
         default_values = ["50%", "80%", "90%", "95%", "99%"], allow_negative_numbers = true, help_heading = "Method")]
     pub confidence: Vec<f64>,
 
-    /// Report kinds of pixels by themselves, besides all pixels: quarters by brightness, or diffuse
-    /// and glossy surfaces
+    /// Also report groups of pixels separately: quarters by brightness, or diffuse and glossy
+    /// surfaces
     #[arg(long, value_name = "brightness,material", value_delimiter = ',', value_parser = values::grouping,
         help_heading = "Image")]
     pub by: Vec<Grouping>,
@@ -163,7 +163,8 @@ pub enum ExperimentArgs {
     /// Measure the cost of each method at equal quality
     #[command(after_help = EQUAL_QUALITY_EXAMPLES)]
     EqualQuality(EqualQualityArgs),
-    /// Measure the kept claims and the cost of our own method without each of its ingredients
+    /// Measure the claims that hold and the cost of our method, whole and without each of its
+    /// ingredients
     #[command(after_help = ABLATION_EXAMPLES)]
     Ablation(AblationArgs),
     /// Measure our method with --truth transport, and a path tracer that stops at its own interval,
@@ -201,7 +202,7 @@ pub struct SeedArgs {
     #[command(flatten)]
     pub pairs: PairsArgs,
 
-    /// Compute exact sums of N pixels at random only [default: of all pixels]
+    /// Compute the exact sums of only N pixels, drawn at random [default: of all pixels]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Image")]
     pub pixels: Option<u64>,
 
@@ -218,7 +219,7 @@ pub struct ScalingArgs {
     #[command(flatten)]
     pub stage: StageArgs,
 
-    /// Gather points a pixel, 1 to 1024; each number with each number of lights
+    /// Numbers of gather points a pixel, 1 to 1024; each is measured with each number of lights
     #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = values::count,
         default_values = ["1", "4", "16", "64"], help_heading = "Image")]
     pub gather: Vec<u64>,

@@ -47,11 +47,11 @@ pub struct Args {
 pub enum Command {
     /// Render a scene to an OpenEXR image with a PNG and a page beside it
     Render(Box<RenderArgs>),
-    /// List the contents of a scene, and what of it was approximated or ignored
+    /// List the contents of a scene, and the items that were approximated or ignored
     Info(InfoArgs),
     /// Trace the virtual point lights of a scene to a file, or describe such a file
     Vpl(VplArgs),
-    /// Measure an image against a reference: shares, errors, kept claims, and a picture of the
+    /// Measure an image against a reference: shares, errors, claims that hold, and a picture of the
     /// error
     Compare(CompareArgs),
     /// Write a render as a job for many machines: shares of its tiles, then a merge
@@ -71,7 +71,7 @@ pub enum Command {
     /// Print the script by which a shell completes commands and options
     #[command(after_help = COMPLETIONS_EXAMPLES)]
     Completions(CompletionsArgs),
-    /// Print the page for man of a command, or of the program
+    /// Print the man page of a command, or of the program
     #[command(after_help = MAN_EXAMPLES)]
     Man(ManArgs),
 }
@@ -150,7 +150,7 @@ pub struct SceneArgs {
     #[arg(long, help_heading = "Scene")]
     pub allow_outside: bool,
 
-    /// Go on without meshes and images that the scene names but that do not exist; `info` lists
+    /// Continue without meshes and images that the scene names but that do not exist; `info` lists
     /// their replacements
     #[arg(long, help_heading = "Scene")]
     pub allow_missing: bool,
@@ -160,10 +160,10 @@ pub struct SceneArgs {
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, help_heading = "Scene")]
     pub at: Option<f64>,
 
-    /// Times at which the shutter of cameras opens and closes, in seconds from --at, from each of
-    /// the --frames, or from 0: cameras that move meanwhile are blurred, and so are things that
-    /// move, by path tracing or in sums over one set of lights
-    /// [default: with a time closed; otherwise as in the file, for pbrt and Mitsuba]
+    /// Times at which the shutter of cameras opens and closes, in seconds from --at, from the time
+    /// of each of the --frames, or from 0. Cameras that move meanwhile are blurred. So are things
+    /// that move, in path tracing and in sums over one set of lights
+    /// [default: with --at or --frames, no blur; otherwise as in the file, for pbrt and Mitsuba]
     #[arg(long, value_name = "OPEN,CLOSE", value_parser = values::shutter, allow_hyphen_values = true,
         help_heading = "Scene")]
     pub shutter: Option<[f64; 2]>,
@@ -220,7 +220,7 @@ pub struct RenderArgs {
 
     /// Render only the K-th of N shares of the image's tiles, for N machines, or several shares
     /// (1,3/4); `tashika merge` joins the parts. Parts of an audited picture claim nothing: merging
-    /// them audits the whole, which is another picture than the one that a single machine makes
+    /// audits the whole, whose bits differ from those that a single machine renders without --tiles
     #[arg(long, value_name = "K/N", help_heading = "Image")]
     pub tiles: Option<TileShare>,
 
@@ -241,21 +241,22 @@ pub struct RenderArgs {
     pub method: Method,
 
     /// Relative error that a pixel may have, for the methods that control it: above 0, at most
-    /// 100%. Without it a picture is made that takes minutes, and pixels that are not within 5% by
-    /// then are marked as such
-    /// [default: 2% of a sum (--truth vpl)]
+    /// 100%. Without it, light transport becomes a picture that takes minutes; pixels that are not
+    /// within 5% by then are marked as such
+    /// [default: 2% for a sum (--truth vpl)]
     #[arg(long, value_name = "2%|0.02", value_parser = values::percentage, allow_negative_numbers = true,
         help_heading = "Method")]
     pub error: Option<f64>,
 
-    /// Quantity whose error is controlled, with --method tashika: the luminance, or the worst of
-    /// the three channels, relative to the largest [default: luminance]
+    /// Quantity whose error is controlled, with --method tashika, or path with --error or --claim:
+    /// the luminance, or the worst of the three channels, relative to the largest
+    /// [default: luminance]
     #[arg(long, value_name = "luminance|channels", value_parser = values::controlled, help_heading = "Method")]
     pub control: Option<Controlled>,
 
-    /// Absolute error that is accepted where --error allows less, with --method tashika: for dark
-    /// pixels, as luminance in the unit of the image
-    /// [default: of light transport, --error of a hundredth of the view's mean; of a sum, 0]
+    /// Absolute error that is accepted where --error allows less, with --method tashika, or path
+    /// with --error or --claim: for dark pixels, as luminance in the unit of the image
+    /// [default: for light transport, --error times a hundredth of the view's mean; for a sum, 0]
     #[arg(long, value_name = "E", allow_negative_numbers = true, help_heading = "Method")]
     pub absolute: Option<f64>,
 
@@ -268,9 +269,8 @@ pub struct RenderArgs {
 
     /// Kind of claim, for --method tashika and, except certified, for path. Calibrated: the
     /// interval of each pixel covers the truth at least as often as the confidence says, by
-    /// measurement. Certified: by proof, for two to six times the rays. Audited: a claim about the
-    /// picture as a whole, which is reconstructed, that --share of its pixels are within --error,
-    /// by a check of --audit pixels
+    /// measurement. Certified: by proof, for two to six times the rays. Audited: the picture is
+    /// reconstructed, and --share of its pixels are within --error, by a check of --audit pixels
     /// [default: calibrated; audited with --quality draft and good]
     #[arg(long, value_enum, help_heading = "Method")]
     pub claim: Option<Claim>,
@@ -292,46 +292,46 @@ pub struct RenderArgs {
     #[arg(long, value_name = "draft|good|final", value_parser = values::quality, help_heading = "Method")]
     pub quality: Option<Quality>,
 
-    /// Approximate time limit of an audited picture, with its audit; the claim states the share
-    /// that was reached by then. Parts of a picture (--tiles) are limited by their work only
+    /// Approximate time limit of an audited picture, including its audit; the claim states the
+    /// share that was reached by then. Parts of a picture (--tiles) are limited by their work only
     /// [default: as long as 64 million paths take]
     #[arg(long, value_name = "60s|5m|1h", value_parser = values::duration, help_heading = "Method")]
     pub time: Option<Duration>,
 
     /// Denoiser of an audited picture: our reconstruction (own), or Open Image Denoise 2, in the
     /// library that TASHIKA_OIDN or the system names (oidn) or in this FILE. With Open Image
-    /// Denoise the bits may depend on the machine. Parts (--tiles) store the name, and `merge` uses
-    /// it
+    /// Denoise the bits may depend on the machine. Parts (--tiles) store its name, and `merge`
+    /// needs the same --denoiser
     /// [default: own]
     #[arg(long, value_name = "own|oidn|FILE", help_heading = "Method")]
     pub denoiser: Option<PathBuf>,
 
     /// Truth that --error is measured from, with --method tashika: light transport itself
-    /// (transport), the sum over one set of virtual point lights (vpl), or the limit of the sum for
-    /// an endless number of such lights, with their clamp and without the light that they do not
-    /// carry (clamped)
+    /// (transport), the sum over one set of virtual point lights (vpl), or the limit of that sum
+    /// for infinitely many lights, with their clamp and without the light that they do not carry
+    /// (clamped)
     /// [default: transport; vpl with --claim certified and with --vpl-file]
     #[arg(long, value_name = "vpl|transport|clamped", value_parser = values::truth, help_heading = "Method")]
     pub truth: Option<Truth>,
 
     /// After the render, compute the truth of N pixels at random, by exact sums or by path tracing,
-    /// and report the number that is within --error; with --claim audited, number of pixels that
-    /// are checked
+    /// and report how many are within --error. With --claim audited: number of pixels that the
+    /// audit checks
     /// [default: none; 600 with --claim audited]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub audit: Option<u64>,
 
-    /// Largest cut, in pairs of clusters; of light transport, in pairs and paths. A pixel that
+    /// Largest cut, in pairs of clusters; for light transport, in pairs and paths. A pixel that
     /// reaches it is marked as such and claims nothing
-    /// [default: 65536 of light transport, 128 to 4096 by the size of the image without --error;
-    /// 1000 for lightcuts and mdlc, as published; else 1048576]
+    /// [default: for light transport 65536, or without --error 128 to 4096 by the size of the
+    /// image; for lightcuts and mdlc 1000, as published; else 1048576]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub max_pairs: Option<u64>,
 
-    /// Number of paths a pixel, with --method path; the largest number with --error or --claim
-    /// calibrated
-    /// [default: 64; 1048576 with --error, 128 to 4096 by the size of the image with only --claim
-    /// calibrated]
+    /// Number of paths a pixel, with --method path; with --error or --claim calibrated, the largest
+    /// number
+    /// [default: 64; 1048576 with --error; 128 to 4096 by the size of the image with --claim
+    /// calibrated alone]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub paths: Option<u64>,
 
@@ -391,9 +391,9 @@ pub struct GatherArgs {
 
 #[derive(Debug, ClapArgs)]
 pub struct FilterArgs {
-    /// Pixel filter, which distributes the points, or paths, of a pixel: box, evenly inside the
-    /// pixel; tent, gaussian (of standard deviation 1/2) and blackman-harris (3 pixels across),
-    /// around it too
+    /// Pixel filter, by which the points or paths of a pixel are distributed: box, evenly inside
+    /// the pixel; tent, gaussian (standard deviation 1/2 pixel) and blackman-harris (3 pixels
+    /// across), also around it
     /// [default: box]
     #[arg(long, value_name = "box|tent|gaussian|blackman-harris", value_parser = values::filter,
         help_heading = "Image")]
@@ -426,8 +426,8 @@ pub struct LightArgs {
 /// Options for making a set of virtual point lights.
 #[derive(Debug, ClapArgs)]
 pub struct SetArgs {
-    /// Distance in metres below which a virtual point light grows no brighter; auto follows their
-    /// spacing, off leaves bright spots [default: auto]
+    /// Distance in metres below which a virtual point light grows no brighter; auto follows the
+    /// spacing of the lights, off leaves bright spots [default: auto]
     #[arg(long, value_name = "auto|off|METRES", value_parser = values::clamp, allow_negative_numbers = true,
         help_heading = "Light")]
     pub clamp: Option<Clamp>,
@@ -458,7 +458,7 @@ pub struct CommonArgs {
     #[arg(short, long, help_heading = "Output")]
     pub quiet: bool,
 
-    /// Number of threads; 0 is one a core. The image does not depend on it
+    /// Number of threads; 0 is one for each core. The image does not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Machine")]
     pub threads: usize,
 }
@@ -500,8 +500,8 @@ pub enum Method {
     Sakai2018,
     /// Iwasaki 2019: as Sakai 2018, with bounds for glossy materials
     Iwasaki2019,
-    /// Ours: refined until the interval of each pixel is narrow enough, and the interval covers the
-    /// truth
+    /// Ours: refines each pixel until its interval, which covers the truth with the stated
+    /// confidence, is narrow enough
     Tashika,
     /// Ours with certified claims: --method tashika --claim certified
     TashikaCertified,

@@ -1,5 +1,5 @@
-//! `tashika experiment ablation`: kept claims and cost of our own method without each of its
-//! ingredients.
+//! `tashika experiment ablation`: claims that hold and cost of our method, whole and without each
+//! of its ingredients.
 
 use tashika::experiment::{Column, Ground};
 

@@ -1,4 +1,4 @@
-//! The steps of a render on many machines, as lines of this program.
+//! The steps of a render on many machines, as command lines of this program.
 
 use std::path::{Path, PathBuf};
 
@@ -36,7 +36,7 @@ impl Job {
             }
             scene => scene.map(str::to_owned),
         };
-        // An absolute path is valid wherever the machines run.
+        // An absolute path is valid in any working folder.
         let typed: Vec<String> = plan
             .words
             .iter()

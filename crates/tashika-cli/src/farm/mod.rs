@@ -1,5 +1,5 @@
-//! `tashika farm`: a render as a job for the engine of a render farm: shares of the tiles on many
-//! machines, then a merge.
+//! `tashika farm`: a render as a job for the engine of a render farm, with shares of the tiles on
+//! many machines and then a merge.
 //!
 //! Every step is a command line of this program. An engine needs only to run command lines on
 //! machines with a common folder, and to find lost workers. A share that is run again resumes from

@@ -1,5 +1,5 @@
 //! A job as an Open Job Description bundle (Open Job Description, Template Schemas 2023-09), which
-//! render farms take as it is.
+//! render farms accept unchanged.
 
 use serde_json::{Value as Json, json};
 

@@ -7,7 +7,7 @@ use crate::summary::shell_word;
 /// Placeholder for the number of the share; no path contains it.
 const SHARE: &str = "\u{0}";
 
-/// Quotes a word for a shell, with the variable in place of `SHARE`.
+/// Quotes a word for a shell; Slurm's variable for the number of the task replaces `SHARE`.
 fn quoted(word: &str) -> String {
     let parts: Vec<String> =
         word.split(SHARE).map(|p| if p.is_empty() { String::new() } else { shell_word(p) }).collect();

@@ -32,12 +32,12 @@ pub struct RenderPlan {
     pub layout: ExrLayout,
     /// Exposure and tone mapping of the picture.
     pub tone_map: ToneMap,
-    /// Address of the viewer that shows the image meanwhile.
+    /// Address of the viewer that shows the image during the render.
     pub tev: Option<String>,
     /// True if pixels that ran out of budget do not change the exit code, even with an error to
     /// meet.
     pub accept_budget: bool,
-    /// File that keeps finished tiles meanwhile, if there is one.
+    /// File that keeps finished tiles during the render, if there is one.
     pub checkpoint: Option<PathBuf>,
     /// Port and browser of the page that shows the render; `None` without such a page.
     pub serve: Option<Serving>,
@@ -144,7 +144,7 @@ impl RenderPlan {
     }
 }
 
-/// Returns a given option that goes with one image only.
+/// Returns an option that was given and is possible for one image only, if there is one.
 fn of_one_image(args: &RenderArgs) -> Option<&'static str> {
     [
         (args.write_vpls.is_some(), "--write-vpls"),
@@ -156,7 +156,7 @@ fn of_one_image(args: &RenderArgs) -> Option<&'static str> {
     .find_map(|(typed, option)| typed.then_some(option))
 }
 
-/// Returns a given option that goes with one scene only.
+/// Returns an option that was given and is possible for one scene only, if there is one.
 fn of_one_scene(args: &RenderArgs) -> Option<&'static str> {
     args.source.vpl_file.is_some().then_some("--vpl-file")
 }

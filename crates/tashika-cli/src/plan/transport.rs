@@ -26,7 +26,7 @@ pub struct TransportPlan {
     pub reference: Option<PathBuf>,
     /// Number of pixels, drawn at random.
     pub pixels: u64,
-    /// First seed; also that of the pixels and of the truth.
+    /// First seed. It also chooses the pixels, and the seed of the truth is derived from it.
     pub seed: u64,
     /// Number of times that each pixel is rendered, at least one; the seeds count up from `seed`.
     pub seeds: u64,

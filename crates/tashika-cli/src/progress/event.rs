@@ -9,7 +9,7 @@ use tashika::error::visible;
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Event<'a> {
-    /// Begin of a phase of the work.
+    /// Beginning of a phase of the work.
     Phase {
         /// Description of the phase.
         what: &'a str,
@@ -86,7 +86,7 @@ impl Event<'_> {
     }
 }
 
-/// Returns text for people, line by line, in which no name can steer a terminal.
+/// Returns the text for people with escapes in each line, so that no name can steer a terminal.
 pub fn visible_lines(text: &str) -> String {
     text.split('\n').map(visible).collect::<Vec<_>>().join("\n")
 }

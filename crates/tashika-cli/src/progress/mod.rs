@@ -126,7 +126,7 @@ impl Meter {
         Ok(Self { created: now, state: Mutex::new(state) })
     }
 
-    /// Reports the begin of a phase, and restarts the clock.
+    /// Reports the beginning of a phase, and restarts the clock.
     pub fn phase(&self, what: &str) {
         self.begin(what, false);
     }

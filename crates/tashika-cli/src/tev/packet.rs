@@ -89,14 +89,15 @@ impl Packet {
         Self(vec![0, 0, 0, 0, operation, u8::from(to_front)])
     }
 
-    /// Adds a text without its zeros, which would end it early, so that all that follows would be
-    /// misread.
+    /// Adds a text without its zero bytes. A zero would end the text early, and all that follows
+    /// would be misread.
     fn text(&mut self, text: &str) {
         self.0.extend(text.bytes().filter(|&byte| byte != 0));
         self.0.push(0);
     }
 
-    /// Adds sizes and places, far below 2³¹, where signed and unsigned numbers are the same bytes.
+    /// Adds sizes and places. All are far below 2³¹, where signed and unsigned numbers have equal
+    /// bytes.
     fn integers(&mut self, numbers: &[u32]) {
         self.0.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
     }

@@ -24,7 +24,7 @@ use crate::exit::Failure;
 
 /// Address at which tev listens by default.
 pub const DEFAULT_ADDRESS: &str = "127.0.0.1:14158";
-/// Longest time until the first call is answered.
+/// Longest wait for the connection.
 const CONNECT_PATIENCE: Duration = Duration::from_secs(5);
 /// Longest time that a viewer may stand still once the render is done.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -57,7 +57,7 @@ impl Shared {
 }
 
 impl Viewer {
-    /// Calls the viewer; the image has the name of the file that is to be written.
+    /// Connects to the viewer; the image has the name of the file that is to be written.
     pub fn connect(address: &str, file: &Path) -> Result<Self, Failure> {
         let stream = call(address).map_err(|e| {
             Failure::file(format!(
@@ -144,7 +144,8 @@ fn call(address: &str) -> io::Result<TcpStream> {
     Err(last)
 }
 
-/// Sends all packets that come; gives up if `ending` is set and nothing is taken for `patience`.
+/// Sends all packets that come; gives up if `ending` is set and the viewer takes nothing for
+/// `patience`.
 fn send(
     stream: &mut impl Write,
     packets: &Receiver<Vec<u8>>,

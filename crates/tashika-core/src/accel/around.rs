@@ -99,8 +99,8 @@ impl Tracer {
     }
 
     /// Index of refraction of the medium around a camera, relative to that outside of all glass: 1
-    /// where no glass encloses it. A moving camera counts in the middle of the time that its
-    /// shutter is open.
+    /// where no glass encloses it. For a moving camera, the index is that in the middle of the time
+    /// that its shutter is open.
     pub fn index_around_camera(&self, camera: &Camera) -> f32 {
         let middle = camera.central_ray(Vec2::splat(0.5), Instants::STILL, [1, 1]);
         self.index_around(middle.map_or(camera.position(), |ray| ray.origin), Instants::STILL)

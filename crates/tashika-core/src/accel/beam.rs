@@ -95,8 +95,8 @@ pub(super) struct Beam<F> {
 }
 
 impl<F: F32x8> Beam<F> {
-    /// Creates the beam around segments from, by axis, the least and the largest origin and
-    /// reciprocal direction. `None` if directions differ in sign.
+    /// Creates the beam around segments, given the least and the largest origin and reciprocal
+    /// direction by axis. `None` if directions differ in sign.
     #[inline(always)]
     pub fn new(origins: [[f32; 2]; 3], reciprocals: [[f32; 2]; 3]) -> Option<Self> {
         let mut beam = Self {

@@ -10,7 +10,7 @@ use super::split::{Bounds, Item, halve, split};
 use crate::math::Aabb;
 use crate::math::simd::WIDTH;
 
-/// Depth above which items are split in halves: heuristics may split off one item after the other.
+/// Depth beyond which items are split in halves: heuristics may split off one item after the other.
 const UNEVEN_DEPTH: usize = 32;
 
 /// Room for the nodes that wait while a tree is traversed depth first: no tree is deeper than
@@ -73,8 +73,8 @@ pub(super) struct Bvh {
 }
 
 impl Bvh {
-    /// Builds a tree over items with at most `most` of them in a leaf, 1 to [`WIDTH`]; sorts them
-    /// so that each leaf is a range.
+    /// Builds a tree over items with at most `most` items in a leaf (1 to [`WIDTH`]). Sorts the
+    /// items so that each leaf is a range.
     ///
     /// Boxes are grown by 2⁻²² of the largest coordinate: a segment that touches a box's face is
     /// inside it, despite rounding.
@@ -121,8 +121,8 @@ struct Growth {
 }
 
 impl Growth {
-    /// Adds the node over all `items`, of which the first has number `first`, and the subtree
-    /// below.
+    /// Adds the node over all `items`, and the subtree below it; `first` is the number of the first
+    /// item.
     fn grow(&self, items: &mut [Item], first: usize, all: Part, depth: usize, bvh: &mut Bvh) {
         let mut parts = [all; WIDTH];
         let parts = self.parts(items, all, depth, &mut parts);

@@ -191,8 +191,8 @@ mod tests {
     use crate::accel::scales::{orientation, random_exponent};
     use crate::rng::{Purpose, Stream};
 
-    /// Agrees with `robust`, which sums doubles in another way, for points anywhere and for points
-    /// so close to a plane that rounding decides most signs.
+    /// Signs agree with those of `robust`, which sums doubles in another way, for points anywhere
+    /// and for points so close to a plane that rounding decides most signs.
     #[test]
     fn signs_agree_with_another_exact_predicate() {
         let mut s = Stream::new(1, Purpose::Test, 0);

@@ -1,4 +1,4 @@
-//! Recording of the queries to a tracer, so that tracing can be measured again, alone.
+//! Recording of the queries to a tracer, so that tracing alone can be repeated and timed.
 
 use std::fmt;
 

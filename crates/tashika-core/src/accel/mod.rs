@@ -18,8 +18,7 @@
 //!
 //! 1. *The ends are on opposite sides, in exact geometry.* `T₀ = (v₀ − o)·n` and `T₁ = (v₀ − x)·n`
 //!    have opposite signs. For a segment to infinity, `T₁ = −d·n`. In the space of an instance the
-//!    ends are rounded: there each must be larger than the bound of its error
-//!    (`triangle::Planes`).
+//!    ends are rounded: there each volume must exceed the bound of its error (`triangle::Planes`).
 //! 2. *The line meets the closed triangle, in exact geometry.* For the line from `o` along `d`, no
 //!    two of the edge functions `d·(b × c)`, `d·(c × a)`, `d·(a × b)` with `a, b, c = vᵢ − o` have
 //!    opposite signs.
@@ -28,8 +27,8 @@
 //! double precision, else from exact sums (`exact`).
 //!
 //! A triangle is met by exactly the lines that pass through it, however small and far away it is: a
-//! triangle whose size is 10⁻¹⁵ times the distance is met by a share of rays that is as small. And
-//! no line slips between triangles that have corners in common, neither through an edge nor through
+//! triangle whose size is 10⁻¹⁵ times the distance is met by a correspondingly small share of rays.
+//! No line slips between triangles that have corners in common, neither through an edge nor through
 //! a corner. The proof: every ray from inside a closed surface that passes no edge meets a
 //! triangle, as the surface winds around its start. A ray that passes edges is the limit of rays
 //! that pass none and that leave the planes of the finitely many triangles seen edge-on. One of the

@@ -9,7 +9,7 @@
 //! the triangles at both ends of the time; a walk that comes to a leaf interpolates
 //! [between](Block::towards) them.
 //!
-//! Segments walk alone here, as a path has few.
+//! Segments walk alone here, as a path has few of them.
 //!
 //! Held to this by `accel::tests`.
 

@@ -3,8 +3,8 @@
 //! Inner nodes are tested for the whole group: intervals around the origins and reciprocal
 //! directions of the segments bound the parameters at which any segment can be inside a box, for
 //! the eight children of a node at once. Boxes that remain, and triangles, are tested lane by lane.
-//! Where only few lanes are left they walk on alone. Segments whose directions differ in sign have
-//! no useful intervals and walk alone from the start.
+//! Where only few lanes are left, each walks on alone. Segments whose directions differ in sign
+//! have no useful intervals and walk alone from the start.
 //!
 //! A lane is tested against the triangles of those leaves whose boxes it meets itself, in the order
 //! of the tree, however it walks (`accel::tests::grouping_does_not_change_a_bit`).

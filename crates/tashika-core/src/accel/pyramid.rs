@@ -15,7 +15,7 @@
 //!
 //! # Guarantee
 //! No ray of a pyramid that is empty by this test meets a surface. Pyramids without a surface may
-//! fail the test. Held to this by `gather::pyramid`, by rays at random.
+//! fail the test. Held to this by `gather::pyramid`, with random rays.
 
 use super::bvh::Node;
 use super::tracer::Tracer;

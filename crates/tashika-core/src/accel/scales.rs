@@ -61,8 +61,9 @@ fn is_blocked(o: Vec3, d: Vec3, end: Option<Vec3>, triangles: &[Corners]) -> Opt
     Some(blocked)
 }
 
-/// Queries the segments from `o` through `aims` and as far beyond in every way, and compares the
-/// answers with exact geometry. Counts the free and the blocked ones.
+/// Compares the answers of the tracer with exact geometry: for the segments from `o` to twice the
+/// distance of each of `aims`, and for the rays along them, in groups and alone. Counts the free
+/// and the blocked segments.
 fn hold_to_exact(t: &Tracer, triangles: &[Corners], o: Vec3, aims: &[Vec3], counts: &mut [usize; 2]) {
     let targets: Vec<Vec3> = aims.iter().map(|aim| o + (*aim - o) * 2.0).collect();
     let together = visible(t, Apex::Point(o), &targets);
@@ -113,7 +114,7 @@ fn shape(s: &mut Stream, size: f32) -> Corners {
 }
 
 /// Points to aim at: the corners of a triangle, points on an edge, and points around its centre
-/// within multiples of its size, of the rounding of the distance, and of much more.
+/// within multiples of its size, within the rounding of the distance, and much farther away.
 fn aims(s: &mut Stream, v: &Corners, distance: f32, size: f32) -> Vec<Vec3> {
     let center = (v[0] + v[1] + v[2]) / 3.0;
     let mut aims = v.to_vec();
@@ -135,7 +136,8 @@ fn triangles_of_all_sizes_are_met_where_they_are_and_nowhere_else() {
         let distance = random_exponent(&mut s, -20, 20);
         let ratio = powf(10.0, -18.0 * s.uniform());
         let size = distance * ratio;
-        // Around the origin, where coordinates have all their digits, or where they have few.
+        // Around the origin, where coordinates have all their digits, or far from it, where few are
+        // left.
         let place = if round % 2 == 0 { Vec3::ZERO } else { point(&mut s, distance) };
         let v = shape(&mut s, size).map(|corner| place + corner);
         if !has_normal(&v) {
@@ -251,8 +253,7 @@ fn closed(round: u64, s: &mut Stream) -> Vec<Corners> {
 }
 
 /// From points on the walls of closed rooms, most of them close to edges and corners, no path and
-/// no shadow ray that starts inside gets out, at any scale, rotation and place, also of a room that
-/// is placed twice.
+/// no shadow ray gets out. Rooms are of any scale, rotation and place; some are placed twice.
 #[test]
 fn no_path_leaves_a_closed_room_at_its_edges() {
     let mut s = Stream::new(5, Purpose::Test, 0);

@@ -25,7 +25,7 @@ pub struct Fan {
 /// Effect of glass on segments.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Glass {
-    /// Glass passes straight the light that it would refract: light comes through, caustics do not.
+    /// Light that glass would refract passes it straight: light comes through, caustics do not.
     #[default]
     Passes,
     /// Panes pass light, as they do not bend it; solid glass stops it, for callers that follow

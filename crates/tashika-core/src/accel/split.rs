@@ -37,9 +37,9 @@ pub(super) struct Item {
     hi: Vec4,
 }
 
-/// Bits of the smallest normal number, to which numbers are added. Small integers as bits of a
-/// float are subnormal, and arithmetic with them is many times as slow, even if the result is
-/// unused.
+/// Bits of the smallest normal number, which are added to the numbers of an item. Small integers as
+/// bits of a float would be subnormal, and arithmetic with subnormals is many times slower, even if
+/// its result is unused.
 const NORMAL: u32 = 0x0080_0000;
 
 impl Item {
@@ -67,7 +67,7 @@ impl Item {
     }
 }
 
-/// A box; the fourth components mean nothing.
+/// A box; the fourth components are unused.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     lo: Vec4,
@@ -150,8 +150,8 @@ struct Mapping {
     bins: usize,
 }
 
-/// `1.5 · 2²³`: numbers of this size are integers, and their low bits are those of the number
-/// added.
+/// `1.5 · 2²³`: floats of this size are integers. After a small number is added, the low bits are
+/// those of that number.
 const TO_INTEGER: f32 = 12_582_912.0;
 
 impl Mapping {
@@ -273,7 +273,7 @@ fn partition(items: &mut [Item], is_first: impl Fn(&Item) -> bool) -> usize {
     let mut count = 0;
     for i in 0..items.len() {
         let first = is_first(&items[i]);
-        // An item of the second side changes places with another of the second side.
+        // If `i` is of the second side, it changes places with an item of the same side.
         items.swap(count, i);
         count += usize::from(first);
     }

@@ -185,8 +185,8 @@ fn grouping_does_not_change_a_bit() {
     assert!(partly > 200, "{partly}");
 }
 
-/// Queries after others, which were stopped elsewhere in this scene and in another, give the
-/// answers of a tracer without memory.
+/// After queries that were stopped elsewhere, in this scene and in another, answers are those of a
+/// tracer without memory.
 #[test]
 fn what_was_asked_before_does_not_matter() {
     let mut s = Stream::new(8, Purpose::Test, 0);
@@ -487,7 +487,7 @@ fn glass_lets_pass_straight_what_it_does_not_reflect() {
     };
     let two_faces = |f: f32| (1.0 - f) / (1.0 + f);
     for (surface, passes) in [(solid, 1.0 - normal), (pane, two_faces(normal))] {
-        // Placed once, and so often that the mesh is shared and stretched, which must not change
+        // Placed once; then so often that the mesh is shared, and stretched, which must not change
         // the angle in the world.
         for shared in [false, true] {
             let mut b = SceneBuilder::new("test", Location::default());

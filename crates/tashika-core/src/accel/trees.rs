@@ -1,5 +1,5 @@
-//! Trees of a scene: one over geometry that is placed once, one for each shared mesh below a tree
-//! of static instances, and [one](super::moving) over moving instances.
+//! Trees of a scene: one over geometry that is placed once, one over static instances,
+//! [one](super::moving) over moving instances, and one for each mesh that instances share.
 
 use std::borrow::Borrow;
 
@@ -32,9 +32,9 @@ pub(super) struct Trees {
 #[derive(Debug)]
 pub(super) struct Tree {
     pub nodes: Vec<Node>,
-    /// Triangles of the leaves; of a mesh that deforms, as it is when the shutter opens.
+    /// Triangles of the leaves; of a mesh that deforms, at the opening of the shutter.
     pub blocks: Vec<Block>,
-    /// Triangles of the leaves when the shutter closes; none if the mesh does not deform.
+    /// Triangles of the leaves at the closing of the shutter; none if the mesh does not deform.
     pub closing: Vec<Block>,
     triangles: u64,
 }
@@ -101,7 +101,7 @@ impl Tree {
     }
 }
 
-/// Nodes over items in order.
+/// Nodes of a tree, with its items in the order of the leaves.
 struct Sorted {
     nodes: Vec<Node>,
     /// First item and number of items of each leaf.
@@ -250,7 +250,7 @@ fn flags(scene: &Scene, id: InstanceId) -> u32 {
 }
 
 /// World box of an instance (m): around the transformed corners of its mesh's box, grown by the
-/// rounding of the transform, forth and back.
+/// rounding of the transform and of its inverse.
 fn world_box(instance: &Instance, scene: &Scene) -> Aabb {
     let b = scene.meshes()[instance.mesh.index()].bounds();
     let grown = b.transformed(&instance.to_world);

@@ -78,8 +78,8 @@ impl Block {
         Planes::new(&each!(|corner| each!(|axis| F::load(&self.v[corner][axis]))))
     }
 
-    /// The triangles with corners after a share of the way to those of another block, to the same
-    /// bits as [`between`](crate::scene::between).
+    /// Triangles whose corners have moved a share of the way to those of another block, with the
+    /// bits of [`between`](crate::scene::between).
     #[inline(always)]
     pub fn towards<F: F32x8>(&self, other: &Self, share: f32) -> Self {
         let (of_self, of_other) = (F::splat(1.0 - share), F::splat(share));
@@ -94,7 +94,7 @@ impl Block {
     }
 }
 
-/// Segments or rays, one a lane: all equal, or each its own.
+/// Segments or rays, one in each lane; all lanes may hold the same one.
 #[derive(Clone, Copy)]
 pub(super) struct Lines<F> {
     /// Starts (m).
@@ -118,7 +118,8 @@ pub(super) struct Lines<F> {
 /// ```
 ///
 /// The constant below is rounded up, which pays for the rounding of the bound itself. Products
-/// below the range of normal numbers add up to [`UNDERFLOW`] to a component of `n` and to the sum.
+/// below the range of normal numbers add at most [`UNDERFLOW`] to a component of `n` and to the
+/// sum.
 ///
 /// # Error of the edge functions
 /// Edge functions are computed relative to the corner `v₀`. With `a = v₀ − o` and `q = a × d` they
@@ -131,8 +132,8 @@ pub(super) struct Lines<F> {
 /// so that the distance from `o` enters the error only once: two corners that are close to each
 /// other are not subtracted after they have been multiplied. `V` is a sum of products of three
 /// factors `|eᵢ dⱼ aₖ|` with different `i, j, k`, which together are at most `‖e₂‖_∞ ‖d‖₁ ‖a‖₁`,
-/// and of seven roundings; so is `W`, and `U` has two more, and those of `d · n`. All errors are
-/// below
+/// and has seven roundings. The same holds for `W`; `U` has two roundings more, and those of
+/// `d · n`. All errors are below
 ///
 /// ```text
 /// 10 u ‖a‖₁ ‖d‖₁ (‖e₁‖_∞ + ‖e₂‖_∞) + 10 u Σ |d|_i P_i
@@ -296,9 +297,9 @@ pub(super) fn met<F: Vector>(planes: &Planes<F>, s: &Lines<F>) -> (Met, F) {
 /// Barycentric weights of the point at which a line meets a triangle, each in `[0, 1]`.
 ///
 /// They are computed in double precision. The point that the weights describe is off the line by
-/// some 10⁻¹⁵ times the distance from the origin, over the sine of the angle at the first corner
-/// and the cosine between the line and the normal, and by the rounding of the weights to single
-/// precision.
+/// some 10⁻¹⁵ times the distance from the origin, divided by the sine of the angle at the first
+/// corner and by the cosine between the line and the normal. The rounding of the weights to single
+/// precision adds to that.
 pub(super) fn barycentric(origin: Vec3, direction: Vec3, t: &Triangle) -> [f32; 3] {
     let [v0, v1, v2] = t.v.map(Vec3::as_dvec3);
     let d = direction.as_dvec3();

@@ -37,7 +37,7 @@ pub(super) struct Angle {
 }
 
 impl Angle {
-    /// No angle.
+    /// Angle of 0 rad.
     pub(super) const ZERO: Self = Self { sin: 0.0, cos: 1.0 };
     /// Half a turn.
     pub(super) const PI: Self = Self { sin: 0.0, cos: -1.0 };

@@ -64,9 +64,9 @@ pub enum Towards {
 }
 
 /// Error of the component of a corner along a vector, relative to the product of both lengths: 3
-/// roundings of the dot product; for a vector that should be across an axis also 13 of its
+/// roundings of the dot product. A vector that should be across an axis has 13 more, of its
 /// component along the axis (3 of a dot product, 2 of a product and a difference, 8 of the axis'
-/// squared length), for a quotient of squares 5 more.
+/// squared length); a quotient of squares has 5 more.
 const ALONG: f32 = 24.0 * UNIT_ROUNDOFF;
 
 /// Error of a cosine. In `contribution`: 7 roundings of unit direction and dot product, 4 of the
@@ -77,7 +77,7 @@ const COSINE: f32 = 48.0 * UNIT_ROUNDOFF;
 /// Relative error of a squared distance, in `contribution` and here.
 const SQUARED_DISTANCE: f32 = 8.0 * UNIT_ROUNDOFF;
 
-/// Points closer than 10⁻¹⁰ m are the same point (m²), as in `contribution`.
+/// Least squared distance (m²): closer points count as 10⁻¹⁰ m apart, as in `contribution`.
 const SMALLEST_SQUARED_DISTANCE: f32 = 1e-20;
 
 /// Squared distance below which digits may be lost to underflow (m²).

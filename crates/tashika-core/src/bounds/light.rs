@@ -19,8 +19,8 @@ pub enum LightShape {
     Omni,
     /// All shine with a cosine lobe around a normal in the cone.
     Oriented(Cone),
-    /// All shine at most 1 into the angle `arccos cos_outer` around an axis in the cone, and
-    /// nothing beyond.
+    /// All have a relative intensity of at most 1 within the angle `arccos cos_outer` around an
+    /// axis in the cone, and none beyond.
     Spot {
         /// Cone that holds the axes.
         axes: Cone,

@@ -18,7 +18,7 @@ type Several<F> = [[F; 3]; 3];
 
 impl ContributionKernel<'_> {
     /// Appends the luminance of [`ContributionKernel::unoccluded`] of each pair (W·m⁻²·sr⁻¹): point
-    /// by point, and for each all of these lights.
+    /// by point, and for each point all lights.
     pub fn list(
         &self,
         points: &[GatherPoint],
@@ -51,7 +51,7 @@ impl ContributionKernel<'_> {
                 points.iter().zip(rows.chunks_mut(range.len())).for_each(|(point, row)| by_one(point, row));
                 continue;
             }
-            // Points in media are few in most pixels, or all.
+            // In most pixels, few points or all of them lie in media.
             for (point, row) in points.iter().zip(rows.chunks_mut(range.len())) {
                 if point.phase.is_some() {
                     by_one(point, row);
@@ -72,8 +72,8 @@ impl ContributionKernel<'_> {
         }
     }
 
-    /// Luminances by several lights of a kind whose lights have no shapes of their own, at a point
-    /// on a surface.
+    /// Luminances of several lights at a point on a surface. Their kind is one whose lights have no
+    /// shapes of their own.
     #[inline(always)]
     fn luminances<F: Vector>(&self, point: &GatherPoint, kind: VplKind, lights: &Several<F>) -> F {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));

@@ -14,7 +14,7 @@
 //! | in a medium | `4π p(cos φ) / max(d², d_c²)` | m⁻² | W·sr⁻¹ |
 //!
 //! `t ≤ 1` is the relative intensity that a map of the scene has in the direction to the point, by
-//! channel: `G` has its largest channel, the tint the others over that. `d_c` is the clamp
+//! channel: `G` has its largest channel, and the tint is `t` over that channel. `d_c` is the clamp
 //! distance; zero is none. Visibility `V` comes from [`accel`](crate::accel), transmittance of
 //! media from [`media`](crate::media). Nothing is reflected by the back of either normal: M is zero
 //! unless the light is above both the geometric and the shading plane. An end that lies in a medium
@@ -47,8 +47,8 @@ pub struct ContributionKernel<'s> {
     least_extinction: f32,
 }
 
-/// Points closer than 10⁻¹⁰ m are the same point, which receives nothing from itself: keeps the
-/// geometric term, and its products with intensities, finite (m²).
+/// Least squared distance (m²): points closer than 10⁻¹⁰ m are the same point, which receives
+/// nothing from itself. Keeps the geometric term, and its products with intensities, finite.
 const SMALLEST_SQUARED_DISTANCE: f32 = 1e-20;
 
 /// The geometry between a point and a light.

@@ -189,7 +189,8 @@ mod tests {
         assert!(faced > 3000 && turned_away > 1000, "{faced}, {turned_away}");
     }
 
-    /// Three scalar products decide which points face a light, point by point, on every level.
+    /// Three scalar products decide which points face a light, point by point, with every
+    /// instruction set.
     #[test]
     fn those_face_a_light_that_see_its_front() {
         let mut s = Stream::new(1, Purpose::Test, 0);

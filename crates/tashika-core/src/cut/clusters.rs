@@ -6,9 +6,9 @@
 //!
 //! `I_C` is the sum of the luminances of the cluster's lights, `W_G` the sum of the largest
 //! channels of the weights of its points, `M_ub` bounds the largest channel of the material term,
-//! and `T_ub` the transmittance of homogeneous fog, else it is 1. A member `(i, j)` drawn with
-//! probability `I_i / I_C · w_j / W_G`, divided by that probability, has a luminance of at most
-//! `R`, since visibility is at most 1.
+//! and `T_ub` bounds the transmittance of homogeneous fog (1 without fog). A member `(i, j)` drawn
+//! with probability `I_i / I_C · w_j / W_G`, divided by that probability, has a luminance of at
+//! most `R`, since visibility is at most 1.
 //!
 //! # Guarantee
 //! A pair keeps the smaller of its own `M_ub G_ub` and its parent's, so that `M_ub G_ub` never
@@ -103,8 +103,8 @@ impl<B: UpperMaterial> Clusters<'_, B> {
     /// ```
     ///
     /// with the mean over lights that are spread evenly over a plane, from the nearest distance `a`
-    /// of the pair to the farthest `b`, since `∫ 2 d dd / d⁴ = 1/a² − 1/b²` over an area of `b² −
-    /// a²`; both are at least the clamp distance.
+    /// of the pair to the farthest `b`, since `∫ 2 d dd / d⁴ = 1/a² − 1/b²` over an area of
+    /// `b² − a²`; both are at least the clamp distance.
     pub fn importance_of_bound(&self, pair: &Pair) -> f64 {
         let lights = self.lights.bounds(&pair.light);
         if lights.reaches_infinity() {
@@ -193,7 +193,7 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         }
     }
 
-    /// The pair with its own bound, if that is smaller than the bound that it has.
+    /// The pair with its own bound, if that is smaller than its present bound.
     pub fn bounded(&self, pair: Pair) -> Pair {
         let lights = self.lights.bounds(&pair.light);
         let towards = Towards::between(&lights, &self.points.nodes()[pair.points as usize].aabb);

@@ -54,7 +54,7 @@ pub(super) struct Epoch {
 }
 
 impl<'a, B: UpperMaterial, S: PairEstimates<B>> Cut<'a, B, S> {
-    /// Creates the cut of a single pair, or of one for each instant, as published methods begin;
+    /// Creates the cut with which published methods begin: a single pair, or one for each instant.
     /// `None` if the sum has no terms.
     pub fn published(
         clusters: Clusters<'a, B>,
@@ -74,6 +74,8 @@ impl<'a, B: UpperMaterial, S: PairEstimates<B>> Cut<'a, B, S> {
 }
 
 impl<'a, B: UpperMaterial, S: Strata<B>> Cut<'a, B, S> {
+    /// Creates the cut of the roots and evaluates it.
+    ///
     /// * `stream`: source of samples; nothing that ranks pairs may draw from it.
     pub(super) fn begin(
         refinement: Refinement<'a, B>,

@@ -3,10 +3,10 @@
 //!
 //! The image is divided into cells ([`Grid`]), the lights into up to [`CLUSTERS`] nodes of the
 //! light tree. For every cell and cluster [`TRIALS`] segments are traced, from gather points of
-//! random pixels of the cell to lights of the cluster. The lights are drawn once an image: so they
-//! lie next to each other in memory, and all segments from a point are a fan whose neighbours have
-//! most of their way in common; points are of the instant of the lights. For a pixel, trials of its
-//! own cell and of the eight around it count. From the roots of the light tree down,
+//! random pixels of the cell to lights of the cluster. The lights are drawn once for the image: so
+//! they lie next to each other in memory, and all segments from a point are a fan whose neighbours
+//! have most of their way in common; points are of the instant of the lights. For a pixel, trials
+//! of its own cell and of the eight around it count. From the roots of the light tree down,
 //!
 //! ```text
 //! p_node = (s p_parent + Σ V) / (s + trials)          p above a root: ½
@@ -47,7 +47,8 @@ const SETS: usize = 4;
 const PARENT_WEIGHT: f32 = 2.0;
 /// Number of points of the image that decide which clusters matter.
 const PROBES: u64 = 256;
-/// Parts of a segment in which visibility is counted: `TRIALS` times as many fit into a byte.
+/// Number of steps in which the visibility of a segment is counted: `TRIALS` times as many fit into
+/// a byte.
 const PARTS: f32 = 16.0;
 /// Keeps the importance of a cluster at a probe's own place finite (m²).
 const LEAST_SQUARED_DISTANCE: f32 = 1e-6;
@@ -222,7 +223,8 @@ impl PilotVisibility {
 impl Pilot<'_> {
     /// Visibility of lights from points, after a share of the time that the shutter is open.
     ///
-    /// * `lights`: lights for the point of a place in `points`, each with a number of the caller's.
+    /// * `lights`: returns the lights for the point at a place in `points`, each with a number of
+    ///   the caller's.
     ///
     /// Returns the number and the visibility of each light that can light its point at all.
     fn look<'l, L: Iterator<Item = (u32, &'l Vpl)>>(
@@ -263,7 +265,7 @@ impl Pilot<'_> {
     }
 }
 
-/// A gather point of a pixel at one of some instants; `None` where nothing gathers.
+/// A gather point of a pixel at one of `instants`; `None` where nothing gathers.
 fn one_point(pilot: &Pilot<'_>, pixel: [u32; 2], instants: &Instants, seed: u64) -> Option<GatherPoint> {
     pilot.view.by(1, seed).pixel_at(pilot.tracer, pixel, instants).points.into_iter().next()
 }

@@ -28,6 +28,8 @@ impl<'a> VisibilityPrior<'a> {
     /// No expectation: all lights are taken to be visible.
     pub const NONE: VisibilityPrior<'static> = VisibilityPrior { place_of: &[], visibility: &[] };
 
+    /// Creates the expectation from visibilities.
+    ///
     /// * `place_of`: for the number of each cluster, a place in `visibility`.
     /// * `visibility`: in `[0, 1]`.
     pub const fn new(place_of: &'a [u32], visibility: &'a [f32]) -> Self {

@@ -17,9 +17,9 @@ pub struct RefinementOptions<'a> {
     pub rank: Rank<'a>,
     /// Number of terms up to which a pair is not split, but evaluated as a whole. At least 1.
     pub finest: u64,
-    /// Number of terms up to which a pair is tabulated when it is split, for its halves to be drawn
-    /// from; 0 if none is. Higher values need fewer bounds and fewer segments, but more terms to
-    /// evaluate and to search.
+    /// Number of terms up to which a pair is tabulated when it is split, so that its halves are
+    /// drawn from the table; 0 for no tables. Higher values need fewer bounds and fewer segments,
+    /// but more terms to evaluate and to search.
     pub tabulated: u64,
 }
 
@@ -78,8 +78,8 @@ pub struct RefinementMemory {
     table: TermTable,
     pairs: Vec<Pair>,
     infos: Vec<PairInfo>,
-    /// Ranks as bits, in whose order they are since none is negative, and numbers: of equals, the
-    /// older pair is the greater.
+    /// Ranks as bits, which have the order of the ranks since none is negative, and numbers: of
+    /// equal ranks, that of the older pair is the greater.
     waiting: BinaryHeap<(u64, Reverse<u32>)>,
 }
 

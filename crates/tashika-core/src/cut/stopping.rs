@@ -40,7 +40,7 @@ pub enum StoppingRule {
         error: f64,
         /// Confidence of the interval, in (0, 1).
         confidence: f64,
-        /// Number of pairs from which on the rule counts.
+        /// Number of pairs from which on the rule is evaluated.
         min_pairs: u64,
     },
 }

@@ -46,8 +46,8 @@ impl TableEntry {
     }
 }
 
-/// Place of the values of a pair, of which other pairs are parts: point by point, and for each all
-/// lights.
+/// Place of the values of a pair, of which other pairs are parts: point by point, and for each
+/// point all lights.
 #[derive(Clone, Copy, Debug)]
 struct Block {
     values: u32,

@@ -73,7 +73,8 @@ impl TermBatch {
         self.traced.iter().map(|traced| traced.segments.len() as u64).sum()
     }
 
-    /// Multiplies terms by visibility and by the transmittance of media, at these instants.
+    /// Multiplies terms by visibility and by the transmittance of media, at the times of
+    /// `instants`.
     pub fn trace(&mut self, tracer: &Tracer, instants: &Instants) {
         for (Traced { terms, segments, in_media, visibility }, &share) in
             self.traced.iter_mut().zip(instants.shares()).filter(|(traced, _)| !traced.terms.is_empty())

@@ -26,7 +26,7 @@ pub struct FullSum<'a> {
     lights: &'a VplSet,
 }
 
-/// Segments that are traced together. More need more memory, fewer cost calls.
+/// Segments that are traced together. Larger batches need more memory, smaller ones more calls.
 const BATCH: usize = 8192;
 
 impl<'a> FullSum<'a> {

@@ -116,9 +116,9 @@ pub trait Integrator: Sync {
 
 /// The estimates of one view.
 ///
-/// Called once a tile, since rays are fastest when the pixels of a tile trace theirs together. The
-/// estimate of a pixel must be a function of the setting, the integrator and the pixel: neither its
-/// tile nor threads may enter.
+/// Each call covers one tile, since rays are fastest when the pixels of a tile trace theirs
+/// together. The estimate of a pixel must be a function of the setting, the integrator and the
+/// pixel: neither its tile nor threads may enter.
 pub trait Estimates: Sync {
     /// Estimates of the tile's pixels, row by row.
     fn tile(&self, tile: &Window) -> Vec<PixelRecord>;

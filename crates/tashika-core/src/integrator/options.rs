@@ -117,6 +117,8 @@ impl ControlOptions {
         (self.error / (1.0 + self.error) * size).max(self.absolute_error)
     }
 
+    /// Checks that all values are in range.
+    ///
     /// # Errors
     /// [`Error::Option`] with the value that is out of range, and the range.
     pub fn validate(&self) -> Result<()> {

@@ -17,8 +17,8 @@ pub struct PathSamples {
     pub features: Features,
     /// Number of rays and segments traced.
     pub rays: u64,
-    /// Approximate variance of the sum of the luminances due to the choice of the set of VPLs, over
-    /// the number of paths. The spread of the paths does not show this variance.
+    /// Approximate variance of the mean luminance due to the choice of the set of VPLs, times the
+    /// number of paths. The spread of the paths does not show this variance.
     pub importance_of_set: f64,
     /// Approximate luminance of unsampled light, summed over the paths.
     pub importance_not_found: f64,

@@ -37,8 +37,8 @@ pub struct Scattering {
 }
 
 impl Leg {
-    /// Draws the flight of a path of weight `weight` up to `hit`, or on without end. Returns its
-    /// weight there, or its weight at an earlier scattering with that scattering.
+    /// Draws the flight of a path of weight `weight` up to `hit`, or without end if there is none.
+    /// Returns its weight there, or an earlier scattering and its weight there.
     ///
     /// In vacuum the weight does not change; see [`fly`] for the guarantee.
     #[inline]

@@ -1,12 +1,12 @@
 //! Media between surfaces: free flights of paths, transmittance along segments, and the medium at a
 //! place.
 //!
-//! * [`Leg`]: a straight part of a path in one medium, and by [`fly`] whether it is scattered on
-//!   its way to the next surface. All paths consist of legs.
+//! * [`Leg`]: a straight part of a path in one medium. [`fly`] draws whether the path is scattered
+//!   on its way to the next surface. All paths consist of legs.
 //! * [`transmittance`]: transmittance of a part of a ray in one medium.
 //! * [`Segments`]: transmittance of whole batches of shadow segments, from interface to interface:
 //!   the coloured companion of [`Tracer::visibility`](crate::accel::Tracer::visibility), which is
-//!   evaluated in scenes with media only. [`Shadows`] are both, for single segments.
+//!   evaluated in scenes with media only. [`Shadows`] combine both for single segments.
 //! * [`Outside`]: the medium in which a light path begins.
 //!
 //! A scene without media runs none of this code.

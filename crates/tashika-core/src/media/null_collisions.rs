@@ -26,7 +26,7 @@
 //!
 //! The mixture is the one that `flight` draws from where the medium is homogeneous: with one
 //! channel `c` drawn by `q_c ∝ β_c` and all its collisions decided by `σ_c/μ`, the weight by the
-//! density of all channels together is `β_k Π n_k σ_s,k / Σ_c q_c Π n_c σ_c`, `n = μ − σ`: the
+//! density of all channels together is `β_k Π n_k σ_s,k / Σ_c q_c Π n_c σ_c`, `n = μ − σ`. The
 //! exponentials, which are not known here, are the same for all and cancel (Miller et al. 2019).
 //! The probabilities above are the marginal ones of that mixture (Kutz et al. 2017), so that no
 //! channel is drawn at all.
@@ -250,7 +250,8 @@ mod tests {
     #[track_caller]
     fn assert_mean(m: &Moments, expected: f64, what: &str) {
         let off = (m.mean() - expected).abs();
-        // Steps of the sum are 5·10⁻⁶ m long; a density that ends has an error of one.
+        // Steps of the sum are 5·10⁻⁶ m long; at the end of a density the sum is off by up to a
+        // step.
         assert!(
             off <= 4.9 * m.standard_error() + 1e-4 * expected,
             "{what}: {} ± {} for {expected}",

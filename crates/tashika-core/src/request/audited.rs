@@ -125,6 +125,8 @@ impl AuditTerms {
         tolerance_rank(audited, 1.0 - (1.0 - self.share) * Self::CONFIDENCE, self.risk())
     }
 
+    /// Checks that all values are in range.
+    ///
     /// # Errors
     /// [`Error::Option`] with the value that is out of range, and the range.
     pub fn validate(&self) -> Result<()> {

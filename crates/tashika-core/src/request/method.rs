@@ -110,8 +110,8 @@ pub enum Method {
     },
     /// A reconstructed picture of light transport, audited as a whole.
     Audited {
-        /// Options for tracing the VPLs of the picture, the audit has others; `None` if picture and
-        /// audit are by path tracing alone.
+        /// Options for tracing the VPLs of the picture (the audit has others); `None` if picture
+        /// and audit are by path tracing alone.
         lights: Option<VplOptions>,
         /// Error allowed in a pixel.
         options: ControlOptions,

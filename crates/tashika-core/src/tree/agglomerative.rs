@@ -1,4 +1,4 @@
-//! Builds a light tree from the lights, joining clusters that are cheap together.
+//! Builds a light tree from the lights up, by joining clusters whose union is cheap.
 //!
 //! The cost of a cluster is that of Walter 2005, section 3.2:
 //!
@@ -7,19 +7,18 @@
 //!                                c: diagonal of the box of all lights (m); 0 for lights without normals
 //! ```
 //!
-//! Looking for the cheapest of all pairs takes quadratic time. Instead clusters stand in a list
-//! along a space-filling curve, each finds its cheapest partner within
-//! [`WINDOW`](super::partners::WINDOW) places, and all pairs that chose each other are joined at
-//! once: Daniel Meister, Jiří Bittner. "Parallel Locally-Ordered Clustering for Bounding Volume
-//! Hierarchy Construction." IEEE TVCG 24(3), 2018, doi:10.1109/TVCG.2017.2669983. Directional
-//! lights are points of the unit sphere.
+//! Looking for the cheapest of all pairs takes quadratic time. Instead, clusters are listed along a
+//! space-filling curve. Each finds its cheapest partner within [`WINDOW`](super::partners::WINDOW)
+//! places, and all pairs that chose each other are joined at once: Daniel Meister, Jiří Bittner.
+//! "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction." IEEE TVCG
+//! 24(3), 2018, doi:10.1109/TVCG.2017.2669983. Directional lights are points of the unit sphere.
 //!
 //! # Differences from the sources
-//! The curve (Morton order) first visits one coarse cell and, in it, one face of the cube of
-//! normals: the two sides of a wall are then far apart in the list. Ties are broken so that equal
-//! lights pair up; where hardly any clusters chose each other (as in rows of lights of growing
-//! intensity) clusters also join partners that chose another. So each pass joins a fixed share of
-//! the clusters at least, and the time is `O(n log n)` for any input.
+//! The curve (Morton order) visits coarse cells one by one and, in each, the faces of the cube of
+//! normals one by one: the two sides of a wall are then far apart in the list. Ties are broken so
+//! that equal lights pair up. Where hardly any clusters chose each other (as in rows of lights of
+//! growing intensity), clusters also join partners that chose another. So each pass joins at least
+//! a fixed share of the clusters, and the time is `O(n log n)` for any input.
 //!
 //! # Held to this by
 //! `tree::tests::trees` (structure, degenerate input, threads) and `tree::tests::quality`.
@@ -119,7 +118,8 @@ pub(super) fn build(items: &mut [Item], spans: &mut [Span], first: u32, emission
     flatten(items, spans, first, clusters[0].id, &joined);
 }
 
-/// Disjoint pairs of places to join, each and all in ascending order; at least one.
+/// Disjoint pairs of places to join, at least one. Each pair, and the list of pairs, is in
+/// ascending order.
 fn pairs(clusters: &[Cluster], c2: f32) -> Vec<[u32; 2]> {
     let n = clusters.len();
     let best = best_partners(clusters, c2);
@@ -203,7 +203,7 @@ fn face(direction: Vec3) -> u64 {
     2 * axis as u64 + u64::from(direction[axis] < 0.0)
 }
 
-/// Bits of a number of up to 21, each followed by two zeros.
+/// Bits of a number of up to 21 bits, each followed by two zeros.
 fn spread(x: u64) -> u64 {
     let x = (x | x << 32) & 0x001f_0000_0000_ffff;
     let x = (x | x << 16) & 0x001f_0000_ff00_00ff;

@@ -22,8 +22,8 @@ const GRAIN: u32 = 1 << 12;
 /// Data of a light that builders use.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item {
-    /// Position (m), then unit normal or axis, zero for lights without. A directional light counts
-    /// as lying where its unit direction of travel points to.
+    /// Position (m), then unit normal or axis, zero for lights without. The position of a
+    /// directional light is its unit direction of travel.
     pub(super) key: [f32; 6],
     pub(super) luminance: f32,
     /// Number of the light in the set.
@@ -53,7 +53,8 @@ pub(super) struct Sorted {
     pub(super) spans: Vec<Span>,
 }
 
-/// Sorts the lights that have luminance into a tree, which stands in sorted order from `begin` on.
+/// Sorts the lights that have luminance into a tree; `begin` is the place of the first in sorted
+/// order.
 pub(super) fn sort(lights: &[Vpl], begin: u32, builder: LightTreeBuilder) -> Sorted {
     let groups: Vec<(Emission, Vec<Item>)> = (0..VplKind::COUNT)
         .map(|kind| (Emission::of_kind(kind, lights), items_of_kind(kind, lights)))

@@ -8,9 +8,9 @@
 //! cosine of the phase function. A node is cut in the middle of its longest extent, and halved
 //! where that separates nothing or from a depth that only degenerate input reaches.
 //!
-//! Every node has a bound of the material of its points: in a leaf that of its point, above the
-//! merged bounds of its children. Nodes are in depth-first order, and each is a range of the sorted
-//! points, as in the light tree.
+//! Every node has a bound of the material of its points: in a leaf that of its point, in other
+//! nodes the merged bounds of the children. Nodes are in depth-first order, and each is a range of
+//! the sorted points, as in the light tree.
 //!
 //! # Held to this by
 //! `tree::tests::gather`.
@@ -200,8 +200,8 @@ fn direction(point: &GatherPoint) -> Vec3 {
     }
 }
 
-/// Sorts items, which stand from `begin` on, into a tree: appends first item and number of items of
-/// each node, depth first.
+/// Sorts items into a tree; `begin` is the place of the first item. Appends first item and number
+/// of items of each node, depth first.
 fn sort(items: &mut [Item], begin: usize, spans: &mut Vec<[u32; 2]>) {
     spans.reserve((2 * items.len()).saturating_sub(1));
     let mut waiting = Vec::with_capacity(64);

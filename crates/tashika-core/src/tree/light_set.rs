@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use super::{LightTree, LightTreeBuilder};
 use crate::vpl::{Provenance, VplSet};
 
-/// A set of VPLs and the tree over it, which is built on first use: the whole sum needs none.
+/// A set of VPLs and the tree over it, which is built on first use: the whole sum needs no tree.
 #[derive(Clone, Debug)]
 pub struct LightSet {
     set: VplSet,
@@ -13,7 +13,7 @@ pub struct LightSet {
 }
 
 impl LightSet {
-    /// Wraps a set, as yet without a tree.
+    /// Wraps a set. The tree is not built yet.
     pub fn new(set: VplSet) -> Self {
         Self { set, tree: OnceLock::new() }
     }

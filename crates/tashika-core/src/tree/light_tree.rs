@@ -192,9 +192,9 @@ impl LightTree {
         })
     }
 
-    /// Up to `most` clusters, or one for each instant, that hold every light once, in the order of
-    /// the lights. The cluster of the greatest importance, which must not be negative, is split
-    /// first.
+    /// Up to `most` clusters, but at least one for each instant, that hold every light once, in the
+    /// order of the lights. The cluster of the greatest importance, which must not be negative, is
+    /// split first.
     pub fn split(&self, most: usize, importance: impl Fn(&LightCluster) -> f64) -> Vec<LightCluster> {
         let mut chosen = Vec::new();
         // Numbers that are not negative are in the order of their bits.

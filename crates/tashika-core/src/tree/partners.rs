@@ -110,7 +110,8 @@ fn cheapest(i: usize, costs: impl Iterator<Item = (usize, f32)>) -> u32 {
     (i ^ best.1) as u32
 }
 
-/// Best partner of each of at least two clusters, with the weight `c2` of a turn of normals (m²).
+/// Best partner of each of at least two clusters, with the weight `c2` of differences between
+/// normals (m²).
 pub(super) fn best_partners(clusters: &[Cluster], c2: f32) -> Vec<u32> {
     best_with(Level::best(), clusters, c2)
 }

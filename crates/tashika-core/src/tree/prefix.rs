@@ -5,11 +5,11 @@
 //! ```
 //!
 //! Items stand in blocks of [`BLOCK`]. The sum of all weights below each block is stored as the
-//! unevaluated sum of two `f64` (Higham 2002, section 4.3), so that the difference of two is
-//! accurate to a few units of 2⁻⁵³ of *itself*, as long as it is above 2⁻¹⁰⁰ of the sum of all
-//! weights: with a single `f64`, the weights of dim lights beside the sun would be lost in the
-//! rounding of the sun's. Within a block, weights are added up on demand: they lie in one cache
-//! line, and the sums of a million items stay in the cache of a core.
+//! unevaluated sum of two `f64` (Higham 2002, section 4.3). The difference of two is then accurate
+//! to a few units of 2⁻⁵³ of *itself*, as long as it is above 2⁻¹⁰⁰ of the sum of all weights. With
+//! a single `f64`, the weights of dim lights beside the sun would be lost in the rounding of the
+//! sun's. Within a block, weights are added up on demand: they lie in one cache line, and the sums
+//! of a million items stay in the cache of a core.
 //!
 //! # Guarantee
 //! An item of zero weight is never drawn from a range that holds an item with weight. Held to this

@@ -22,8 +22,8 @@ use crate::vpl::{Vpl, VplKind};
 
 /// Number of intervals of the table of `M_Ω`.
 const STEPS: usize = 256;
-/// Area of a line of unit length: lights in a row have no area, but are better apart. Too small to
-/// count where there is area.
+/// Area of a line of unit length: lights in a row have no area, but shorter rows are better
+/// clusters. Too small to count where there is area.
 const AREA_OF_LINES: f32 = 1e-6;
 /// Asymmetry above which clusters count a phase function as shining to one side.
 const LOBE: f32 = 0.1;

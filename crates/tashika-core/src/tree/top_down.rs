@@ -12,9 +12,9 @@
 //! halved.
 //!
 //! # Differences from the source
-//! Planes across the directions of lights are tried as well as across their positions, with a
-//! direction's full range counted as long as half the box's diagonal; small nodes, and lights at
-//! one place, are split in the middle of their longest extent; one light a leaf.
+//! Planes across the directions of lights are tried as well as across their positions; a
+//! direction's full range counts as long as half the box's diagonal. Small nodes, and lights at one
+//! place, are split in the middle of their longest extent. Leaves hold one light each.
 //!
 //! # Held to this by
 //! `tree::tests::trees` (structure, degenerate input, threads) and `tree::tests::quality`.

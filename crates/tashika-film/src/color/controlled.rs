@@ -56,7 +56,7 @@ impl Controlled {
         }
     }
 
-    /// Size of a sum of colours, which its errors are relative to.
+    /// Size of a sum of colours; errors of the sum are relative to it.
     #[inline]
     pub fn size(self, sum: &RgbSum) -> f64 {
         self.parts().iter().map(|part| part.of_sum(sum)).fold(0.0, f64::max)

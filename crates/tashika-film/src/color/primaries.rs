@@ -4,10 +4,10 @@
 //! RGB' = M₇₀₉⁻¹ A M RGB
 //! ```
 //!
-//! with `M` the matrix whose columns are the primaries, scaled so that they add up to the white of
+//! with the matrix `M` whose columns are the primaries, scaled so that they add up to the white of
 //! luminance 1. `A` is the identity, which leaves XYZ unchanged, or the chromatic adaptation from
-//! the one white to the other ([`Adapted`](White::Adapted)): factors on the cone responses that
-//! ICC.1:2010, annex E, calls Bradford's.
+//! one white to the other ([`Adapted`](White::Adapted)). The adaptation scales the cone responses
+//! that ICC.1:2010, annex E, calls Bradford's.
 //!
 //! Sources of the chromaticities: ITU-R BT.709-6 and BT.2020-2; SMPTE EG 432-1 (P3, here with the
 //! white D65, as displays have it); SMPTE ST 2065-1 and ACES S-2014-004 (ACES). Held to this by the
@@ -39,7 +39,7 @@ const D65: [f64; 2] = [0.3127, 0.3290];
 /// White of ACES, near D60.
 const ACES: [f64; 2] = [0.321_68, 0.337_67];
 
-/// Bradford's responses of the eye to XYZ, by columns.
+/// Bradford's matrix from XYZ to cone responses, by columns.
 const BRADFORD: DMat3 = DMat3::from_cols(
     DVec3::new(0.8951, -0.7502, 0.0389),
     DVec3::new(0.2664, 1.7135, -0.0685),

@@ -11,9 +11,9 @@
 //! equal.
 //!
 //! # Assumption
-//! Samples are not NaN (checked in debug builds when they are set), except half-widths of pixels
-//! without a claim. A pixel outside the window, a plane without the requested kind of sample, a
-//! wrong number of channels are programming errors and panic.
+//! Samples are not NaN, except half-widths of pixels without a claim. In debug builds
+//! [`Plane::set_f32`] panics for every NaN. A pixel outside the window, a plane without the
+//! requested kind of sample, and a wrong number of channels are programming errors and panic.
 
 mod exposure;
 mod metadata;
@@ -232,8 +232,8 @@ impl Film {
         Ok(part)
     }
 
-    /// Copies `count` pixels in a row from another film, bit by bit: from `at` to the right, to
-    /// `to` to the right.
+    /// Copies `count` pixels of a row of another film, bit by bit. The leftmost of them is read at
+    /// `at` and written at `to`.
     ///
     /// # Panics
     /// If a pixel is outside its film's window, or the films do not have equal planes in equal
@@ -281,8 +281,8 @@ impl Film {
         self.planes.push(plane);
     }
 
-    /// A film with a single plane, as the main one. Other planes, which describe the former main
-    /// plane, are omitted. `None` if there is no such plane.
+    /// Film with the plane of this name alone, as its main plane. Planes that describe the former
+    /// main plane are omitted. `None` if there is no plane of this name.
     #[must_use]
     pub fn only(&self, name: impl AsRef<str>) -> Option<Self> {
         let planes = vec![self.plane(name)?.clone().renamed(planes::RADIANCE.name)];
@@ -299,7 +299,7 @@ impl Film {
         self.window
     }
 
-    /// All planes, in the order of their specs, to be filled.
+    /// All planes, in the order of their specs.
     pub fn planes(&self) -> &[Plane] {
         &self.planes
     }

@@ -55,8 +55,7 @@ impl PartialEq for Samples {
     }
 }
 
-/// Returns the name of a channel outside its plane: `half_width.Y`, and `R` if the plane has no
-/// name.
+/// Returns the full name of a channel: `half_width.Y`, or `R` if the plane has no name.
 pub fn channel_name(plane: &str, channel: &str) -> String {
     if plane.is_empty() { channel.to_owned() } else { format!("{plane}.{channel}") }
 }
@@ -95,8 +94,8 @@ impl Plane {
         Self::from_samples(words, self.channels.clone(), window, samples)
     }
 
-    /// Copies `count` pixels in a row from another plane: from `at` to the right, to `to` to the
-    /// right.
+    /// Copies `count` pixels of a row of another plane. The leftmost of them is read at `at` and
+    /// written at `to`.
     pub(super) fn copy(&mut self, to: [u32; 2], from: &Self, at: [u32; 2], count: u32) {
         let range = |plane: &Self, [x, y]: [u32; 2]| {
             let start = plane.range(x, y).start;
@@ -134,8 +133,8 @@ impl Plane {
         Some(samples.chunks_exact(self.channels.len()).map(move |p| Rgb::new(p[r], p[g], p[b])))
     }
 
-    /// Indices of the red, green and blue channels; `None` if the plane has no such channels, or
-    /// its samples are not floating point.
+    /// Indices of the red, green and blue channels, all 0 if the plane has one channel. `None` if
+    /// it has other channels, or its samples are not floating point.
     pub(super) fn color_channels(&self) -> Option<[usize; 3]> {
         self.f32_samples()?;
         let channel = |name: &str| self.channels.iter().position(|c| c == name);
@@ -216,7 +215,7 @@ impl Plane {
     ///
     /// # Panics
     /// If the pixel is outside the window, the plane holds counts, or the number of channels
-    /// differs.
+    /// differs; in debug builds, also if a channel is NaN.
     pub fn set_f32(&mut self, x: u32, y: u32, channels: &[f32]) {
         debug_assert!(channels.iter().all(|v| !v.is_nan()), "NaN in {:?} at ({x}, {y})", self.name);
         let range = self.range(x, y);

@@ -15,7 +15,8 @@ pub fn count(n: u64) -> String {
 
 /// Formats a share of a count with one decimal, rounded down, so that 100 % means all.
 pub fn percent_of_share(share: f64) -> String {
-    // The smallest step above rounding: 0.29 · 1000 is 290 less an ulp.
+    // The factor is one step above 1, so that a product rounded to just below a whole number still
+    // counts as that number.
     format!("{:.1} %", (share * 1000.0 * (1.0 + f64::EPSILON)).floor() / 10.0)
 }
 

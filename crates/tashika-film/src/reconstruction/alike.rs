@@ -11,7 +11,7 @@ use crate::color::Rgb;
 const RADIUS: isize = 9;
 /// Half the width of the patches that are compared, without their middle (pixels).
 const PATCH: usize = 2;
-/// `k²`: scale of squared differences relative to the variances. Chosen, as the radii.
+/// `k²`: scale of squared differences relative to the variances. A choice, as the radii are.
 const BANDWIDTH: f32 = 1.5 * 1.5;
 /// Keeps the difference of two exact pixels finite.
 const LEAST_VARIANCE: f32 = 1e-12;
@@ -37,8 +37,8 @@ pub struct Mean {
     pub variance: f32,
 }
 
-/// Reconstructed radiance; `None` for pixels that are not finite, which are similar to no pixel,
-/// not even to themselves.
+/// Reconstructed pixels; `None` for pixels that are not finite, which are similar to no pixel, not
+/// even to themselves.
 ///
 /// * `guide`: pixels that determine the weights.
 /// * `averaged`: pixels that enter the means, equal to `guide` or independent of it.
@@ -114,8 +114,8 @@ fn sums_of_row(pixels: &Pixels, guide: &[Tamed], averaged: &[Tamed], y: usize) -
     sums
 }
 
-/// Sum of the distances between a patch's column and the column at an offset, and the number of
-/// pixels.
+/// Sum of the distances between a column of a patch and the column at an offset from it, and the
+/// number of pixels in the sum.
 #[derive(Clone, Copy, Default)]
 struct Column {
     distance: f32,

@@ -6,16 +6,16 @@
 //! e²/n² = (1 − λ)² max(0, mean (A − y)(B − y)/n²) + ((1 − λ) s_y + λ s_u)²/n² + mean (y_A − y_B)²/4n²
 //! ```
 //!
-//! of luminances, where `u′` is `u` without outliers, with the standard errors `s` due to the noise
-//! of the pixels, and the size `n` of each pixel, because a dark pixel beside a bright one has a
-//! smaller error. Means are over a block; the standard errors are the pixel's own, so that a pixel
-//! without similar ones keeps its noise.
+//! All quantities are luminances. `u′` is `u` without outliers, `s` is a standard error due to the
+//! noise of the pixels, and `n` is the size of the pixel, which errors are relative to: a dark
+//! pixel beside a bright one has a smaller error. Means are over a block. The standard errors are
+//! those of the pixel itself, so that a pixel without similar ones keeps its noise.
 //!
 //! The weights for one half are independent of its noise, and so cannot select pixels by their
-//! noise (Rousselle, Knaus, Zwicker 2012). The products `(A − y)(B − y)` have the square of the
-//! bias of `y` for their mean, since the noise of one half is independent of that of the other. So
-//! `λ` is a step of James and Stein (1961) towards the unbiased picture: it goes to 1 as samples
-//! grow, and more work always helps.
+//! noise (Rousselle, Knaus, Zwicker 2012). The mean of the products `(A − y)(B − y)` is the squared
+//! bias of `y`, since the noise of one half is independent of that of the other. So `λ` is a step
+//! of James and Stein (1961) towards the unbiased picture: it goes to 1 as samples grow, and more
+//! work always helps.
 //!
 //! # Guarantee
 //! None: `e` guides work; only an audit can make a claim about a picture.
@@ -33,7 +33,8 @@ use crate::film::{Film, planes};
 
 /// Half the width of a block, without its middle (pixels).
 const BLOCK: usize = 3;
-/// Least size of a pixel that errors are relative to, as a share of the mean of the picture.
+/// Least size that the errors of a pixel are relative to, as a share of the mean luminance of the
+/// picture.
 pub const LEAST_SIZE: f64 = 0.01;
 
 /// Two independent films of one picture, each with the features of both.
@@ -99,7 +100,7 @@ impl Halves {
 
 /// Quantities of two halves.
 struct Read {
-    /// Pixels of half A, without those that half B excludes; features are those of both.
+    /// Pixels of half A, without those that half B excludes; the features are those of both halves.
     pixels: Pixels,
     tamed: [Vec<Tamed>; 2],
     radiance: [Vec<Rgb>; 2],
@@ -193,7 +194,8 @@ impl Read {
             let block = Products::mean(&products, [x, y], [width, height]);
             let step = if block.square > 0.0 { (block.bias / block.square).clamp(0.0, 1.0) } else { 0.0 };
             let p = y * width + x;
-            // A path in a thousand that is a thousand times brighter is left to the means.
+            // `u′`: one path in a thousand that is a thousand times brighter enters only through
+            // the means.
             let plain = pixels.albedo[p] * (tamed[0][p].irradiance + tamed[1][p].irradiance) * 0.5;
             let size = products[p].size;
             let variance: f32 = errors.iter().map(|e| 0.25 * e[p] * e[p] / (size * size)).sum();
@@ -292,8 +294,9 @@ mod tests {
         (Window::full(SIZE).pixels().zip(radiance).map(of).sum::<f64>() / radiance.len() as f64).sqrt()
     }
 
-    /// The mean of two halves has an error of the noise over √2. Of much noise most is removed; of
-    /// little noise no more is left than in that mean, though the stripes are in no feature.
+    /// The mean of two halves has an error of the noise over √2. Most of a strong noise is removed.
+    /// Of a weak noise no more is left than in that mean, to within 10 %, although no feature shows
+    /// the stripes.
     #[test]
     fn more_work_always_helps() {
         let errors =

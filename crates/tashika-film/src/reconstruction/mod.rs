@@ -16,8 +16,8 @@
 //!
 //! Outliers are clamped first (module `outliers`): a path in a thousand that is a thousand times
 //! brighter than the others would become a patch of light. The excess is distributed over the
-//! pixels around with the same weights, up to a tenth of their own value. More would be visible as
-//! a patch and is omitted, so that a reconstruction may be darker than the scene by the
+//! surrounding pixels with the same weights, up to a tenth of their own value. More would be
+//! visible as a patch and is omitted, so that a reconstruction may be darker than the scene by the
 //! contribution of such paths.
 //!
 //! # Guarantee
@@ -153,8 +153,8 @@ mod tests {
         for x in [23, 24] {
             let of_truth = |y: u32| f64::from(plane.f32_at(x, y)[1] / truth[Window::full(SIZE).index(x, y)]);
             let mean = (0..SIZE[1]).map(of_truth).sum::<f64>() / f64::from(SIZE[1]);
-            // Were the walls one, both columns would be 13 % off; a mean of some 600 pixels is 1.2
-            // % off.
+            // If the walls were averaged together, both columns would be 13 % off. The noise of a
+            // mean of some 600 pixels is 1.2 %.
             assert!((mean - 1.0).abs() < 0.06, "column {x}: {mean}");
         }
     }
@@ -186,8 +186,8 @@ mod tests {
         drop(truth);
     }
 
-    /// A path a thousand times as bright as all others is no patch of light; a lamp as bright
-    /// stays.
+    /// A path a thousand times as bright as all others does not become a patch of light; a lamp of
+    /// the same brightness stays.
     #[test]
     fn outliers_are_tamed_and_lamps_are_not() {
         for (is_lamp, most) in [(false, 1.3), (true, 1e9)] {

@@ -27,7 +27,7 @@ const ENOUGH: f32 = 6.0;
 const RANGES: f32 = 2.0;
 /// Share of the median that is added to the distance of a bound.
 const SLACK: f32 = 0.05;
-/// Standard errors by which a pixel may be moved.
+/// Largest change of a pixel, in its own standard errors.
 const ERRORS: f32 = 3.0;
 /// Largest factor by which a pixel's variance may grow.
 const MOST_VARIANCE: f32 = 4.0;

@@ -91,7 +91,7 @@ impl Pixels {
         }
     }
 
-    /// Distance `F²` of two pixels; infinite or NaN for one whose radiance or error is not finite.
+    /// Distance `F²` of two pixels; infinite or NaN if the radiance or error of one is not finite.
     #[inline]
     pub fn distance(&self, p: usize, q: usize) -> f32 {
         let (p, q) = (&self.features[p], &self.features[q]);

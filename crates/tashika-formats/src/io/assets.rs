@@ -2,7 +2,7 @@
 //!
 //! An image that is missing, damaged or of another format does not stop the reading of a scene: it
 //! is noted, and the caller puts something in its place. [`load_scene`](super::load_scene) decides
-//! if notes of missing files stop it in the end.
+//! at the end if missing files are an error.
 //!
 //! Held to this by the tests below.
 
@@ -26,7 +26,7 @@ pub(super) struct ImageCache<'f> {
     by_path: BTreeMap<(PathBuf, Encoding), Picture>,
     /// Images with texels that are not opaque.
     transparent: BTreeSet<Picture>,
-    /// Images with a single channel that is not grey.
+    /// The channel of each image that has only one, unless it is grey.
     lone: BTreeMap<Picture, Channel>,
 }
 
@@ -41,8 +41,8 @@ impl<'f> ImageCache<'f> {
         }
     }
 
-    /// The image, or the tiles, that `reference`, which stands at `at`, refers to; none, with a
-    /// note, if it cannot be read.
+    /// Returns the image or tiles that `reference` names; none, with a note at `at`, if they cannot
+    /// be read.
     ///
     /// # Errors
     /// If the scene refuses the image, see [`SceneBuilder::add_image`].
@@ -111,8 +111,8 @@ impl<'f> ImageCache<'f> {
         self.transparent.contains(&image)
     }
 
-    /// Returns the channel of a number if the file selects none: the luminance, or the only channel
-    /// of an image that is not grey.
+    /// Returns the channel from which a number is read if the file selects none: the luminance, or
+    /// the only channel of an image that is not grey.
     pub(super) fn number_channel(&self, image: Picture) -> Channel {
         self.lone.get(&image).copied().unwrap_or(Channel::Luminance)
     }
@@ -121,7 +121,7 @@ impl<'f> ImageCache<'f> {
     /// does not. Returns none, with a note, if the image cannot be read.
     ///
     /// # Errors
-    /// None so far.
+    /// No error is returned at present.
     pub(super) fn read(
         &self,
         reference: &str,
@@ -296,7 +296,8 @@ mod tests {
         let image = cache.read("a.pfm", Encoding::Linear, &at, &mut builder).unwrap().unwrap();
         assert_eq!((image.width, image.height), (1, 1));
         assert!(cache.read("gone.png", Encoding::Linear, &at, &mut builder).unwrap().is_none());
-        // `read` is for colours only; after `load`, the use of the image in the scene decides.
+        // `read` notes values below zero itself, as it is for colours only; `load` leaves that to
+        // the use of the image in the scene.
         assert!(cache.read("below.pfm", Encoding::Linear, &at, &mut builder).unwrap().is_some());
         assert!(cache.load("below.pfm", Encoding::Linear, &at, &mut builder).unwrap().is_some());
         let notes = notes(builder);

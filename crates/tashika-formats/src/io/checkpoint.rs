@@ -10,14 +10,14 @@
 //! ```
 //!
 //! # Guarantee
-//! [`Checkpoint::open`] returns tiles whose every bit is as it was added. The first record that is
-//! cut off or has a wrong checksum is not used, nor any record after it; this is reported, and
-//! their tiles are to be rendered again. A file that belongs to another render, or is no
-//! checkpoint, is refused and not changed. Two programs do not write to one checkpoint, if the file
-//! system has locks. Memory is proportional to the film, whatever the file contains.
+//! [`Checkpoint::open`] returns tiles bit by bit as they were added. The first record that is cut
+//! off or has a wrong checksum is not used, nor any record after it; this is reported, and the
+//! tiles of these records must be rendered again. A file that belongs to another render, or is no
+//! checkpoint, is refused and not changed. On a file system with locks, two programs cannot write
+//! to one checkpoint. Memory is proportional to the film, whatever the file contains.
 //!
 //! # Held to this by
-//! The tests below; those of the program in `tests/parts.rs`, which end it by force.
+//! The tests below; the program's tests in `tests/parts.rs`, which kill it while it renders.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};
@@ -47,7 +47,7 @@ pub struct Checkpoint {
 /// Contents of a checkpoint that was opened.
 #[derive(Clone, Debug)]
 pub struct Resumed {
-    /// The film with these tiles; all else is as in the film with which the checkpoint was opened.
+    /// The film with which the checkpoint was opened, with the restored tiles filled in.
     pub film: Film,
     /// Restored tiles, in the order of the file.
     pub tiles: Vec<Window>,
@@ -93,7 +93,7 @@ impl Checkpoint {
         Ok((Self { path: path.to_owned(), file, known }, resumed))
     }
 
-    /// Adds a finished tile, unless the file has it.
+    /// Adds a finished tile, unless the file already has it.
     ///
     /// # Errors
     /// [`Error::Io`]; tiles that were added before remain.
@@ -239,7 +239,8 @@ fn record(film: &Film, tile: Window) -> Vec<u8> {
     bytes
 }
 
-/// Reads records up to the first that is not whole; returns where the last whole one ends.
+/// Reads records up to the first that is not whole; returns the offset at which the last whole one
+/// ends.
 fn records(file: &mut impl Read, begin: u64, length: u64, resumed: &mut Resumed) -> io::Result<u64> {
     let mut at = begin;
     while at < length {

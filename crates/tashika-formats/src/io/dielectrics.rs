@@ -1,8 +1,8 @@
 //! Refractive indices of transparent materials by their names in scene formats.
 //!
 //! Indices are for visible light at room temperature. Names without a prefix are Mitsuba's, with
-//! the values of its documentation, as a scene's author saw them: its `bk7` is not the glass of the
-//! catalogue. Names with `glass-` are pbrt-v4's, which has whole spectra; these indices are at
+//! the values of its documentation, which authors of scenes rely on: its `bk7` is not the glass of
+//! the catalogue. Names with `glass-` are pbrt-v4's, which has whole spectra; these indices are at
 //! 587.6 nm (helium's d line).
 //!
 //! Sources: [^mitsuba3], plugin `dielectric`; [^schott2017]. Held to this by the test below.

@@ -63,7 +63,7 @@ impl Feature {
         rows.iter().find(|f| f.kind == kind && f.name == name)
     }
 
-    /// Notes a feature met at `at` by its row, if there is one; returns true if there is one.
+    /// Notes, as its row states, a feature met at `at`; returns false if it has no row.
     ///
     /// # Errors
     /// [`Error::Unsupported`] if the row refuses it.
@@ -81,7 +81,7 @@ impl Feature {
     /// # Errors
     /// [`Error::Invalid`] with the name that was probably meant.
     pub(super) fn refuse_slip(rows: &'static [Self], [kind, name]: [&str; 2], at: &Location) -> Result<()> {
-        // Rows with blanks describe parts of features.
+        // Names with blanks belong to parts of features.
         let known = rows.iter().filter(|row| row.kind == kind && !row.name.contains(' '));
         match nearest_name(name, known.map(|row| row.name)) {
             Some(near) => Err(Error::misspelt(at.clone(), kind, &excerpt(name, LONGEST), near)),

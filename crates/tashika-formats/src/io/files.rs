@@ -78,8 +78,8 @@ impl SceneFiles {
         &self.options
     }
 
-    /// Digest of all bytes read so far, in whatever order. It detects accidental changes of the
-    /// contents, not deliberate ones.
+    /// Digest of all files read so far, independent of their order. It detects accidental changes
+    /// of the contents, not deliberate ones.
     pub fn digest(&self) -> u64 {
         self.digest.load(Ordering::Relaxed)
     }

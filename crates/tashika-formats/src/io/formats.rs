@@ -61,8 +61,8 @@ pub fn features() -> Vec<FormatFeatures> {
     FORMATS.iter().map(|format| FormatFeatures { format: format.name, rows: format.features }).collect()
 }
 
-/// Description of a scene file by the ending of its name, in either case of letters; none if no
-/// reader accepts the ending.
+/// Description of a scene file by the ending of its name, in any case of letters; none if no reader
+/// accepts the ending.
 pub fn scene_format(path: &Path) -> Option<&'static str> {
     known(path).map(|(_, name)| name)
 }

@@ -1,11 +1,11 @@
 //! Photometric data of lamps: IES files (LM-63 of 1986 to 2019), photometry of type C.
 //!
 //! A file gives the luminous intensity at a grid of angles: vertical angles `γ` from straight down
-//! (0°) to straight up (180°), and horizontal angles `C`, of which symmetric lamps give a half, a
-//! quarter or one. Between the angles, intensities are interpolated linearly; beyond the vertical
-//! angles of the file, they are 0. They are stored in a latitude-longitude map of [`SIZE`] texels,
-//! one row for each half degree: finer detail is lost. In the map's frame `+y` is up and `C = 0°`
-//! is `+x`, from where `C` turns towards `−z`, counterclockwise as seen from above.
+//! (0°) to straight up (180°), and horizontal angles `C`, of which files of symmetric lamps list
+//! half, a quarter, or one. Between the angles, intensities are interpolated linearly; beyond the
+//! vertical angles of the file, they are 0. They are stored in a latitude-longitude map of [`SIZE`]
+//! texels, one row for each half degree: finer detail is lost. In the map's frame `+y` is up, and
+//! `C` grows from 0° at `+x` towards `−z`, counterclockwise as seen from above.
 //!
 //! Candela count as W·sr⁻¹, times the file's multiplier and ballast factors; the factor between the
 //! units is the same for all lights and left to exposure.
@@ -43,7 +43,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, at: &Location) -> Result<Option<I
     let texel = |i: u32| {
         let azimuth = ((i % width) as f32 + 0.5) * 360.0 / width as f32;
         let polar = ((i / width) as f32 + 0.5) * 180.0 / height as f32;
-        // From the frame of latitude-longitude maps: +x is at three quarters, −z at a half.
+        // In latitude-longitude maps, +x is at three quarters of the width, −z at a half.
         [photometry.at(180.0 - polar, (azimuth + 90.0) % 360.0); 3]
     };
     let pixels = Pixels::Float((0..width * height).map(texel).collect());
@@ -53,8 +53,8 @@ pub(super) fn decode(bytes: &[u8], name: &str, at: &Location) -> Result<Option<I
 }
 
 impl Photometry {
-    /// The intensity (cd) at angles in degrees, the horizontal one in the sense of the map's
-    /// columns.
+    /// The intensity (cd) at two angles (degrees); the horizontal one grows as the map's columns
+    /// do, against `C`.
     fn at(&self, gamma: f32, column: f32) -> f32 {
         // Columns run from +x at 270° of the map towards +z: against C.
         let c = (360.0 - column).rem_euclid(360.0);

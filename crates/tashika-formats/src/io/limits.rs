@@ -3,7 +3,7 @@
 //! A small file can use the same bytes a million times, or include itself. Such a mistake must not
 //! fill the memory or the stack.
 //!
-//! Held to this by the tests below, and by the formats' `damaged_*` of the suite.
+//! Held to this by the tests below, and by the suite's `damaged_*` tests of the formats.
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -49,9 +49,9 @@ impl Budget {
 /// Limits on files that include each other: the depth of the stack and the work are bounded.
 #[derive(Debug)]
 pub(super) struct Includes {
-    /// Most files in all, each inclusion counted.
+    /// Largest number of inclusions in all.
     files: usize,
-    /// Most files in each other, the scene's own counted.
+    /// Largest number of files nested in each other, the scene's own included.
     depth: usize,
     included: usize,
     /// Names of the files so far, with the sums of their bytes: once for each file in `bytes`, and
@@ -68,7 +68,7 @@ const FREE_REPETITIONS: u64 = 1 << 25;
 const MAX_REPETITIONS: u64 = 8;
 
 impl Includes {
-    /// Permits `files` included files in all, and `depth` in each other.
+    /// Permits `files` inclusions in all, and `depth` files nested in each other.
     pub(super) fn new(files: usize, depth: usize) -> Self {
         Self { files, depth, included: 0, known: BTreeSet::new(), bytes: 0, repeated: 0 }
     }

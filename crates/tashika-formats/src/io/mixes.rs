@@ -44,8 +44,8 @@ pub(super) fn of_share(color: ColorInput, share: f32) -> ColorInput {
     ColorInput { factor: (color.factor * (1.0 / share)).map(|v| v.min(1.0)), ..color }
 }
 
-/// Diffuse reflection beside a lobe, which `lobe` makes of its colour; together they reflect no
-/// more than 1.
+/// Diffuse reflection beside a lobe; `lobe` makes the lobe from its colour. Together they reflect
+/// at most 1.
 pub(super) fn beside(
     builder: &mut SceneBuilder,
     names: [String; 2],

@@ -64,15 +64,15 @@ pub struct LoadOptions {
     pub max_image_texels: u64,
     /// Largest file that is read (bytes). Default: 2³⁴.
     pub max_file_bytes: u64,
-    /// Time at which a scene that moves is loaded (s): any finite number. Before its motion the
-    /// scene is as at the beginning, afterwards as at the end. Default: none. The scene is then as
-    /// without its animations, at its first keys (pbrt, Mitsuba) or with its nodes at rest (glTF).
+    /// Time at which a scene that moves is loaded (s): any finite number. Times before or after the
+    /// motion show its beginning or end. Default: none. Animations then have no effect: the scene
+    /// is as at its first keys (pbrt, Mitsuba), or as its nodes are at rest (glTF).
     pub at: Option<f64>,
     /// Beginning and end of the time that the shutter of cameras is open (s), relative to
-    /// [`Self::at`] or zero: finite numbers, the first not above the second. Cameras and objects
-    /// that move meanwhile are blurred; lights without a surface are at their place in the middle
-    /// of this time. Default: none. Then nothing is blurred if [`Self::at`] is set, and otherwise
-    /// the shutter is that of the file (pbrt, Mitsuba).
+    /// [`Self::at`], or to zero without it: finite numbers, the first not above the second. Cameras
+    /// and objects that move meanwhile are blurred; lights without a surface are at their place in
+    /// the middle of this time. Default: none. Then nothing is blurred if [`Self::at`] is set, and
+    /// otherwise the shutter is that of the file (pbrt, Mitsuba).
     pub shutter: Option<[f64; 2]>,
 }
 
@@ -117,7 +117,7 @@ impl LoadOptions {
     }
 
     /// Beginning and end of the time that a camera's shutter is open (s), where `own` is that of
-    /// its file; none if the camera stands as at [`Self::time`].
+    /// its file; none if nothing is blurred and the camera stands as at [`Self::time`].
     fn exposure(&self, own: Option<[f64; 2]>) -> Option<[f64; 2]> {
         match (self.shutter, self.at) {
             (Some(shutter), at) => Some(shutter.map(|seconds| at.unwrap_or(0.0) + seconds)),
@@ -151,7 +151,7 @@ pub fn open_scene(name: &Path, lights: &LightChanges, options: &LoadOptions) -> 
     Ok(lights.apply(scene, options)?.with_default_light(Location::file(name)))
 }
 
-/// Reads a scene; the format is chosen by the file's ending, in either case of letters.
+/// Reads a scene; the format is chosen by the file's ending, in any case of letters.
 ///
 /// # Errors
 /// [`Error::Io`] if the file cannot be read, [`Error::Unsupported`] for other endings,

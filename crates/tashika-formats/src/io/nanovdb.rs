@@ -51,7 +51,7 @@ pub(super) struct NanoGrid {
     pub(super) to_world: DAffine3,
 }
 
-/// Reads the grid `name`, in at most `most` bytes.
+/// Reads the grid `name`, which may take at most `most` bytes.
 ///
 /// # Errors
 /// [`Error::Invalid`] if the file is not NanoVDB of version 32, is damaged, lacks the grid, or has
@@ -176,7 +176,7 @@ impl Bytes<'_> {
     }
 }
 
-/// A kind of nodes whose children are nodes or tiles.
+/// Level of the tree at which children of nodes are nodes or tiles.
 struct Level {
     /// Children along an axis, as a power of two.
     bits: u32,

@@ -28,7 +28,8 @@ pub(super) fn quoted(name: &str) -> String {
     format!("{:?}", excerpt(name, LONGEST))
 }
 
-/// Notes whose messages contain names from a file, of which a hostile file has millions.
+/// Notes with names from a file in their messages. Their number is limited, as a hostile file has
+/// millions of names.
 pub(super) struct Named {
     limit: usize,
     messages: BTreeSet<String>,

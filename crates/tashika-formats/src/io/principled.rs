@@ -4,7 +4,7 @@
 //! principled surface and of glass. The share of glass is the share that transmits and is not
 //! metal. The transmittance of the glass at each boundary is the square root of the colour. Both
 //! parts have the same facets and the same Fresnel reflectance. The opaque part lies under the
-//! clear coat, of `α = 0.1 + (0.001 − 0.1) gloss`.
+//! clear coat, which has `α = 0.1 + (0.001 − 0.1) gloss`.
 //!
 //! Sources: Burley 2012, section 5.4; Burley 2015. Held to this by `mitsuba::clear_coats_*` and the
 //! suite's `mitsuba_materials` and `formula_materials`.
@@ -105,7 +105,7 @@ impl Principled {
     }
 }
 
-/// Returns `α` of a clear coat's gloss; of a textured gloss a texture.
+/// Returns `α` of a clear coat by its gloss; a texture if the gloss has one.
 fn alpha_of_gloss(builder: &mut SceneBuilder, gloss: FloatInput) -> Result<FloatInput> {
     let alpha = |gloss: f32| MAX_GTR1_ALPHA + (MIN_ALPHA - MAX_GTR1_ALPHA) * gloss.clamp(0.0, 1.0);
     let Some((amount, channel)) = gloss.texture else { return Ok(alpha(gloss.factor).into()) };

@@ -3,7 +3,8 @@
 //! `f32::sin` and the like call the system's library, whose last bit differs between systems and
 //! even between processors on one system. The functions here call `libm`, which is plain Rust
 //! arithmetic, or are plain arithmetic themselves ([`exp2_of`], [`log2_1m_of`], for one number or
-//! several). The lint `disallowed_methods` (clippy.toml) keeps the others out of the workspace.
+//! several). The lint `disallowed_methods` (clippy.toml) keeps the system's functions out of the
+//! workspace.
 
 use glam::{Quat, Vec3};
 
@@ -61,9 +62,9 @@ pub fn ln(x: f32) -> f32 {
 
 /// `2ˣ` for `x` in [−126, 127], for one number or several; relative error below 3·10⁻⁷.
 ///
-/// The product `2ⁿ 2ʳ` with the integer `n` nearest to `x`. For `2ʳ` it has the polynomial of
-/// degree 5 whose largest relative error over `|r| ≤ ½` is least, 7.5·10⁻⁸ (found by Remez's
-/// exchange).
+/// The product `2ⁿ 2ʳ` with the integer `n` nearest to `x`. `2ʳ` is approximated by the minimax
+/// polynomial of degree 5, with a relative error of at most 7.5·10⁻⁸ over `|r| ≤ ½` (found by
+/// Remez's exchange).
 #[inline(always)]
 pub fn exp2_of<R: Real>(x: R) -> R {
     const SERIES: [f32; 6] = [1.0, 0.693_146_94, 0.240_221_2, 0.055_507_13, 0.009_675_541, 0.001_327_647_2];
@@ -80,8 +81,8 @@ pub fn exp2_of<R: Real>(x: R) -> R {
 /// for small `x`.
 ///
 /// The sum `e + log₂(1 + f)` with `1 − x = (1 + f) 2ᵉ` and `1 + f` in `[√½, √2)`, where `f` is
-/// exactly `−x` if `e` is zero. `log₂(1 + f) / f` is the polynomial of degree 7 whose largest
-/// relative error over that range is least, 1.7·10⁻⁷ (found by Remez's exchange).
+/// exactly `−x` if `e` is zero. `log₂(1 + f) / f` is approximated by the minimax polynomial of
+/// degree 7, with a relative error of at most 1.7·10⁻⁷ over that range (found by Remez's exchange).
 #[inline(always)]
 pub fn log2_1m_of<R: Real>(x: R) -> R {
     let u = R::splat(1.0) - x;

@@ -36,7 +36,7 @@ impl Frame {
             return Self::about(n);
         }
         let t = t.normalize();
-        // Removes the component along `n` that rounding leaves of nearly parallel directions.
+        // Removes the component along `n` that rounding leaves for nearly parallel directions.
         let t = (t - n * n.dot(t)).normalize();
         Self { t, b: n.cross(t), n }
     }

@@ -4,10 +4,10 @@
 //! L = ∫₀¹ L(t) dt ≈ 1/T Σ_k L(t_k)          t_k drawn in [k/T, (k+1)/T)
 //! ```
 //!
-//! Lights and gather points of a sum have to be of the same time, so both are assigned to a few
-//! *instants* (Walter et al. 2006): each light path and each camera sample has one instant, and a
-//! light contributes only to points of its own instant. Times are shares of the time that the
-//! shutter is open.
+//! The light and the gather point of a term need the same time. So all of them are assigned to a
+//! few *instants* (Walter et al. 2006): each light path and each camera sample has one instant, and
+//! a light contributes only to points of its own instant. Times are shares of the exposure, from 0
+//! to 1.
 //!
 //! # Guarantee
 //! The expectation of the sum over [drawn](Instants::spread) instants is the integral over all
@@ -21,7 +21,7 @@
 pub struct Instants {
     /// Number of the first instant; zero unless it was chosen by [`Self::only`].
     first: u16,
-    /// In ascending order, each from 0 to 1; at least one.
+    /// Times of the instants, in ascending order, each from 0 to 1; at least one.
     shares: Vec<f32>,
 }
 
@@ -33,13 +33,13 @@ impl Default for Instants {
 }
 
 impl Instants {
-    /// Share of the time for queries that name none; every share is equal where nothing moves.
+    /// Time of queries that name none. In a scene that does not move, all times are equivalent.
     pub const STILL: f32 = 0.5;
     /// Largest number of instants.
     pub const MOST: u32 = 1024;
 
-    /// Places one instant in each of `count` equal parts of the time, by the next uniform number in
-    /// `[0, 1)`.
+    /// Places one instant in each of `count` equal parts of the time, each by a number in `[0, 1)`
+    /// from `uniform`.
     ///
     /// # Panics
     /// If `count` is not 1 to [`Self::MOST`].
@@ -69,18 +69,19 @@ impl Instants {
         self.shares.len()
     }
 
-    /// Returns true if the only instant has number 0, as in a scene that does not move.
+    /// Returns true if there is one instant and its number is 0, as in a scene that does not move.
     pub fn is_single(&self) -> bool {
         self.first == 0 && self.len() == 1
     }
 
-    /// Instant for a uniform number: its number and its share of the time.
+    /// Returns the number of the instant chosen by `u` (uniform in `[0, 1)`), and its share of the
+    /// time.
     pub fn draw(&self, u: f32) -> (u16, f32) {
         let place = ((u * self.shares.len() as f32) as usize).min(self.shares.len() - 1);
         (self.first + place as u16, self.shares[place])
     }
 
-    /// The instant of this number alone, under the same number.
+    /// Returns the instant of this number alone; it keeps its number.
     #[must_use]
     pub fn only(&self, number: u16) -> Self {
         Self { first: number, shares: vec![self.shares[usize::from(number - self.first)]] }
@@ -106,7 +107,7 @@ mod tests {
                 }
                 assert_eq!(Instants::new(instants.shares().to_vec()).unwrap(), instants);
             }
-            // ∫ t² dt, by the midpoints of 200 parts of each.
+            // ∫ t² dt by the midpoint rule, with 200 parts for each instant.
             let mean = sum / (200 * count) as f32;
             assert!((mean - 1.0 / 3.0).abs() < 1e-5, "{count}: {mean}");
         }

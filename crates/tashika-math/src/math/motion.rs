@@ -12,7 +12,7 @@
 //! with the sign of `q₁` that takes the shorter way (Shoemake 1985). `R` is the limit of
 //! `R ← (R + R⁻ᵀ)/2`, starting from the linear part. If the linear part mirrors, `−R` is the
 //! rotation and `−S` the stretch. pbrt moves objects in this way (Pharr et al. 2016, section 2.9);
-//! motions of rotations and translations stay rigid.
+//! motions that consist of rotations and translations stay rigid.
 //!
 //! # Guarantee
 //! At a key, [`Track::at`] returns the map of that key, bit for bit; before the first key it
@@ -154,7 +154,7 @@ impl Track {
         DAffine3 { translation: map.transform_point3(self.about), ..map }
     }
 
-    /// The track of `map · first`: `first` is applied first, and does not move.
+    /// The track of `map · first`: the constant map `first` is applied first.
     ///
     /// `None` if a product cannot be inverted.
     pub fn after(&self, first: DAffine3) -> Option<Self> {
@@ -204,9 +204,10 @@ impl Track {
 
     /// Returns true if all maps, at any time, and their inverses are finite in single precision.
     ///
-    /// Between keys, the stretch lies between two that are definite, and of one sign if none
-    /// [mirrors alone](Self::keeps_sides). Its least eigenvalue is concave, hence no smaller than
-    /// the smaller one of the two keys, so that no inverse is larger than those of the keys.
+    /// Between keys, the stretch is interpolated between two definite matrices, which have one sign
+    /// if no key [mirrors alone](Self::keeps_sides). Its least eigenvalue is concave in time, hence
+    /// no smaller than the smaller one of the two keys. So no inverse is larger than those of the
+    /// keys.
     pub fn can_place(&self) -> bool {
         let norm = |m: &DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
         let most = |f: &dyn Fn(&Key) -> f64| self.keys.iter().map(f).fold(0.0, f64::max);
@@ -217,8 +218,8 @@ impl Track {
         self.keeps_sides() && largest < f64::from(f32::MAX)
     }
 
-    /// Returns true if the map mirrors space at all keys, or at none. Otherwise it cannot be
-    /// inverted at all times.
+    /// Returns true if the map mirrors space at all keys, or at none. Otherwise it is singular at
+    /// some time between keys.
     pub fn keeps_sides(&self) -> bool {
         let mirrors = |key: &Key| key.map.matrix3.determinant() < 0.0;
         self.keys.iter().all(|key| mirrors(key) == mirrors(&self.keys[0]))
@@ -292,7 +293,7 @@ mod tests {
         assert!(track.at(0.25).abs_diff_eq(mirrored(0.5), 1e-12), "{:?}", track.at(0.25));
     }
 
-    /// A rotation by 180° between a mirrored and an unmirrored key passes through a flat map.
+    /// Interpolation between a mirrored and an unmirrored key passes through a singular map.
     #[test]
     fn maps_on_the_way_can_be_inverted_where_no_key_mirrors_alone() {
         let map = |angle, scale| DAffine3 {

@@ -12,7 +12,7 @@
 //! ```
 //!
 //! relMSE is that of Rousselle et al. 2011. The constant, which prevents black references from
-//! dominating, is chosen: 10⁻² and 10⁻³ are in use.
+//! dominating, is a choice: 10⁻² and 10⁻³ are in use.
 //!
 //! # The display picture
 //! `X = sRGB(clamp(2ᵉ x, 0, 1))` by IEC 61966-2-1, without rounding to bytes and without a

@@ -149,7 +149,7 @@ fn is_some(film: &Film, spec: PlaneSpec) -> bool {
     film.plane(spec).and_then(Plane::f32_samples).is_some_and(|samples| samples.iter().any(|v| *v > 0.0))
 }
 
-/// The picture that scripts begin with: the estimates if there is a reference, to match the errors;
+/// Picture that the scripts show first: the estimates if there is a reference, to match the errors;
 /// otherwise the plane that is [`seen`].
 fn still(shown: &Shown<'_>, picks: &[[u32; 2]], size: [u32; 2], tone: Tone) -> Option<String> {
     let film = shown.film;

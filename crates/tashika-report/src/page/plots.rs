@@ -325,7 +325,8 @@ fn drawn(draw: impl FnOnce(&Canvas<'_>) -> Drawn) -> String {
     svg
 }
 
-/// The smallest and the largest positive number, or a range around them if they are equal.
+/// Ends of an axis: the smallest and the largest finite value, at most five decades apart; a range
+/// around them if they are equal, and 10⁻³ to 1 without values.
 fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = values
         .filter(|v| v.is_finite())
@@ -338,8 +339,8 @@ fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
     if high > low * 1.01 { (low, high) } else { (low / 2.0, high * 2.0) }
 }
 
-/// Points of the cumulative distribution of numbers that are not NaN; infinite ones are counted
-/// only.
+/// Points of the cumulative distribution of the numbers that are not NaN. Infinite numbers count
+/// towards the shares, but have no points.
 fn cumulative(values: &[f64]) -> Vec<(f64, f64)> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|v| !v.is_nan()).collect();
     sorted.sort_by(f64::total_cmp);

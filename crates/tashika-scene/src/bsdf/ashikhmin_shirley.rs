@@ -1,4 +1,4 @@
-//! Rough reflection over a diffuse base that gets the rest: the model of Ashikhmin and Shirley.
+//! Rough reflection over a diffuse base that receives the rest: the model of Ashikhmin and Shirley.
 //!
 //! ```text
 //! f_r = 28 ρ_d (1 − F₀) / 23π · s(c_i) s(c_o)  +  F D / (4 ω_i·h max(c_i, c_o))          (sr⁻¹)
@@ -30,13 +30,14 @@ pub struct AshikhminShirley {
 }
 
 impl AshikhminShirley {
-    /// `π` times the diffuse part, over its albedo and `s(c_i)`: `28/23`.
+    /// `π` times the diffuse part, divided by its albedo and by `s(c_i)`: `28/23`.
     pub const SCALE: f32 = 28.0 / 23.0;
 
     /// `s(c)`; increases with the cosine.
     #[inline(always)]
     pub fn shape<R: Real>(cos: R) -> R {
-        // The differences of the definition would be rounded where the cosine is small.
+        // A polynomial in the cosine: the difference `1 − (1 − c/2)⁵` would lose digits of small
+        // cosines.
         let x = R::splat(0.5) * cos;
         let sum = R::splat(-10.0) + x * (R::splat(10.0) + x * (R::splat(-5.0) + x));
         x * (R::splat(5.0) + x * sum)

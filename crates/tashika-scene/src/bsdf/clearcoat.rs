@@ -51,7 +51,7 @@ pub const MAX_GTR1_ALPHA: f32 = 0.1;
 pub enum CoatModel {
     /// Disney's, as in pbrt-v3.
     Disney,
-    /// Disney's, as in Mitsuba 3: with `4 c_o c_i`.
+    /// Disney's, as in Mitsuba 3: with the further factor `4 c_o c_i`.
     Mitsuba,
     /// A layer of GGX facets that reduces the light of the base by the share that it reflects:
     /// glTF's.

@@ -82,7 +82,7 @@ impl Coated {
         self.base(&boundary) * (boundary.transmittance(cos_o) * boundary.mean_transmittance())
     }
 
-    /// Diffuse part over `T(c_o) T(c_i)/π`: `ρ / (η² (1 − ρ F_int))`.
+    /// Diffuse part divided by `T(c_o) T(c_i)/π`: `ρ / (η² (1 − ρ F_int))`.
     #[inline]
     pub fn base(&self, boundary: &Boundary) -> Rgb {
         let (eta2, inside) = (self.ior * self.ior, boundary.inside());

@@ -19,7 +19,7 @@ use crate::math::simd::each;
 
 /// Reflectance of the boundary to a dielectric of relative index `eta = η_t / η_i`.
 ///
-/// * `cos`: of the angle of incidence, `c`.
+/// * `cos`: cosine `c` of the angle of incidence.
 ///
 /// With `g = η cos θ_t = √(η² − 1 + c²)` the amplitudes are `(η² c − g) / (η² c + g)` in the plane
 /// of incidence and `(c − g) / (c + g)` across it. Exactly 1 under total internal reflection.
@@ -30,7 +30,7 @@ pub fn dielectric<R: Real>(cos: R, eta: f32) -> R {
     let dense = R::splat(eta * eta) * cos;
     let (parallel, perpendicular) = ((dense - g) * (cos + g), (cos - g) * (dense + g));
     let denominator = (dense + g) * (cos + g);
-    // One division for both; the bound only removes a rounding.
+    // One division for both squares; the minimum only removes a rounding above 1.
     let squares = R::splat(0.5) * (parallel * parallel + perpendicular * perpendicular);
     let reflected = (squares / (denominator * denominator)).min(R::splat(1.0));
     R::select(g2.le(R::splat(0.0)), R::splat(1.0), reflected)

@@ -52,7 +52,7 @@ impl From<UnderLayers> for Bsdf {
 }
 
 impl UnderLayers {
-    /// Returns the surface as one that can have layers, if it can.
+    /// Returns the surface as one that can have layers; `None` if it cannot.
     pub fn of(bsdf: &Bsdf) -> Option<Self> {
         match *bsdf {
             Bsdf::Lambert(b) => Some(Self::Lambert(b)),
@@ -107,7 +107,8 @@ impl UnderLayers {
 }
 
 impl Layered {
-    /// Returns the surface as one with layers, if it can have any: with its own, or with none yet.
+    /// Returns the surface as a layered one, with the layers that it has or with empty ones; `None`
+    /// if it cannot have layers.
     pub fn over(bsdf: &Bsdf) -> Option<Self> {
         match *bsdf {
             Bsdf::Layered(b) => Some(b),
@@ -170,7 +171,8 @@ impl Layered {
         Bsdf::from(self.base).importance_gloss(wo) * self.left(cos_o) + fibres + self.coat.importance(cos_o)
     }
 
-    /// Probability of drawing from the coat, and otherwise that of drawing from the sheen.
+    /// Probability of drawing from the coat, and, if the coat is not drawn, of drawing from the
+    /// sheen.
     fn probabilities(&self, wo: Vec3) -> [f32; 2] {
         let base = Bsdf::from(self.base);
         let base = base.vpl_reflectance(wo).max_channel() + base.importance_gloss(wo);
@@ -199,7 +201,7 @@ impl Layered {
     }
 }
 
-/// Returns a uniform number made of `u`, given that the share `below` was not chosen.
+/// Maps a number `u`, uniform in `[below, 1)`, to `[0, 1)`, so that it is used again.
 fn rest(u: f32, below: f32) -> f32 {
     ((u - below) / (1.0 - below)).min(1.0 - f32::EPSILON / 2.0)
 }

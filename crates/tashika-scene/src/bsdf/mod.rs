@@ -20,8 +20,8 @@
 //! | [`ThinGlass`] | `2F / (1 + F)` on reflection, the rest straight through |
 //!
 //! Directions are drawn from `cos θ / π` ([`Lambert`]), by visible normals ([`Conductor`]), along
-//! the one direction ([`Mirror`]), by `F` against `1 − F` ([`Glass`], [`ThinGlass`]), or from all
-//! lobes.
+//! the one direction ([`Mirror`]), by `F` against `1 − F` ([`Glass`], [`ThinGlass`]), and otherwise
+//! from a mixture of the lobes.
 //!
 //! Sources: Lambert 1760; Lafortune, Willems 1994 (Phong); Cook, Torrance 1982 (plastic); Walter et
 //! al. 2007 (conductor, glass); Heitz 2014 (conductor); Saunderson 1942 (coated); glTF 2.0,
@@ -32,12 +32,11 @@
 //! * All directions are unit vectors that point *away* from the surface; the shading normal is
 //!   `+z`.
 //! * Opaque surfaces are two-sided: if `ω_o` is below the surface, both directions are mirrored to
-//! * Opaque surfaces are two-sided: if `ω_o` is below the surface, both directions are mirrored to
 //!   `+z` first. Light passes from one side to the other only in [`Glass`] and [`ThinGlass`].
 //! * A direction within [`MIN_COSINE`] of the horizon neither receives nor sends light.
 //! * Every opaque BSDF is reciprocal, `f_r(a, b) = f_r(b, a)`, except [`Layered`] ones: their
 //!   layers reduce the light of the base by the share that they reflect to `ω_o`, the direction of
-//!   the viewer. For [`Glass`] see there.
+//!   the viewer. For refraction, see [`Glass`].
 //!
 //! # Guarantee
 //! For parameters that [`Bsdf::validate`] accepts and unit directions, all results are finite and
@@ -94,7 +93,7 @@ pub use specular::{Glass, Mirror, ThinGlass};
 
 /// Largest cosine with the normal of directions that count as lying in the surface.
 ///
-/// Components of a unit vector in `f32` are rounded at `6·10⁻⁸`, so that the sign of a smaller
+/// Components of a unit vector in `f32` are rounded by up to `6·10⁻⁸`, so the sign of a smaller
 /// cosine is meaningless.
 pub const MIN_COSINE: f32 = 1e-7;
 
@@ -113,7 +112,7 @@ pub enum Bsdf {
     Coated(Coated),
     /// The core material of glTF 2.0.
     MetallicRoughness(MetallicRoughness),
-    /// Rough reflection over a diffuse base, in balance.
+    /// Rough reflection over a diffuse base that receives the rest.
     AshikhminShirley(AshikhminShirley),
     /// The principled material of Disney.
     Principled(Principled),

@@ -7,14 +7,14 @@
 //! ```
 //!
 //! The asymmetry `g` is the mean cosine: 0 is isotropic, towards 1 light is scattered forwards,
-//! towards −1 backwards. Cosines are drawn by the inverse of the distribution. With `s = 2u − 1` it
-//! is a quotient without the usual difference of near numbers at small `g`:
+//! towards −1 backwards. Cosines are drawn by the inverse of the distribution. With `s = 2u − 1`
+//! the cosine is a quotient without the usual difference of nearly equal numbers at small `g`:
 //!
 //! ```text
 //! cos θ = (s + g (s² + 3) / 2 + g² s + g³ (s² − 1) / 2) / (1 + g s)²
 //! ```
 //!
-//! Both are computed in `f64`, so that narrow lobes keep their digits.
+//! The density and the cosine are computed in `f64`, so that narrow lobes keep their digits.
 //!
 //! # Held to this by
 //! The tests below: the integral, the mean cosine, and draws against the density.
@@ -41,11 +41,12 @@ impl HenyeyGreenstein {
     /// Scattered share per solid angle (sr⁻¹), and the density of [`Self::sample`]: weights of
     /// draws are 1.
     ///
-    /// * `cos`: between the directions of propagation of light, or of a path, before and after.
+    /// * `cos`: cosine between the directions of propagation of light, or of a path, before and
+    ///   after.
     #[inline]
     pub fn density(&self, cos: f32) -> f32 {
         let g = f64::from(self.asymmetry);
-        // 1 + g² − 2 g cos, without the difference of near numbers ahead of a narrow lobe.
+        // 1 + g² − 2 g cos, without a difference of nearly equal numbers along a narrow lobe.
         let ahead = (1.0 - g.abs()) * (1.0 - g.abs()) + 2.0 * (g.abs() - g * f64::from(cos));
         let squared = ahead.max((1.0 - g.abs()) * (1.0 - g.abs()));
         ((1.0 - g * g) / (4.0 * PI * squared * squared.sqrt())) as f32
@@ -81,7 +82,7 @@ impl HenyeyGreenstein {
     /// Upper bound on the density (sr⁻¹) over all cosines between two, and all asymmetries between
     /// two.
     ///
-    /// * `cos`, `asymmetry`: the least and the largest.
+    /// * `cos`, `asymmetry`: the least and the largest value of each.
     ///
     /// The density is `(1 − g²) / 4π s^(3/2)` with `s = 1 + g² − 2 g cos`: where `g ≥ 0` it grows
     /// with the cosine, where `g ≤ 0` it falls. For one cosine `s` is least at the `g` nearest to
@@ -93,7 +94,7 @@ impl HenyeyGreenstein {
         let of = |cos: f64, [least, largest]: [f64; 2]| {
             let g = cos.clamp(least, largest);
             let nearest_zero = 0.0_f64.clamp(least, largest);
-            // As in the density: without the difference of near numbers.
+            // As in the density: without a difference of nearly equal numbers.
             let s = (1.0 - g.abs()) * (1.0 - g.abs()) + 2.0 * (g.abs() - g * cos);
             (1.0 - nearest_zero * nearest_zero) / (4.0 * PI * s * s.sqrt())
         };

@@ -232,7 +232,7 @@ mod tests {
         }
     }
 
-    /// The peak is `ρ_s (n + 2) / 2π` for every direction of the light.
+    /// The value in the mirror direction is `ρ_s (n + 2) / 2π`.
     #[test]
     fn the_peak_is_normalised() {
         let phong = Phong { diffuse: Rgb::BLACK, specular: Rgb::gray(0.5), exponent: 98.0 };

@@ -12,13 +12,13 @@
 //! is darker at grazing angles if it is smooth and brighter if it is rough; with the flatness `f`
 //! it resembles light scattered below the surface (after Hanrahan, Krueger 1993). To this are added
 //! the sheen `s` of cloth, and facets (Burley 2012, section 5.3; 2015, equation 4). A loader sets
-//! `ρ_d = base · (1 − metallic)`, and the share `t` of Schlick's `F` to that of metal and of tinted
-//! gloss.
+//! `ρ_d = base · (1 − metallic)`. It sets `t`, the share of Schlick's `F`, to the share of metal
+//! and of tinted gloss.
 //!
 //! # Limits
 //! The parts are independent, and at grazing angles each reflects all light or more: the diffuse
 //! part of a white, rough surface up to 1.56, the facets up to 1, a sheen of 1 up to 0.09. At such
-//! angles `e` grows beyond all bounds, but `e c_i` does not.
+//! angles `e` is unbounded, but `e c_i` is bounded.
 //!
 //! # Held to this by
 //! `bsdf::tests`, and the suite's `mitsuba_materials` against Mitsuba 3.
@@ -58,7 +58,7 @@ pub struct Principled {
     pub facets: Microfacets,
 }
 
-/// Mean of Schlick's approximation and of the Fresnel equations of a dielectric.
+/// Weighted mean of Schlick's approximation and of the Fresnel equations of a dielectric.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TintedFresnel {
     /// Share `t` of Schlick's approximation, in `[0, 1]`.
@@ -181,8 +181,8 @@ impl Principled {
 /// m = r (1 + c_o c) / 2,    n² = r² (1 − c_o²)(1 − c²) / 4
 /// ```
 ///
-/// so that `∫₀¹ 2c P / (c + c_o) dc` is the integral of the quotient and `ln ((1 + c_o) / c_o)`
-/// times the remainder.
+/// so that `∫₀¹ 2c P / (c + c_o) dc` is the integral of the quotient of this division, plus the
+/// remainder times `ln ((1 + c_o) / c_o)`.
 fn flat_albedo(r: f64, cos_o: f64) -> f64 {
     /// Coefficients of `w_i = (1 − c)⁵`, from the constant on.
     const GRAZING: [f64; 6] = [1.0, -5.0, 10.0, -10.0, 5.0, -1.0];

@@ -2,7 +2,8 @@
 //!
 //! A floating-point image may be a height, which may be negative, or a colour, which must not. The
 //! use in the materials of the finished scene decides ([`Values`]). Images that are used as
-//! colours, through all operands of a texture, are searched for values that count as 0.
+//! colours, directly or as operands of textures, are searched for values below zero, which count
+//! as 0.
 //!
 //! Checked by the tests below and by the suite's `signed_images`.
 
@@ -47,8 +48,8 @@ impl SceneBuilder {
                     images.extend(set.tiles.iter().map(|(_, image)| *image));
                 }
                 Texture::Constant(_) => constants += u64::from(has_sign(node)),
-                // The end of a linear map; only interpolated values are visible, not the end
-                // itself.
+                // A constant may be the end of a linear map: interpolated values are visible, the
+                // end itself is not.
                 Texture::Mix { first, second, amount } => {
                     let is_constant =
                         |end: &TextureId| matches!(self.scene.textures[end.index()], Texture::Constant(_));

@@ -113,7 +113,7 @@ impl SceneBuilder {
         self.scene.animated = Some([first.min(from), last.max(to)]);
     }
 
-    /// Records that the file has lights, which may be off at the time of the scene. If anything in
+    /// Records that the file has lights that may be off at the time of the scene. If anything in
     /// the scene moves, [`Scene::with_default_light`] then adds no light.
     pub fn set_dark_now(&mut self) {
         self.scene.is_dark_now = true;
@@ -161,7 +161,7 @@ impl SceneBuilder {
         Ok(TextureId(self.scene.textures.len() as u32 - 1))
     }
 
-    /// Returns a number to the power `exponent`; adds a texture for the power if the number is
+    /// Returns `input` to the power `exponent`; adds a texture for the power if `input` is
     /// textured.
     pub fn power(&mut self, input: FloatInput, exponent: f32) -> Result<FloatInput> {
         let power = |(base, channel)| Ok((self.add_texture(Texture::Power { base, exponent })?, channel));
@@ -276,7 +276,7 @@ impl SceneBuilder {
         MeshId(self.scene.meshes.len() as u32 - 1)
     }
 
-    /// Sets the largest number of instances. Nested groups of objects can ask for many more
+    /// Sets the largest number of instances. Nested groups of objects can multiply to many more
     /// instances than a file has bytes.
     pub fn set_most_instances(&mut self, most: usize) {
         self.most_instances = most;
@@ -294,7 +294,8 @@ impl SceneBuilder {
         self.place(mesh, to_world)
     }
 
-    /// Places a mesh that does not move, or with its transform in the middle of its motion.
+    /// Places a mesh by a constant transform: for a moving instance, the one in the middle of its
+    /// motion.
     pub(super) fn place(&mut self, mesh: MeshId, exact: DAffine3) -> Result<Option<InstanceId>> {
         let at = self.origin.clone().item(format!("instance {}", self.scene.instances.len()));
         if mesh.index() >= self.scene.meshes.len() {
@@ -362,7 +363,7 @@ impl SceneBuilder {
     /// Its intensity is `intensity` (W·sr⁻¹) where the map has 1.
     ///
     /// # Errors
-    /// Texels that are not finite; colours or positions that are negative or not finite.
+    /// Texels or positions that are not finite; colours that are negative or not finite.
     pub fn add_image_light(
         &mut self,
         map: &Arc<IntensityMap>,

@@ -15,7 +15,7 @@ pub struct Camera {
     /// Name by which the user selects the camera.
     pub name: String,
     /// Transform from camera to world; a rigid motion, or one with a mirror. For a moving camera,
-    /// in the middle of the time that its shutter is open.
+    /// the transform in the middle of the time that its shutter is open.
     pub to_world: Affine3A,
     /// Pose while the shutter is open, if it moves: see [`Camera::moving`].
     pub motion: Option<Motion>,
@@ -104,12 +104,13 @@ impl Camera {
         Self { to_world, motion, ..self }
     }
 
-    /// Returns radiance over basic radiance at the camera, `n²`.
+    /// Returns the ratio `n²` of radiance to basic radiance at the camera.
     pub fn squared_index(&self) -> f32 {
         self.index * self.index
     }
 
-    /// Returns basic radiance over radiance of light from infinitely far away, for a camera path.
+    /// Returns the ratio of basic radiance to radiance, for a camera path to light from infinitely
+    /// far away.
     ///
     /// The ratio is 1 for light that comes from outside of all glass. A path that leaves the scene
     /// in the medium of a camera inside glass has crossed no boundary, like light below the surface
@@ -147,7 +148,8 @@ impl Camera {
 
     /// Returns the displacement of an object on a film of `size` pixels while the shutter is open
     /// (pixels: to the right, down), as seen through the lens' centre: from its position when the
-    /// shutter opens to that when it closes. On a film that shows all around, the shorter way.
+    /// shutter opens to that when it closes. On a film that shows all directions, it is the shorter
+    /// way.
     ///
     /// `None` if no film, whatever its size, shows both positions.
     pub fn way_on_film(&self, seen: Seen, size: [u32; 2]) -> Option<Vec2> {

@@ -33,7 +33,7 @@ impl Wrong {
     }
 }
 
-/// Checks the number of texels, and floating-point texels, which must be finite.
+/// Checks the number of texels, and that floating-point texels are finite.
 pub(super) fn image(image: &Image) -> Checked {
     let texels = image.pixels.len();
     if texels == 0 || texels as u64 != u64::from(image.width) * u64::from(image.height) {
@@ -135,7 +135,7 @@ pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked 
 /// Returns the kind of a surface in or below `base` that cannot have this layer, if there is any.
 fn without_layer(base: MaterialId, layer: &Surface, scene: &Scene) -> Option<&'static str> {
     match &scene.materials[base.index()].surface {
-        // A coat lies over sheen.
+        // A coat may lie over sheen.
         Surface::Sheen { .. } if matches!(layer, Surface::Clearcoat { .. }) => None,
         Surface::Lambert { .. } | Surface::MetallicRoughness { .. } | Surface::Principled { .. } => None,
         Surface::Mix { first, second, .. } => {

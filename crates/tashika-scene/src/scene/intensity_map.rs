@@ -5,9 +5,9 @@
 //! ```
 //!
 //! with the brightest intensity `I₀` (W·sr⁻¹), the layout that takes a direction to `(u, v)`, its
-//! weight `w` and the largest value `b` of `image · w`. Directions are sampled with a density that
-//! is constant over each texel of the image, in proportion to its mean luminance, weight and solid
-//! angle. The density is above zero wherever `t` is.
+//! weight `w`, and the largest texel times the largest weight, `b`. Directions are sampled with a
+//! density that is constant over each texel of the image, in proportion to its mean luminance,
+//! weight and solid angle. The density is above zero wherever `t` is.
 //!
 //! # Guarantee
 //! No channel of `t` exceeds 1, also in `f32`: a light of intensity `I₀` in all directions bounds
@@ -66,7 +66,7 @@ pub struct IntensityMap {
     image: Image,
     spread: Spread,
     lookup: Lookup,
-    /// Largest values of image and weight (`b`), by channel.
+    /// Largest texel times the largest weight (`b`), by channel.
     brightest: Rgb,
     /// `∫ image · w dω` (sr).
     integral: Rgb,
@@ -128,14 +128,14 @@ impl IntensityMap {
         &self.image
     }
 
-    /// Largest values of image and weight, by channel: factor from the intensity at a value of 1 to
-    /// the brightest intensity.
+    /// Largest texel times the largest weight, by channel: ratio of the brightest intensity to the
+    /// intensity where `image · w` is 1.
     pub fn brightest(&self) -> Rgb {
         self.brightest
     }
 
-    /// Integral of image and weight over all directions, `∫ image · w dω`, by the midpoints of the
-    /// texels (sr).
+    /// Integral of the product of image and weight over all directions, `∫ image · w dω`, by the
+    /// midpoints of the texels (sr).
     pub fn integral(&self) -> Rgb {
         self.integral
     }
@@ -199,7 +199,7 @@ impl Spread {
         }
     }
 
-    /// Solid angle over the area of the image, at a unit direction (sr).
+    /// Solid angle per area of the image, whose whole area is 1, at a unit direction (sr).
     fn solid_angle(self, d: Vec3) -> f32 {
         match self {
             Self::Sphere(map) => map.solid_angle(d),
@@ -260,8 +260,8 @@ impl AimedMap {
         ((self.to_local.transpose() * local).normalize(), density)
     }
 
-    /// Returns the numbers that [`AimedMap::sample`] maps to a unit direction; any numbers outside
-    /// of the image.
+    /// Returns the numbers that [`AimedMap::sample`] maps to a unit direction; arbitrary numbers if
+    /// it is outside of the image.
     pub fn inverse(&self, direction: Vec3) -> [f32; 2] {
         let place = self.map.spread.place(self.to_local * direction).unwrap_or_default();
         self.map.density.inverse(place.map(f64::from)).map(|u| (u as f32).min(1.0f32.next_down()))
@@ -326,7 +326,7 @@ mod tests {
             let error = drawn.standard_error().hypot(uniform.standard_error());
             let found = (drawn.mean(), uniform.mean());
             assert!((found.0 - found.1).abs() < 5.0 * error && error < 0.02 * found.1, "{found:?} ± {error}");
-            // The midpoint rule has texels up to a third of the image wide.
+            // The midpoint rule is coarse: its texels are up to a sixth of the image wide.
             let by_midpoints = f64::from(map.map().integral().luminance());
             assert!((integral.mean() / by_midpoints - 1.0).abs() < 0.3, "{} {by_midpoints}", integral.mean());
         }

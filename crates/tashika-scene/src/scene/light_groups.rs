@@ -30,7 +30,7 @@ pub enum LightId {
 pub enum LightGrouping {
     /// One group for each name of lights.
     Each,
-    /// Groups with the names of their lights; all other lights are the group `rest`.
+    /// Groups with the names of their lights; all other lights form the group `rest`.
     Named(Vec<(String, Vec<String>)>),
 }
 
@@ -194,7 +194,7 @@ impl LightGroups {
     /// Returns the index of the group of a light.
     ///
     /// # Panics
-    /// If the scene has no such light, or it is black.
+    /// If the scene has no such instance or emitter, or if the instance emits nothing.
     pub fn of(&self, light: LightId) -> usize {
         match light {
             LightId::Instance(instance) => self.instances[&instance],

@@ -14,7 +14,7 @@ pub enum CoatBase {
     /// by the base, which saturates colours.
     #[default]
     Saturating,
-    /// The light that leaves is in proportion to it: the albedo is `ρ T`, with `T` the share of
+    /// Reflectance to which the albedo is proportional: the albedo is `ρ T`, with `T` the share of
     /// light that the coat lets in.
     Proportional,
     /// Reflectance of the base alone. Light reflected by the inside of the coat is lost.
@@ -86,7 +86,7 @@ pub enum Surface {
     MetallicRoughness {
         /// Reflectance of the diffuse part and of metal at normal incidence.
         base_color: ColorInput,
-        /// 0 dielectric to 1 metal.
+        /// Share of metal, from 0 (dielectric) to 1 (metal).
         metallic: FloatInput,
         /// Perceptual roughness; `α` is its square.
         roughness: FloatInput,
@@ -110,7 +110,7 @@ pub enum Surface {
     Principled {
         /// Colour of the diffuse part and reflectance of metal at normal incidence.
         base_color: ColorInput,
-        /// 0 dielectric to 1 metal.
+        /// Share of metal, from 0 (dielectric) to 1 (metal).
         metallic: FloatInput,
         /// Perceptual roughness; `α` is its square.
         roughness: FloatInput,

@@ -85,7 +85,7 @@ pub fn has_normal(v: &[Vec3; 3]) -> bool {
     // Edges are scaled to lengths around 1, so that no square leaves the range of `f32`.
     let (m1, m2) = (e1.abs().max_element(), e2.abs().max_element());
     let (a, b) = (e1 / m1, e2 / m2);
-    // Beyond this, the tracer's products of three lengths would leave that range.
+    // With other lengths, the tracer's products of three lengths would leave that range.
     let in_range = (m1 * m2).is_normal() && (m1.max(m2) * m1 * m2).is_finite();
     in_range && a.cross(b).length() >= MIN_SINE * a.length() * b.length()
 }
@@ -225,7 +225,8 @@ impl Instance {
         self.to_object
     }
 
-    /// Upper bound on the rounding error of world points (m), by component, to the world and back.
+    /// Upper bound on the rounding error (m, by component) of points that are transformed to the
+    /// world and back.
     ///
     /// Rays are transformed into the space of an instance, so that its surface in the world is that
     /// of the inverse transform. With `y = |M| size + |t|` for `x ↦ M x + t`, and `x ↦ M′ x + t′`

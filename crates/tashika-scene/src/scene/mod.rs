@@ -168,7 +168,7 @@ pub struct Scene {
     /// Changes by the user to the file's lights, in the words of the request.
     changes: Vec<String>,
     has_default_light: bool,
-    /// True if the file has lights, which may be off at the time of the scene.
+    /// True if the file has lights that may be off at the time of the scene.
     is_dark_now: bool,
     turned_away: TurnedAway,
     /// Times of the first and the last motion in the file (s).

@@ -6,9 +6,9 @@
 //!
 //! The surface of a moving instance is that of its mesh: rays are transformed by its motion at
 //! their time. Its corners are never stored in world space, unlike those of
-//! [baked](Instance::is_baked) instances. Functions without a time argument (boxes, lists) use the
-//! middle of the time. An instance of a mesh that [deforms](super::deformation) counts as moving
-//! even if its transform is constant.
+//! [baked](Instance::is_baked) instances. Functions without a time argument use the middle of the
+//! time, except boxes, which hold all times. An instance of a mesh that
+//! [deforms](super::deformation) counts as moving even if its transform is constant.
 //!
 //! # Guarantee
 //! Past [`SceneBuilder::build`] all moving instances have the same shutter times, can be inverted

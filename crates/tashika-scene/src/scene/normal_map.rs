@@ -7,7 +7,7 @@
 //! bump:  n' ∝ p_u' × p_v'                p_u' = p_u + h_u n, p_v' = p_v + h_v n              (Blinn 1978)
 //! ```
 //!
-//! `h_u`, `h_v` by forward differences of [`STEP`].
+//! `h_u` and `h_v` are forward differences with the step [`STEP`].
 //!
 //! # Limits
 //! A normal that would turn away from the surface is pulled back to [`MIN_COSINE`] above it. The
@@ -116,8 +116,8 @@ mod tests {
 
     #[test]
     fn a_slope_turns_the_normal_back_by_its_angle() {
-        // A ramp of two texels: between their centres the height rises by 0.75 · 255/255 over half
-        // the image, 1 m.
+        // A ramp of two texels: between their centres the height rises by 0.75 m over half the
+        // image, 1 m.
         let pixels = vec![[0.0; 3], [0.75; 3]];
         let image = Image { name: "ramp".into(), width: 2, height: 1, pixels: Pixels::Float(pixels) };
         let mut ramp = ImageTexture::new(ImageId(0));

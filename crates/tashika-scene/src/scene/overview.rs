@@ -46,8 +46,8 @@ impl Camera {
     /// Creates a camera that shows all of `bounds` in a square image; [`Camera::of_size`] adapts it
     /// to an image of any size.
     pub fn overview(bounds: Aabb) -> Self {
-        // Only its axes matter: `of_size` places it, and far from the origin both points of
-        // `look_at` would round to one.
+        // Only the axes of this camera matter: `of_size` moves it. It looks at zero, since far from
+        // there both points of `look_at` would round to one.
         let camera = Self::look_at("overview", FROM.normalize(), Vec3::ZERO, Vec3::Y, FOV);
         Self { shows: Some(bounds), ..camera }.of_size([1, 1])
     }

@@ -16,8 +16,9 @@
 //! | [`Surface::Plastic`], `α = 0` | mirror `s F(c_o)`; Lambert | `s F(c_o)`; reflectance |
 //! | [`Surface::Conductor`], `α = 0` | mirror `s F(c_o)` | 1 |
 //! | [`Surface::Translucent`] | Lambert on this side; on the other | reflectance; transmittance |
+//! | [`Surface::ThinGlass`], `α > 0` | reflecting facets; transmitting ones | their albedos |
 //! | [`Surface::Mix`] | the two materials | `1 − amount`; `amount` |
-//! | [`Surface::Sheen`], [`Surface::Clearcoat`] | those of its base, under the layer | as there |
+//! | [`Surface::Sheen`], [`Surface::Clearcoat`] | those of its base, under the layer | as for it |
 //! | others | themselves | 1 |
 //!
 //! # Guarantee
@@ -48,7 +49,8 @@ pub struct Part {
     /// Reciprocal of the probability of the choice.
     pub weight: f32,
     /// True if it scatters to the side opposite to the viewer: light arrives, or leaves, behind the
-    /// surface. Its direction is mirrored to the near side to evaluate [`Part::bsdf`].
+    /// surface. The direction of that light is mirrored to the near side to evaluate
+    /// [`Part::bsdf`].
     pub through: bool,
 }
 

@@ -191,7 +191,7 @@ impl Projection {
     }
 }
 
-/// Transforms from the frame of a layout to that of the camera, whose poles are up.
+/// Transforms from the frame of a layout to that of the camera, in which the pole is up.
 fn from_map(map: SphereMap, d: Vec3) -> Vec3 {
     match map {
         SphereMap::LatLong => d,

@@ -83,7 +83,7 @@ pub struct Sky {
     to_sun: Vec3,
     /// Angle of the sun from the zenith (radians).
     sun_zenith: f32,
-    /// `Y` (in units of radiance), `x`, `y` at the zenith over `F(0, θ_s)`.
+    /// `Y` (in units of radiance), `x`, `y` at the zenith, divided by `F(0, θ_s)`.
     scale: [f32; 3],
     perez: [[f32; 5]; 3],
 }

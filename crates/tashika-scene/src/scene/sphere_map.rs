@@ -4,7 +4,7 @@
 //!
 //! * latitude-longitude, with pole `+y`: polar angle `θ = π v`, azimuth `2π u`; `u = 0.5` looks
 //!   along `−z`, `u = 0.75` along `+x`.
-//! * equal-area, with pole `+z`: the octahedron of Clarberg 2008: the centre is `+z`, the corners
+//! * equal-area, with pole `+z`: the octahedron of Clarberg 2008. The centre is `+z`, the corners
 //!   `−z`, `+x` at `u = 1`, `+y` at `v = 1`.
 //!
 //! The solid angle of a small part of the rectangle is its area times
@@ -27,8 +27,8 @@ use crate::math::elementary::{atan2, sin_cos};
 /// A layout of all directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SphereMap {
-    /// Rows of equal latitude, columns of equal longitude. At twice as wide as high it does not
-    /// distort shapes at the horizon.
+    /// Rows of equal latitude, columns of equal longitude. If the rectangle is twice as wide as
+    /// high, shapes at the horizon are not distorted.
     LatLong,
     /// Equal areas for equal solid angles, in a square.
     EqualArea,
@@ -100,7 +100,7 @@ impl SphereMap {
         }
     }
 
-    /// Solid angle of the sphere over the area of the rectangle, at a direction (sr).
+    /// Solid angle per area of the rectangle, whose whole area is 1, at a direction (sr).
     pub(super) fn solid_angle(self, d: Vec3) -> f32 {
         match self {
             Self::LatLong => 2.0 * PI * PI * horizontal(d).max(SMALLEST_SINE),

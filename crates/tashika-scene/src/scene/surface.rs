@@ -16,9 +16,9 @@ pub enum TurnedAway {
     /// The geometric normal, as if the surface were flat.
     #[default]
     Flat,
-    /// The opposite of the shading normal. The surface is lit from before it *and* behind its
-    /// shading normal, so it is nearly black. Renderers that use the shading normal alone, as
-    /// Mitsuba 3 and pbrt-v4 do, show this.
+    /// The opposite of the shading normal. Only light from before the surface *and* behind its
+    /// shading normal is reflected, so the surface is nearly black. Renderers that use the shading
+    /// normal alone, as Mitsuba 3 and pbrt-v4 do, show this.
     Opposite,
 }
 
@@ -99,8 +99,8 @@ const MIDDLE: f32 = 0.5;
 const INSET: f32 = 4.0;
 
 /// Returns the barycentric weights `b`, increased where they are so small that the point is nearer
-/// to an edge of the triangle than [`INSET`] times its error, or than a quarter of the least
-/// height.
+/// to an edge of the triangle than [`INSET`] times its error, or than a quarter of the least height
+/// if that is less.
 #[inline]
 fn inset(w: &[Vec3; 3], b: [f32; 3], error: Vec3) -> [f32; 3] {
     // Double precision, as the fourth power of a length leaves the range of `f32`.
@@ -309,7 +309,7 @@ impl Scene {
 
     /// Fraction of the light along a straight segment that a surface stops at a point, 0 to 1.
     ///
-    /// * `direction`: of the segment, world, any length.
+    /// * `direction`: direction of the segment in the world, of any length.
     /// * `solid_glass`: true if solid glass transmits straight the light that it would refract;
     ///   false if it stops all light.
     pub fn stopped(

@@ -8,8 +8,8 @@
 //! ```
 //!
 //! Lookups stay within the image of their square: beyond its edge the outermost texels continue, so
-//! that tiles do not bleed into each other. Squares without an image have the value [`NO_TILE`];
-//! for meshes that use them, a missing file is noted.
+//! that tiles do not bleed into each other. Squares without an image have the value [`NO_TILE`]; if
+//! a mesh uses one of them, a missing file is noted.
 //!
 //! # Held to this by
 //! The tests below; `suite::udim`.
@@ -76,7 +76,7 @@ impl TileSet {
     }
 }
 
-/// Most missing tiles of a set that notes name; chosen.
+/// Largest number of missing tiles of a set that notes name one by one; chosen.
 const MAX_NAMED: usize = 100;
 
 impl SceneBuilder {

@@ -332,7 +332,7 @@ mod tests {
                         for Span { from, to, least, most } in density.walk(&ray, end) {
                             assert!(from >= 0.0 && to >= from && to <= end);
                             assert!(reached.is_none_or(|reached| reached == from), "a gap");
-                            // Outside of the box before the first span.
+                            // Before the first span, the ray is outside of the box.
                             assert!(reached.is_some() || from == 0.0 || !is_in(ray.at(from - 0.01)));
                             reached = Some(to);
                             spans += 1;

@@ -26,7 +26,7 @@ use crate::math::{DAffine3, DMat3, DVec3};
 /// Values of a [`VolumeGrid`]; the index along the first axis runs fastest.
 #[derive(Clone, Debug, PartialEq)]
 pub enum VolumeValues {
-    /// One number for all channels.
+    /// One number per sample, for all channels.
     Numbers(Vec<f32>),
     /// One colour per sample.
     Colors(Vec<Rgb>),
@@ -46,7 +46,7 @@ impl VolumeValues {
         self.len() == 0
     }
 
-    /// Value of a cell, by its index.
+    /// Value of a sample, by its index.
     #[inline]
     pub fn get(&self, index: usize) -> Rgb {
         match self {

@@ -51,13 +51,14 @@
 //! The first term is Student's, with the degrees of freedom of Satterthwaite 1946 corrected for
 //! estimated variances (`E S² = σ⁴ (1 + 2/ν_k)` for normal samples). The second is the term of
 //! Bernstein's inequality for a single rare and large value, with a smaller factor, [`KAPPA`]:
-//! samples that are all alike, all in shadow say, are no certainty. `R'` is the value that a
-//! stratum is expected to reach (`importance_range`), at most `R`: `q R √p` if about the share `p`
-//! of it is visible and the root mean square of the visible values is about `q R`, since the mean
-//! square of a term is `p (q R)²` then. That term depends on the largest stratum alone; where
-//! hundreds are in shadow and each may have some light, their sum counts. The expected variance of
-//! a stratum is `σ'² = p (1 − p) (q R)²` (`importance_variance`), of which the share [`GAMMA`] is
-//! added even where no sample shows any. The interval is an estimate: measured, not proven.
+//! samples that are all equal, such as all in shadow, do not prove that a stratum has no variance.
+//! `R'` is the value that a stratum is expected to reach (`importance_range`), at most `R`:
+//! `q R √p` if about the share `p` of it is visible and the root mean square of the visible values
+//! is about `q R`, since the mean square of a term is `p (q R)²` then. That term depends on the
+//! largest stratum alone; where hundreds are in shadow and each may have some light, their sum
+//! counts. The expected variance of a stratum is `σ'² = p (1 − p) (q R)²` (`importance_variance`),
+//! of which the share [`GAMMA`] is added even where no sample shows any. The interval is an
+//! estimate: measured, not proven.
 
 use super::student_t_two_sided;
 use crate::math::elementary::ln_f64;

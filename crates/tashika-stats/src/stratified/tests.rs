@@ -48,7 +48,7 @@ fn same(upper: f64, share: f64, samples: u32, count: usize) -> Vec<Skewed> {
     vec![Skewed { upper, share, samples }; count]
 }
 
-/// Fraction of `runs` in which `fails(mean, spread)`.
+/// Fraction of `runs` in which `fails(mean, spread)` is true.
 fn share(strata: &[Skewed], told: f64, runs: u32, fails: impl Fn(f64, &Spread) -> bool) -> f64 {
     let mut s = Stream::new(3, Purpose::Test, 0);
     let mut all = Vec::new();
@@ -127,7 +127,7 @@ fn the_bound_of_the_variance_holds_and_just_so() {
     assert!(planted > 1.3 * delta, "bounds that are 10 % too small go unnoticed: {planted}");
 }
 
-/// Probability that any of `looks` analyses fails, each of new samples and with the probability
+/// Probability that any of `looks` analyses fails, each on new samples and with the probability
 /// `delta`.
 fn any_look_fails(looks: u32, delta: f64) -> f64 {
     1.0 - (1.0 - variance_missed(1.02 / ln_f64(1.0 / 0.05) * ln_f64(1.0 / delta), delta, 1.0))
@@ -186,7 +186,7 @@ fn calibrated_intervals_know_of_many_strata_in_shadow() {
         importance_variance: visibility * (1.0 - visibility),
     };
     let width = |count: usize| Spread::of(vec![dark; count]).calibrated(0.95);
-    // In proportion to the root of their number, once they are many.
+    // Widths grow with the root of the number of strata, once there are many.
     assert!(width(40_000) > 1.8 * width(10_000) && width(10_000) > 2.0 * width(1));
 }
 
@@ -214,14 +214,15 @@ fn certificates_are_tight_where_strata_are_many() {
 fn many_strata_of_one_kind_have_the_calibrated_coverage() {
     for confidence in [0.5, 0.8, 0.95] {
         let missed = missed(&same(1.0, 0.5, 2, 300), 20_000, |spread| spread.calibrated(confidence));
-        // The term for rare values only adds; five standard errors.
+        // The term for rare values only widens the interval; the limit adds five standard errors.
         let allowed = 1.0 - confidence + 5.0 * (confidence * (1.0 - confidence) / 20_000.0_f64).sqrt();
         assert!(missed <= allowed && missed > 0.5 * (1.0 - confidence), "{confidence}: {missed}");
     }
 }
 
-/// A row of terms, a tenth of them lit, in runs. It is halved 40 times as a cut is, with two
-/// samples in each part. Parts are split by their size, or by the variance of their own samples.
+/// A row of terms, of which a tenth is lit, in runs. The row is halved 40 times as a cut is, with
+/// two samples in each part. Parts are split by their size, or by the variance of their own
+/// samples.
 fn halved(s: &mut Stream, by_own_samples: bool) -> (f64, Spread) {
     const TERMS: usize = 4096;
     let lit = |term: usize| if (term / 37) % 10 == 3 { 1.0 } else { 0.0 };

@@ -36,7 +36,7 @@ pub struct Audit {
 }
 
 impl Audit {
-    /// Paths at which the truth of a pixel is given up.
+    /// Number of paths after which the truth of a pixel is given up.
     pub const MOST_PATHS: u32 = 1 << 20;
 
     /// Writes the result to a film's metadata.

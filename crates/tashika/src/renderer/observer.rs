@@ -49,7 +49,7 @@ pub enum Phase {
 /// [`cancel`](Self::cancel).
 ///
 /// The library reads no clock: to measure the duration of a phase, observers read a clock at its
-/// begin and end.
+/// beginning and end.
 pub trait Observer: Sync {
     /// Called when a phase begins. Phases do not nest.
     fn begin(&self, _phase: &Phase) {}
@@ -85,7 +85,7 @@ pub struct Silent;
 
 impl Observer for Silent {}
 
-/// Does `work`, and reports its begin and end.
+/// Does `work`, and reports its beginning and end.
 pub(super) fn during<T>(observer: &dyn Observer, phase: Phase, work: impl FnOnce() -> T) -> T {
     observer.begin(&phase);
     let result = work();

@@ -213,8 +213,8 @@ impl Prepared<'_> {
         Ok(rendered)
     }
 
-    /// Camera samples of a pixel's mattes, time and transmittance: those of its gather points, if
-    /// the method has any.
+    /// Number of camera samples of a pixel's mattes, time and transmittance: those of its gather
+    /// points, if the method has any.
     fn seen_samples(&self) -> u32 {
         const OF_PATHS: u32 = 64;
         match self.method {

@@ -120,9 +120,9 @@ impl Judged {
         Kept { holds: kept.holds / lit, within: kept.within / lit, rays: kept.rays / lit }
     }
 
-    /// Certificates hold on any scene, and every inequality in them is conservative: of the 2600
-    /// lit pixels below not one misses, which makes misses about as rare as one in a thousand, or
-    /// rarer (the rule of three). Ten times that is no bad luck.
+    /// Certificates hold on any scene, and every inequality in them is conservative: not one of the
+    /// 2600 lit pixels below misses, so that misses are as rare as one in a thousand, or rarer (the
+    /// rule of three). A rate ten times as high would not be bad luck.
     fn certificates_hold(&self) {
         let options = ControlOptions { error: 0.1, confidence: 0.8, ..ControlOptions::default() };
         let kept = self.kept(CERTIFIED, &options, 2);

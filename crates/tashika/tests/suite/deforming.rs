@@ -1,5 +1,5 @@
-//! Meshes that deform while the shutter is open: the pictures of rigid motion where both describe
-//! the same, closed forms, and the mean of pictures of the shapes between.
+//! Meshes that deform while the shutter is open: the pictures of rigid motion where vertices move
+//! rigidly, closed forms, and the mean of pictures of the shapes between.
 
 use glam::{Affine3A, DAffine3, DVec3, Vec2};
 use tashika::accel::Tracer;

@@ -114,7 +114,7 @@ fn image(tracer: &Tracer, integrator: &dyn Integrator, filter: Filter, points: u
     )
 }
 
-/// Compares each pixel with its step response; `tolerance` is of a share `p`.
+/// Compares each pixel with its step response; `tolerance` is a function of that response.
 fn assert_steps(
     seen: Seen,
     film: &Film,

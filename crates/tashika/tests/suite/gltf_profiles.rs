@@ -15,7 +15,7 @@ use super::textures;
 pub const IES: &str = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 5 1 2 0 0 0\n1 1 60\n0 90 180\n0 90 180 270 360\n\
     8 1 1\n8 2 1\n8 3 1\n8 4 1\n8 1 1\n";
 
-/// A triangle and one node more with a lamp of this profile.
+/// A triangle, and one more node with a lamp of this profile.
 pub fn with_lamp(profile: Value, lamp: Value, node: Value) -> Document {
     let mut d = Document::triangle();
     d.json["extensions"] = json!({ "EXT_lights_ies": { "lights": [profile] } });

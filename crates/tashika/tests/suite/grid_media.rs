@@ -319,7 +319,8 @@ fn grids_are_where_their_map_puts_them() {
         b.set_environment(Environment::constant(Rgb::WHITE)).unwrap();
         let [eye, up] = [turn.transform_point3(Vec3::Z * 3.0), turn.transform_vector3(Vec3::Y)];
         let camera = Camera::look_at("c", eye, turn.transform_point3(Vec3::ZERO), up, 0.3);
-        // Far away, so that the light of the sky gets in: nothing is outside of the grid.
+        // The medium is that of the camera, and its density is zero outside of the grid, so that
+        // the light of the sky gets in.
         b.add_camera(Camera { medium: Some(smoke), ..camera }).unwrap();
         let tracer = tracer(b);
         film(&tracer, &PathTracer::new(&tracer, PathStop::Count(400), 4).unwrap(), [6, 6], 1, 9)

@@ -352,8 +352,8 @@ fn a_mirrored_lamp_in_a_thousandth_of_a_pixel() {
         let lights = VplOptions { count: 50_000, seed, ..VplOptions::default() };
         let view = view(tracer.scene(), [1, 1], 64, seed);
         let guided = GuidedLights::trace(&tracer, &lights, Truth::Transport, &view).unwrap();
-        // The request exceeds the permitted work: estimates that stop when they are satisfied stop
-        // where they met nothing.
+        // The request exceeds the permitted work: estimates that stop at a narrow interval would
+        // stop where they met nothing.
         let options =
             ControlOptions { error: 1e-3, seed, max_pairs: Some(16_384), ..ControlOptions::default() };
         let method = LightTransport::new(&tracer, &guided, &options).only_by(Estimator::Vpls);

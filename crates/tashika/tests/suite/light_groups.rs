@@ -118,8 +118,8 @@ fn a_picture_with_groups_is_not_reconstructed() {
     assert!(!is_reconstructed(renderer().light_groups(LightGrouping::Each).render().unwrap().film));
 }
 
-/// Beside pixels of the default method planes are those of path tracing with as many paths, and the
-/// pixels are those of a render without planes; both have the same mean, within their errors.
+/// Beside pixels of the default method, planes are those of path tracing with as many paths, and
+/// the pixels are those of a render without planes; both have the same mean, within their errors.
 #[test]
 fn planes_beside_claims_are_those_of_paths() {
     let renderer = |paths| {

@@ -577,7 +577,8 @@ fn grids_of_mitsuba_that_cannot_be_are_errors_or_notes_with_their_place() {
     assert!(noted(&nameless, NoteKind::Repaired, "volume \"gridvolume\" without a file: nothing is there"));
 }
 
-/// A thousand media of one file are read a thousand times: together no more than a file may have.
+/// A file that many media name is read again for each: together they may not read more bytes than a
+/// file may have.
 #[test]
 fn a_file_of_a_volume_that_is_named_again_and_again_is_bounded() {
     let file = mitsuba::vol([64, 64, 4], 1, &[0.5; 64 * 64 * 4]);

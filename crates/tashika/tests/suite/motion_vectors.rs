@@ -170,7 +170,8 @@ fn all_around_ways_are_the_shorter_ones() {
     let found = of_camera(sent(fisheye, Vec3::ZERO, 0.3), false);
     for (x, y) in Window::full(SIZE).pixels() {
         let place = Vec2::new(x as f32 + 0.5 - 6.0, 4.0 - (y as f32 + 0.5));
-        // 4 pixels are 1 radian, and the edge. A point that comes over that edge has no vector.
+        // The edge is 4 pixels, or 1 radian, from the axis. A point that comes over the edge has no
+        // vector.
         let theta = place.length() / 4.0;
         let at = |angle: f32| {
             let across = place.normalize() * sin_cos(theta).0;

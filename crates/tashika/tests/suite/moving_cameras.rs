@@ -181,7 +181,7 @@ fn every_method_sees_the_camera_move() {
         let half_width = f64::from(records.at(x, y).half_width);
         kept += usize::from((found[i] - truth[i]).abs() <= half_width + 3.0 * f64::from(errors[i]));
     }
-    // Intervals hold 95 %: fewer than 126 of 144 with probability below 10⁻⁴.
+    // With 95 % each, fewer than 126 of 144 intervals hold with probability below 10⁻⁴.
     assert!(kept >= 126, "{kept} of 144 intervals hold the truth");
     let off: f64 = found.iter().zip(&truth).map(|(f, t)| f - t).sum::<f64>() / truth.iter().sum::<f64>();
     assert!(off.abs() < 0.01, "the image is {off} off");
@@ -240,7 +240,7 @@ fn a_whole_turn_sees_the_mean_around() {
     let film = film_of(&tracer, &FullSum::new(&none), view(&camera, [3, 3], 1024, 1));
     for found in luminances(&film) {
         // The lamp emits on both sides of its plane or on one: it is visible for a quarter of the
-        // time, and the two ends of that decide about a point each of a stratified sequence; the
+        // time, and each end of that quarter decides about one point of a stratified sequence; the
         // field of view is 1e-3.
         assert!((found - 0.25).abs() <= 3.0 / 1024.0 || found == 0.0, "{found}");
     }

@@ -47,8 +47,8 @@ fn holding(film: &Film, other: &Film) -> f64 {
 }
 
 /// Pixels claim, end because their interval is narrow enough, and their intervals hold the result
-/// of paths of nine times the work, and those of other seeds. Of three films of 80 pixels each 95 %
-/// are expected to hold, and 91 % or fewer once in two hundred times.
+/// of paths of nine times the work, and those of other seeds. Over three films of 80 pixels each
+/// the expected share is 95 %, and 91 % or fewer hold once in two hundred times.
 #[test]
 fn what_is_claimed_of_fog_and_of_what_moves_is_so() {
     for (name, scene) in scenes() {

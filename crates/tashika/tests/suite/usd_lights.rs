@@ -218,8 +218,8 @@ fn domes_are_seen_from_inside() {
         assert!((found - Vec3::from(columns[expected])).length() < 1e-4, "{x} {z}: {found}");
         assert_eq!(seen(&scene, x, -1.5, z), [0.0; 3]);
     }
-    // With z up the pole of a plain dome is still its y, which is −z of the world here; that of the
-    // later kind is z, and longitude 0 is at −y, which is +z of the world.
+    // With z up, the pole of a plain dome is still its y, which is −z of the world here. The pole
+    // of the later kind is z, and its longitude 0 is at −y, which is +z of the world.
     let scene = dome("upAxis = \"Z\"", plain);
     assert!(seen(&scene, 1.0, 1.0, -1.5) != [0.0; 3] && seen(&scene, 1.0, 1.0, 1.5) == [0.0; 3]);
     let scene = dome("upAxis = \"Z\"", &plain.replace("DomeLight", "DomeLight_1"));

@@ -66,7 +66,7 @@ fn values_vary_as_their_interpolation_says() {
         let expected = [left, right].map(|i| Vec2::new(i as f32, 10.0 * i as f32));
         assert_eq!(found, expected, "{kind}");
         assert_eq!(notes(&scene), [], "{kind}");
-        // The same through indices that run backwards.
+        // The same values through indices that run backwards.
         let indices: Vec<String> = (0..count).rev().map(|i| i.to_string()).collect();
         let st = format!("{st}\nint[] primvars:st:indices = [{}]", indices.join(", "));
         let scene = with_texture(&pair(&st));

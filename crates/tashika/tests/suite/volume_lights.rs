@@ -154,8 +154,8 @@ fn smoke(b: &mut SceneBuilder) -> MediumId {
 /// The sum over VPLs in fog, in and around blocks of milk and smoke, with lamps inside and outside
 /// and with light from infinity, equals the result of paths. Means of the image, of several sets
 /// against paths, agree within 4.4 standard errors, and within the share that a clamp of 2 cm takes
-/// away from VPLs in the medium: `σ_s` times two thirds of it, 5 % in the milk, of the light that
-/// is scattered twice there.
+/// away from VPLs in the medium. Of the light that is scattered twice there, that share is `σ_s`
+/// times two thirds of 2 cm, 5 % in the milk.
 #[test]
 fn sums_over_vpls_are_what_paths_find() {
     let sky = |b: &mut SceneBuilder| b.set_environment(Environment::constant(Rgb::gray(0.5))).unwrap();

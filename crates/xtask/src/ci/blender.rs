@@ -1,4 +1,4 @@
-//! Tests of the add-on for Blender, if Blender is there as a Python module.
+//! Tests of the add-on for Blender, if Blender is installed as a Python module.
 
 use std::env;
 use std::ffi::OsString;
@@ -9,7 +9,7 @@ use crate::shell::{Outcome, Shell};
 
 /// Variable that names the Python that has `bpy`.
 const SWITCH: &str = "TASHIKA_BLENDER_PYTHON";
-/// Interpreters that are tried otherwise: each `bpy` is for one version of Python.
+/// Interpreters that are tried if the variable is not set: each `bpy` is for one version of Python.
 const KNOWN: [&str; 3] = ["python3", "python3.11", "python3.13"];
 
 /// Runs the tests of the add-on. `bpy` is 370 MB: it is used if it is installed, and never

@@ -10,7 +10,8 @@ use crate::shell::{Outcome, Shell};
 /// Number of pixels of the picture.
 const PIXELS: u64 = 96 * 54;
 
-/// Renders, traces lights, describes a scene, and is refused; returns the folder with the files.
+/// Runs `render`, `info`, `vpl`, and commands that must be refused; returns the folder with the
+/// files.
 pub fn check(shell: &Shell, program: &Path) -> Outcome<PathBuf> {
     let room = shell.folder("room")?;
     for line in [

@@ -1,8 +1,9 @@
 //! All checks that have to pass before a change is taken, from a fresh clone, except the tests.
 //!
-//! Needs rustup's stable toolchain, a C linker, python3 with venv; no network beyond crates.io,
-//! PyPI, Rust's own toolchains and, where Chromium is not installed, the packages of the system; no
-//! GPU. Builds and screenshots go to `target`, everything else to a folder that is removed.
+//! Needed are rustup's stable toolchain, a C linker, and python3 with venv. No network is needed
+//! beyond crates.io, PyPI, Rust's own toolchains and, where Chromium is not installed, the packages
+//! of the system; no GPU. Builds and screenshots go to `target`, everything else to a folder that
+//! is removed.
 
 mod blender;
 mod end_to_end;
@@ -65,8 +66,8 @@ pub fn run(shell: &Shell) -> Outcome<()> {
     scenes::check(shell, &program)
 }
 
-/// Checks that the renderer needs no reader of files, and that the statistics need neither these
-/// nor a plotter.
+/// Checks that the renderer builds without the readers of files, and that the statistics depend on
+/// neither these readers nor a plotter.
 fn alone(shell: &Shell) -> Outcome<()> {
     const ALL: [&str; 6] = ["glam", "libm", "rand_core", "rand_pcg", "tashika-math", "tashika-stats"];
     shell.cargo("check --locked --release -p tashika --no-default-features").run()?;

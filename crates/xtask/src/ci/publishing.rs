@@ -1,7 +1,9 @@
-//! Packages for crates.io: the published crates, packed in the order in which they need each other,
-//! as `cargo publish --workspace` does it, except for the upload. Needs the index of crates.io, and
-//! some ten seconds, since nothing is compiled: `cargo publish --workspace --dry-run` does that,
-//! before a release (CONTRIBUTING.md).
+//! Packages for crates.io: the published crates, packed as by `cargo publish --workspace`, without
+//! the upload.
+//!
+//! The crates are packed in the order in which they need each other. This needs the index of
+//! crates.io and some ten seconds, since nothing is compiled. Before a release, `cargo publish
+//! --workspace --dry-run` compiles the crates (CONTRIBUTING.md).
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -59,7 +61,7 @@ fn published(metadata: &Value) -> Outcome<Vec<(String, String)>> {
     if crates.is_empty() { Err("no crate is published".to_owned()) } else { Ok(crates) }
 }
 
-/// Size of a file of that name in a folder or in one of its folders (bytes).
+/// Size (bytes) of the file of that name in a folder or in one of its subfolders.
 fn size_below(folder: &Path, name: &str) -> Option<u64> {
     let size = |folder: &Path| fs::metadata(folder.join(name)).ok().map(|file| file.len());
     let below = || fs::read_dir(folder).ok()?.flatten().find_map(|entry| size(&entry.path()));

@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 
 use crate::shell::{Outcome, Shell, Task};
 
-/// Makes a Python with packages that read OpenEXR and PNG, and drive a browser.
+/// Makes a Python environment with packages that read OpenEXR and PNG, and drive a browser.
 pub fn python_of_readers(shell: &Shell) -> Outcome<PathBuf> {
     environment(shell, "readers", "numpy OpenEXR OpenImageIO pillow playwright")
 }
 
-/// Makes a Python of its own with these packages.
+/// Makes a Python environment with these packages, and returns its interpreter.
 pub fn environment(shell: &Shell, name: &str, packages: &str) -> Outcome<PathBuf> {
     let folder = shell.folder(name)?;
     shell.command("python3", "-m venv").arg(&folder).run()?;
@@ -22,7 +22,7 @@ pub fn environment(shell: &Shell, name: &str, packages: &str) -> Outcome<PathBuf
     Ok(python)
 }
 
-/// Command of pip for that Python.
+/// Command of pip for this interpreter.
 pub(super) fn pip(shell: &Shell, python: &Path, what: &str) -> Task {
     shell.command(python, "-m pip --quiet --disable-pip-version-check").args(what.split(' '))
 }
@@ -30,8 +30,8 @@ pub(super) fn pip(shell: &Shell, python: &Path, what: &str) -> Task {
 /// Hard scenes whose two renders take seconds.
 const QUICK: [&str; 3] = ["pane", "double_pane", "coloured_pane"];
 
-/// Renders quick ones of the hard scenes with two seeds: at most one pair of intervals in fifty may
-/// be disjoint.
+/// Renders the quick hard scenes with two seeds: at most one pair of intervals in fifty may be
+/// disjoint.
 pub fn seeds(shell: &Shell, python: &Path, program: &Path) -> Outcome<()> {
     let scenes = QUICK.map(|name| shell.root().join(format!("crates/xtask/hard_scenes/{name}.xml")));
     let options = "-- --size 16x9 --error 20%".split(' ');

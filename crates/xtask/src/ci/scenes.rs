@@ -12,8 +12,8 @@ const LIST: &str = "record/contact-sheet/scenes.txt";
 /// Fewest scenes of the list, and fewest corner cases.
 const FEWEST: [usize; 2] = [30, 100];
 
-/// Renders all scenes, small: those of the list have to give pictures; corner cases and damaged
-/// files a picture or a message, never a crash.
+/// Renders all scenes at a small size. Those of the list must give pictures. Corner cases and
+/// damaged files must give a picture or a message, never a crash.
 pub fn check(shell: &Shell, program: &Path) -> Outcome<()> {
     let scenes = shell.root().join(SCENES);
     if !(scenes.join("unpack").is_file() && shell.has("xz")) {
@@ -23,7 +23,7 @@ pub fn check(shell: &Shell, program: &Path) -> Outcome<()> {
     let folder = shell.folder("scenes")?;
     shell.command(scenes.join("unpack"), "-d").arg(&folder).run_quietly()?;
     let image = shell.folder("scene")?.join("scene.exr");
-    // Each takes a second or two; two minutes are a hang.
+    // Each takes a second or two; one that takes two minutes hangs.
     let small = |scene: &Path| {
         let _ = fs::remove_file(&image);
         let options =

@@ -174,7 +174,7 @@ mod tests {
     /// Texels by face, row and column.
     type Set = [[[bool; N]; N]; 6];
 
-    /// Texels that are read: each is set alone, and found or not.
+    /// Texels that are read, found by setting each alone.
     fn covered(towards: &Towards) -> Set {
         let mut texels = [[[Texel::ZERO; N]; N]; 6];
         let one = Texel::at_least(1.0);

@@ -145,7 +145,7 @@ const fn unit(v: [f64; 3]) -> [f64; 3] {
 const fn root(square: f64) -> f64 {
     let mut root = 0.5 * (1.0 + square);
     let mut k = 0;
-    // From above; each step halves the error at least, and squares it once it is small.
+    // From above; each step at least halves the error, and squares it once it is small.
     while k < 20 {
         root = 0.5 * (root + square / root);
         k += 1;

@@ -40,7 +40,7 @@ use crate::math::Cone;
 /// below 1.25 for dielectrics of an index above 1.3 and for Schlick's `F` with `F₀` above 0.04.
 const KNOTS: usize = 32;
 
-/// Number of largest cosines with the normal for which the diffuse part is stored:
+/// Number of upper limits of the cosine with the normal for which the diffuse part is stored:
 /// `(k + 1) / STEPS`. Matters for coats, which let less light in at grazing angles.
 const STEPS: usize = 8;
 
@@ -51,9 +51,9 @@ const FAINT_POWER: f64 = 24.0;
 /// Upper bound of `e⁻²⁴`.
 const FAINT: f64 = 3.8e-11;
 
-/// Half vectors within `α`, but no more than this angle (rad), of the normal are near the peak.
-/// Chosen: higher values cost time, and there the product of separate maxima is hardly larger than
-/// the maximum of the product.
+/// Half vectors are near the peak if they are within `α` of the normal, or within this angle (rad)
+/// if `α` is larger. Chosen: higher values cost time, and there the product of separate maxima is
+/// hardly larger than the maximum of the product.
 const WIDEST_PEAK: f32 = 0.1;
 
 /// Quantity that texels bound.
@@ -210,7 +210,7 @@ impl Source {
         })
     }
 
-    /// [`Source::facets`] for GGX facets that are correlated by height and as rough in all
+    /// [`Source::facets`] for GGX facets that are correlated by height and equally rough in all
     /// directions, for a row at once.
     fn correlated<const N: usize>(&self, horizon: &Horizon<N>, spans: &Spans<N>) -> [f32; N] {
         let alpha = self.facets.widest();

@@ -40,6 +40,7 @@
 //!   without the cosine grow towards the horizon, so that their product with the largest cosine of
 //!   a cluster can be many times too large; a diffuse part times the largest cosine of a texel is a
 //!   little too large.
+//!
 //! # Held to this by
 //! `bounds::tests::cube_map`, and the tests beside each part.
 

@@ -29,8 +29,8 @@ use crate::bounds::Reflector;
 use crate::bsdf::MIN_COSINE;
 use crate::math::Vec3;
 
-/// Error of scalar products here: directions are unit and turned by frames to 10⁻⁶, products
-/// rounded by `3 · 2⁻²⁴`.
+/// Error of scalar products here: directions are of unit length, and turned by frames, to 10⁻⁶;
+/// products are rounded by `3 · 2⁻²⁴`.
 const COSINE: f32 = 2e-6;
 
 /// `√(2 COSINE)`: the largest error of a sine taken from a cosine.

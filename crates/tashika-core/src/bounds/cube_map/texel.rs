@@ -2,8 +2,8 @@
 //!
 //! The first 16 bits of an `f32` after its sign: eight of the exponent, eight of the mantissa. So
 //! numbers are rounded up by at most `2⁻⁸` of their value, the range is that of `f32`, infinity
-//! included, and the order is that of the bits. Half the memory of `f32`, and twice as many in a
-//! register. Tested below.
+//! included, and the order is that of the bits. They take half the memory of `f32`, and twice as
+//! many fit into a register. Tested below.
 
 /// A non-negative number, rounded up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

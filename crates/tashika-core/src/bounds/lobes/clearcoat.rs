@@ -10,7 +10,7 @@
 //! | Mitsuba | `w c_o v(c_o)` | `F(c_d)` | `c_i v(c_i) ≤ ½` | | `c_i` |
 //! | layer | `w F(c_o)` | 1 | `G₂ / (4 c_o c_i)` | `α`, `c_o`, `c_i` | `c_i` |
 //!
-//! and `D`: of layers that of GGX, else
+//! and times `D`, which is that of GGX for layers, else
 //!
 //! ```text
 //! D₁ = K(α) (1 + t) / (α² + t),    K = (1 − α²) / (−2π ln α)          falls with t = tan²θ_h
@@ -53,7 +53,7 @@ pub(in crate::bounds) struct Coats {
     scale: f32,
 }
 
-/// Quantity that is bounded, and the light directions for which it is.
+/// Quantity to bound, and the light directions over which it is bounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::bounds) enum Light {
     /// `f_r`, for light at cosines from this on.

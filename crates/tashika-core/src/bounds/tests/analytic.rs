@@ -165,9 +165,9 @@ fn check(
 
 /// Sets of points that have anything from nothing to everything in common; lights anywhere.
 ///
-/// Limits: measured medians of the analytic bound, up to 1.46 and 1.65, and a tenth more; of the
-/// principled material, whose diffuse part and sheen are bounded over all lights, 1.88 and 2.10. In
-/// sets that begin with a coat it is 1.80.
+/// Limits: measured medians of the analytic bound, up to 1.46 and 1.65, and a tenth more. The
+/// principled material, whose diffuse part and sheen are bounded over all lights, has medians of
+/// 1.88 and 2.10. In sets that begin with a coat the median is 1.80.
 #[test]
 fn bounds_of_sets_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -191,9 +191,9 @@ fn bounds_of_sets_hold_and_are_tight() {
 
 /// One point: only boxes, tables and separate factors make the bound larger.
 ///
-/// Limits of median and ninth decile: measured, up to 1.10 and 1.99, of the principled material
-/// 1.33 and 3.88, of coats over it and others 1.03 and 3.08, of Ashikhmin and Shirley's 1.06 and
-/// 2.43, and a tenth more.
+/// Limits: measured median and ninth decile, and a tenth more. They are up to 1.10 and 1.99; for
+/// the principled material 1.33 and 3.88, for coats over it and others 1.03 and 3.08, for Ashikhmin
+/// and Shirley's 1.06 and 2.43.
 #[test]
 fn bounds_of_points_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {

@@ -25,7 +25,7 @@ struct Pair {
 /// Distance between two boxes.
 #[derive(Clone, Copy, Debug)]
 enum Apart {
-    /// Centres at this multiple of their size, or up to twice of it.
+    /// Centres are one to two times this multiple of their size apart.
     By(f32),
     /// In touch, in one plane or at a corner.
     Touching,
@@ -58,7 +58,7 @@ impl Pair {
         let points = Aabb { lo: p - points, hi: p + points };
         let mut lights = Aabb { lo: l - lights, hi: l + lights };
         if matches!(apart, Apart::Touching) {
-            // To the bit, on the first axis.
+            // They touch to the bit, on the first axis.
             lights.lo.x = points.hi.x;
             lights.hi.x = lights.hi.x.max(lights.lo.x);
         }

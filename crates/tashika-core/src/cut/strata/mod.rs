@@ -39,7 +39,7 @@ pub trait Strata<B> {
     /// Adds the terms that the new pair `k` lacks; called once for each new pair, in this order.
     fn draw(&mut self, refinement: &Refinement<'_, B>, k: usize, stream: &mut Stream, to: &mut TermBatch);
 
-    /// Receives the values of these terms, with visibility, for each new pair `k`, in order.
+    /// Receives the values of the drawn terms, with visibility, for each new pair `k`, in order.
     fn hear<'v>(&mut self, refinement: &Refinement<'_, B>, values: impl Iterator<Item = (usize, &'v [Rgb])>);
 }
 

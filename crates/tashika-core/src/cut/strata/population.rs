@@ -15,15 +15,16 @@
 //! ```
 //!
 //! where `ĉ_s` approximates the contribution of the sample's light at all points. The first form
-//! costs nothing, with the share `ω_j` that the point `j` has of the weights. It is equal to the
-//! contribution where all points receive the same of a light, and else larger (Cauchy's
-//! inequality): far larger for a light next to a few of many points. The second form takes the
-//! light to be visible everywhere if it is visible at the point of the sample, and the unoccluded
-//! terms `u_ij` of a few other points, which stand for all: it is too large by the part in shadow.
-//! The uncertainty of the variance itself, where few lights contribute most, follows from
-//! `Σ_i c_i⁴`, which is estimated in the same way. Lights that are not drawn, such as points and
-//! spots, are ignored. Where lights are not drawn independently, the variance has to be multiplied
-//! by their correlation ([`importance_correlation`](crate::guidance::importance_correlation)).
+//! costs nothing; `ω_j` is the share of point `j` in the weights, and `ω_s` that of the sample's
+//! point. It is equal to the contribution where all points receive the same from a light, and else
+//! larger (Cauchy's inequality): far larger for a light next to a few of many points. The second
+//! form takes the light to be visible everywhere if it is visible at the point of the sample. The
+//! unoccluded terms `u_ij` of a few other points stand for those of all. It is too large by the
+//! part in shadow. The uncertainty of the variance itself, where few lights contribute most,
+//! follows from `Σ_i c_i⁴`, which is estimated in the same way. Lights that are not drawn, such as
+//! points and spots, are ignored. Where lights are not drawn independently, the variance has to be
+//! multiplied by their correlation
+//! ([`importance_correlation`](crate::guidance::importance_correlation)).
 //!
 //! # Points
 //! The contribution of point `j`, `c_j = Σ_i c_ij`, is estimated from the means of its strata and
@@ -98,8 +99,8 @@ impl<B: UpperMaterial> InheritedCut<'_, B> {
     /// [`Controlled::parts`](crate::color::Controlled::parts).
     ///
     /// * `is_given`: true if a light is always there, rather than drawn.
-    /// * `worth`: a variance by lights beyond which it is estimated with other points than those of
-    ///   the samples.
+    /// * `worth`: variance by lights above which it is estimated again, with points other than
+    ///   those of the samples.
     pub fn population(&self, part: usize, is_given: impl Fn(&Vpl) -> bool, worth: f64) -> Population {
         let of = &self.strata.options.controlled.parts()[part];
         let (clusters, memory) = (self.refinement.clusters(), &*self.strata.memory);
@@ -155,8 +156,8 @@ impl<B: UpperMaterial> InheritedCut<'_, B> {
         population
     }
 
-    /// Approximates `Σ_j u_ij / u_s`. The points that stand for all go round with the number of the
-    /// sample.
+    /// Approximates `Σ_j u_ij / u_s`. Different samples use different points that stand for all, by
+    /// the number of the sample.
     fn all_points(&self, part: usize, number: usize, term: Term) -> f64 {
         let of = &self.strata.options.controlled.parts()[part];
         let clusters = self.refinement.clusters();

@@ -28,6 +28,8 @@ pub(super) struct StratumSummary {
 }
 
 impl StratumSummary {
+    /// Summarizes the samples of a stratum.
+    ///
     /// * `units`: values of the samples over the measures to which their probabilities are
     ///   proportional.
     pub(super) fn new<B: UpperMaterial, U: Iterator<Item = Rgb>>(
@@ -73,7 +75,7 @@ impl StratumSummary {
 }
 
 impl<B: UpperMaterial> InheritedCut<'_, B> {
-    /// Returns true if nothing is left that is only sampled: the estimate is the sum.
+    /// Returns true if no pair is merely sampled: the estimate is the exact sum.
     pub fn is_whole(&self) -> bool {
         self.strata.memory.summaries.is_empty()
     }

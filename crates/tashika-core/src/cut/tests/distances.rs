@@ -58,7 +58,7 @@ fn the_mean_square_over_a_plane_is_told() {
 }
 
 /// Standard deviation of an estimate by strata of two samples, over the sum, after `splits` splits:
-/// for points amid a floor of lights, under a sky, where every other light is seen.
+/// for points amid a floor of lights, under a sky, where every second light is visible.
 fn error_after(splits: usize, lights: usize, rank: Rank<'_>) -> f64 {
     let mut s = Stream::new(6, Purpose::Test, 0);
     let in_sky = |s: &mut Stream| {

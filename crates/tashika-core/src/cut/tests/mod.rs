@@ -119,7 +119,7 @@ fn cut<B: UpperMaterial>(refinement: &mut Refinement<'_, B>, splits: usize) -> V
     refinement.pairs().iter().zip(in_cut).filter(|(_, inside)| *inside).map(|(pair, _)| *pair).collect()
 }
 
-/// No term of any pair on the way down, as it is drawn, is brighter than the pair's bound.
+/// Checks that no drawn term of any pair on the way down is brighter than the pair's bound.
 fn terms_are_within_bounds<B: UpperMaterial>() {
     for round in 0..many(8) {
         let mut s = Stream::new(round as u64, Purpose::Test, 7);

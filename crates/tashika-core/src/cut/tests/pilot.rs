@@ -70,8 +70,8 @@ fn a_cell_is_the_same_whoever_asks_first_and_another_with_another_seed() {
 #[test]
 fn what_it_costs_is_told() {
     with_pilot(|pilot| {
-        // 600 lights, each a cluster, and 8 points of a cell: those that face each other, over the
-        // 16 × 8 pixels of a cell below.
+        // 600 lights, each a cluster, and 8 points of a cell: segments join those that face each
+        // other, and are shared by the 16 × 8 pixels of a cell below.
         let visibility = PilotVisibility::new(pilot, 1);
         let cost = visibility.about(pilot, [1, 1]).segments_per_pixel;
         assert!((5..=600 * 8 / 128 + 1).contains(&cost), "{cost}");

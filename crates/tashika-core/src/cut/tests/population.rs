@@ -106,8 +106,8 @@ fn the_squares_of_what_lights_add_are_told_from_above() {
     }
 }
 
-/// With other points than those of the samples, as if lights that are seen from one were seen from
-/// all, estimates are nearer, and from above still.
+/// With points other than those of the samples, as if lights that are visible from one were visible
+/// from all, estimates are nearer, and still from above.
 #[test]
 fn what_lights_add_is_told_by_other_points() {
     for pairs in [60, 600] {

@@ -82,8 +82,8 @@ fn halves_are_exact_beside_a_bright_one() {
     halves_are_exact(30, |number| [1.0, 1e15][usize::from(number == 11)]);
 }
 
-/// The same where each light is far brighter than all that are dimmer, so that remainders are taken
-/// of remainders.
+/// Halves are as exact where each light is far brighter than all dimmer ones together, so that
+/// remainders are taken of remainders.
 #[test]
 fn halves_are_exact_beside_ever_brighter_ones() {
     halves_are_exact(12, |number| crate::math::elementary::powf(10.0, number as f32 * 5.8 - 32.0));

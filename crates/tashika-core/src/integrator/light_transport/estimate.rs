@@ -19,14 +19,14 @@ use crate::stats::stratified::Spread;
 use crate::tree::GatherTree;
 use crate::vpl::EmitterSampler;
 
-/// GGX roughness below which lobes are left to paths: few VPLs would appear as spots in a mirror.
+/// GGX roughness below which lobes are left to paths: a few VPLs would appear as spots in a mirror.
 /// Chosen.
 const NARROW: f32 = 0.25;
 /// Share of the light of a lamp below which camera samples are taken to miss the lamp: chance, the
 /// pixel filter, or geometry in front of the lamp reduce its light somewhat.
 const MET: f64 = 0.25;
-/// Standard error from the choice of VPLs, over the tolerance, that need not be known better.
-/// Chosen.
+/// Standard error from the choice of VPLs, over the tolerance, below which a better estimate is not
+/// needed. Chosen.
 const SMALL: f64 = 0.1;
 /// Camera samples that are drawn at once where each has one path.
 const POINTS_AT_ONCE: u32 = 32;
@@ -248,7 +248,7 @@ impl RareEmission {
 }
 
 impl<'a> Estimate<'a> {
-    /// Estimate by a sum over VPLs and compensation paths. Only the first pair is drawn yet.
+    /// Estimate by a sum over VPLs and compensation paths. Only the first pair is drawn so far.
     pub(super) fn of_vpls(
         common: Common<'a>,
         prior: VisibilityPrior<'a>,

@@ -10,8 +10,8 @@
 //! does not depend on its own samples ([`cut`](crate::cut)) and is guided by pilot visibility; and
 //! paths of the light that VPLs do not carry ([`compensation`](crate::compensation)).
 //!
-//! The cost of a cut is sublinear in VPLs and points. There are so many of both that their choice
-//! is a small part of the half-width, which the samples of the cut estimate
+//! The cost of a cut is sublinear in VPLs and points. Both are so numerous that their choice is a
+//! small part of the half-width; the samples of the cut estimate that part
 //! ([`Population`](crate::cut::Population)). Each interim analysis compares the half-width with
 //! `max(ε L̂ / (1 + ε), ε_abs)`; if it is too wide, pairs and paths grow by the predicted need of
 //! each ([`Finding::growth`](interval::Finding::growth)). Where growth does not help, the pixel is

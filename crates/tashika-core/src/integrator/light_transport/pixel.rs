@@ -24,8 +24,8 @@ const WORK_OF_PAIRS: f64 = 4.0;
 const MORE_SAMPLES: u32 = 8;
 /// Most camera samples of a sum over VPLs.
 const MOST_SAMPLES: u32 = 8192;
-/// Share of the tolerance above which a source of error that does not fall as an estimate grows
-/// restarts the pixel, to reduce that source.
+/// Share of the tolerance above which a source of error that does not fall as an estimate grows is
+/// reduced by a restart of the pixel.
 const ENOUGH: f64 = 0.7;
 /// Share of the tolerance above which such sources end sums over VPLs: the rest of the tolerance
 /// would take a very large number of pairs and paths.
@@ -89,7 +89,7 @@ fn more(samples: u32) -> u32 {
 enum Ended {
     Met,
     OutOfBudget,
-    /// A source of error that does not fall as the estimate grows. True for lights, and for points,
+    /// A source of error that does not fall as the estimate grows. For lights, and for points: true
     /// if the pixel is to be restarted with better ones.
     HeldUp([bool; 2]),
 }

@@ -15,8 +15,8 @@
 //! each medium on the way. Light from infinity is black where a medium has no end.
 //!
 //! Paths meet at most as many surfaces as elsewhere. Scattering in media, and passing an interface
-//! that is nothing else, do not count: Russian roulette ends paths in media, with a cap near one,
-//! as light is scattered hundreds of times in a white medium before it leaves.
+//! that is no visible surface, do not count: Russian roulette ends paths in media, with a cap near
+//! one, as light is scattered hundreds of times in a white medium before it leaves.
 //!
 //! # Limits
 //! A point light *in* a medium that scatters has samples of unbounded variance, `1/d²` in a volume:

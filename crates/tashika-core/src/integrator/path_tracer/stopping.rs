@@ -2,8 +2,9 @@
 //!
 //! * After a number of paths: nothing is claimed.
 //! * By the rule that a careful user would build ([`PathStop::Until`]): when Student's interval of
-//!   the mean is within the tolerance. This is the peer of our own rule, and claimed as a published
-//!   method is: where samples have heavy tails it stops before it has met the rare bright path.
+//!   the mean is within the tolerance. This is the counterpart of our own rule, with the claim of a
+//!   published method: where samples have heavy tails, it stops before it has met the rare bright
+//!   path.
 //! * By our own rule ([`PathStop::Calibrated`]): the interval accounts for paths of the
 //!   neighbourhood and for light brighter than all observed ([`PathSpread`]). Interim analyses are
 //!   few, planned, and share the error probability ([`Looks`]).
@@ -86,6 +87,8 @@ impl PathStop {
         self.options().map(|options| options.controlled).unwrap_or_default()
     }
 
+    /// Checks that all values are in range.
+    ///
     /// # Errors
     /// No paths, a first analysis at fewer than two, options out of range.
     pub(super) fn validate(&self) -> Result<()> {

@@ -22,13 +22,13 @@
 //!
 //! # Assumptions of the certificate
 //! Upper bounds hold (`bounds`, `cut::tests`); the partition and the sample counts are functions of
-//! bounds and of draws that the estimate does not use (`cut::Rank` has no way to sampled values);
-//! random numbers are random. The certificate is about the luminance of this pixel's sum over the
-//! given VPLs and gather points, and of emission seen directly, which is exact. Where the error
-//! metric is all channels ([`Controlled`](crate::color::Controlled)), each channel has a third of
-//! `δ`. Its bound is that of luminance over the weight of the channel.
+//! bounds and of draws that the estimate does not use (`cut::Rank` has no access to sampled
+//! values); random numbers are random. The certificate is about the luminance of this pixel's sum
+//! over the given VPLs and gather points, and of emission seen directly, which is exact. Where the
+//! error metric is all channels ([`Controlled`](crate::color::Controlled)), each channel has a
+//! third of `δ`. Its bound is that of luminance over the weight of the channel.
 //!
-//! # Differences to the published methods
+//! # Differences from the published methods
 //! Samples are inherited; pairs whose lights nearby pixels do not see are split late; terms of
 //! small pairs are drawn in proportion to their unoccluded contributions; interim analyses are few;
 //! the interval has a term for rare light; pairs of two terms are evaluated as a whole; the error
@@ -60,7 +60,8 @@ use crate::guidance::cell_of;
 use crate::rng::{self, Purpose, Stream};
 use crate::scene::Abilities;
 
-/// Kind of argument that intervals are to have. The outcome for each pixel is a [`Claim`].
+/// Kind of evidence for the intervals: measurement or proof. The outcome for each pixel is a
+/// [`Claim`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Promise {
     /// Measured: on scenes at large, the share of the intervals that hold is at least the

@@ -1,8 +1,8 @@
 //! Optical constants of metals by the names that scene formats give them.
 //!
-//! Output: refractive index `η` and extinction coefficient `k` of `η + i k`, each averaged over the
-//! spectrum as the channels of Rec. 709 see it under D65 ([`rgb_of_reflectance`]). At normal
-//! incidence a channel reflects
+//! Output: refractive index `η` and extinction coefficient `k` of `η + i k`, both averaged over the
+//! spectrum with the response of each Rec. 709 channel under D65 ([`rgb_of_reflectance`]). At
+//! normal incidence a channel reflects
 //!
 //! ```text
 //! R = ((η − 1)² + k²) / ((η + 1)² + k²)
@@ -40,7 +40,7 @@ pub fn conductor_rgb(name: &str) -> Option<(Rgb, Rgb)> {
     Some((rgb_of_reflectance(&eta)?, rgb_of_reflectance(&k)?))
 }
 
-/// Returns the metal's symbol in lower case: the name without folders, endings and the constant.
+/// Returns the metal's symbol in lower case: the name without folders, prefix and suffixes.
 fn symbol(name: &str) -> String {
     let name = name.to_ascii_lowercase();
     let mut rest = name.rsplit(['/', '\\']).next().unwrap_or_default();
@@ -81,8 +81,8 @@ mod tests {
 
     #[test]
     fn reflectances_are_the_published_ones() {
-        // Linear Rec. 709 at normal incidence, [^akenine2018], table 9.2, of other samples:
-        // published colours of gold differ from each other by 0.05.
+        // Linear Rec. 709 at normal incidence, [^akenine2018], table 9.2, measured on other
+        // samples: published colours of gold differ from each other by 0.05.
         for (name, expected) in [
             ("Au", [1.00, 0.78, 0.34]),
             ("Ag", [0.97, 0.96, 0.91]),

@@ -13,10 +13,10 @@
 //! * A constant reflectance `v` becomes `(v, v, v)`: D65 is the white of Rec. 709. Each channel is
 //!   clamped to the range of the samples, because the weights of the quotient above are partly
 //!   negative. So reflectances do not leave `[0, 1]`.
-//! * An emission becomes a colour whose luminance is the mean of the spectrum weighted by `ȳ`, so
-//!   `v` for a constant `v`, in its unit. Channels that Rec. 709 cannot show are zero, and the
-//!   others are scaled to keep the luminance.
-//! * Samples that are not finite are ignored; without any other, there is no colour.
+//! * An emission becomes a colour whose luminance, in the unit of the spectrum, is the mean of the
+//!   spectrum weighted by `ȳ`; a constant `v` has the luminance `v`. Negative channels are set to
+//!   zero, and the others are scaled to keep the luminance.
+//! * Samples that are not finite are ignored; if no other is left, there is no colour.
 //!
 //! # Assumption
 //! Lights are near white: an RGB renderer multiplies `L_c ρ_c`, not `∫ L ρ r̄_c`.

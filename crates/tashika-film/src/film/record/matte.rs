@@ -1,11 +1,11 @@
 //! Cryptomatte: the share of a pixel that each object or material covers, in planes that
 //! compositing programs select by name.
 //!
-//! The layout is that of the Cryptomatte specification, version 1.2.0, after Friedman and Jones
-//! 2015. A name becomes a number, which is the MurmurHash3 (32 bits, seed 0) of its UTF-8 bytes. If
-//! these bits are those of a zero, a denormal, an infinity or a NaN (an exponent of 0 or 255), the
-//! lowest bit of the exponent is flipped. The number is stored as the `f32` of these bits. A layer
-//! of `2n` ranks is `n` planes `LAYER00`, `LAYER01`, … of four channels, each two ranks:
+//! The layout is that of the Cryptomatte specification, version 1.2.0 (Friedman and Jones 2015). A
+//! name becomes a number, which is the MurmurHash3 (32 bits, seed 0) of its UTF-8 bytes. If these
+//! bits are those of a zero, a denormal, an infinity or a NaN (an exponent of 0 or 255), the lowest
+//! bit of the exponent is flipped. The number is stored as the `f32` of these bits. A layer of `2n`
+//! ranks is `n` planes `LAYER00`, `LAYER01`, … of four channels, each two ranks:
 //!
 //! ```text
 //! R = number, G = share of the pixel        of rank 2k        shares fall from rank to rank
@@ -27,8 +27,8 @@ use super::planes;
 use crate::error::{Error, Result};
 use crate::film::{Film, Metadata, Plane, PlaneSpec, Samples};
 
-/// Prefix of the metadata names that describe planes of mattes; in OpenEXR the attributes have the
-/// names as they are.
+/// Prefix of the metadata names that describe planes of mattes. In OpenEXR these attributes have
+/// the same names, without a further prefix.
 pub const CRYPTOMATTE: &str = "cryptomatte/";
 
 /// Kind of thing that a matte distinguishes.
@@ -52,7 +52,7 @@ impl MatteOf {
         }
     }
 
-    /// Plane of the numbers alone: for each pixel, the thing that covers most of it.
+    /// Plane with the number of the thing that covers most of each pixel.
     const fn numbers(self) -> PlaneSpec {
         match self {
             Self::Objects => planes::OBJECT_ID,
@@ -120,7 +120,7 @@ impl Matte {
 
     /// Adds the planes of this matte to a film, and their description to its metadata.
     ///
-    /// * `ranks`: ranks of each pixel of the window in its order, as [`rank`](Self::rank) writes
+    /// * `ranks`: ranks of all pixels of the window, row by row, as [`rank`](Self::rank) writes
     ///   them; an even number of ranks per pixel.
     ///
     /// # Panics

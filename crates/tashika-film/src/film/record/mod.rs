@@ -12,9 +12,9 @@
 //! Nothing above this module writes a code, or the name of a plane or of a value, by hand. Pages
 //! receive them from here as data. *(tidy)*
 //!
-//! # Films of others
-//! Films may come from other programs. Without a plane `stop` every pixel counts as rendered;
-//! without a plane `claim`, every half-width counts as a published claim.
+//! # Films of other programs
+//! Without a plane `stop`, every pixel counts as rendered; without a plane `claim`, every
+//! half-width counts as a published claim.
 
 mod claim;
 pub mod keys;
@@ -42,9 +42,9 @@ use serde::Serialize;
 ///
 /// # Guarantee
 /// It holds if the intervals of all pixels hold, however their errors are correlated (triangle
-/// inequality). If some do not hold, it holds as long as the slack of the others makes up for them.
-/// A pixel that missed a bright spot can break it: measured, once in eight seeds behind a lens,
-/// never in eight seeds of five other scenes with caustics.
+/// inequality). If some do not, it still holds as long as the slack of the others makes up for
+/// them. A pixel that missed a bright spot can break it. Measured: broken in one of eight seeds
+/// behind a lens, in none of eight seeds of five other scenes with caustics.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MeanInterval {
     /// Mean luminance (W·m⁻²·sr⁻¹).
@@ -157,9 +157,9 @@ impl<'f> RenderFilm<'f> {
         self.claim(pixel).is_some().then(|| half_widths[pixel])
     }
 
-    /// Half-width relative to the pixel's own colour, in the error metric of the film; infinite if
-    /// the pixel is black, not a number if its colour is not. `None` without a half-width or
-    /// without colours.
+    /// Half-width relative to the pixel's own colour, in the error metric of the film. A half-width
+    /// of 0 gives 0; any other is infinite at a black pixel, and NaN counts as black. `None`
+    /// without a half-width or without colours.
     pub fn relative_half_width(&self, pixel: usize) -> Option<f64> {
         let (half_width, color) = (self.half_width(pixel)?, self.color(pixel)?);
         let size = self.controlled().size_and_distance(color, color).0;

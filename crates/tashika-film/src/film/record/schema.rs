@@ -15,7 +15,7 @@ use crate::math::Vec3;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Shown {
-    /// As colours: a radiance exposed, a share unchanged.
+    /// As colours: radiances with exposure, shares as they are.
     Color,
     /// Each channel relative to the radiance: errors and half-widths.
     Relative,
@@ -76,7 +76,7 @@ impl Sample for f32 {
     }
 }
 
-/// A count, stored to the 24 bits of an `f32`.
+/// A count, rounded to the 24 bits of an `f32`.
 impl Sample for u64 {
     const KIND: SampleKind = SampleKind::F32;
     fn put(self, plane: &mut Plane, x: u32, y: u32) {
@@ -141,8 +141,8 @@ impl Sample for Stop {
     }
 }
 
-/// Half-width by source of error, if the estimate knows it: each field is the half-width that this
-/// source alone would give (W·m⁻²·sr⁻¹).
+/// Half-width by source of error, if known: each field is the half-width that this source alone
+/// would give (W·m⁻²·sr⁻¹).
 ///
 /// Errors of independent sources add up in squares, so the whole is less than the sum.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

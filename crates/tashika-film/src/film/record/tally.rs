@@ -17,11 +17,11 @@ use super::claim::{Claim, Stop};
 /// | exact, published, calibrated, certified | by its [`Claim`] |
 /// | none | if it claims nothing |
 ///
-/// A claim is a statement of an estimate about itself. Whether it *covers the truth*, only a
-/// reference or an audit can show: see `report::Claims`.
+/// A claim is a statement of an estimate about itself. Only a reference or an audit can show that
+/// it *covers the truth*: see `report::Claims`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Rendered pixels that did not run out of budget, by claim.
+    /// Finite pixels within the budget, by claim.
     by_claim: [u64; Claim::ALL.len()],
     /// Pixels that ran out of budget.
     pub out_of_budget: u64,
@@ -62,7 +62,7 @@ impl Tally {
         Claim::ALL.into_iter().filter(|claim| claim.is_some()).map(|claim| self.of(claim)).sum()
     }
 
-    /// Pixels that claim nothing, out of budget or not.
+    /// Rendered pixels that claim nothing, for any reason.
     pub fn silent(&self) -> u64 {
         self.of(Claim::None) + self.out_of_budget - self.wider + self.not_finite
     }

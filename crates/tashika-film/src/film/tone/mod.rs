@@ -19,7 +19,7 @@
 //!
 //! So natural pictures are proportional to radiance up to the knee, where the shoulder continues
 //! with the same slope. Hue and luminance are those of the radiance where the gamut allows. The
-//! formulas of the others are in [`Published`].
+//! last three tone mappings are defined by the matrices and the curve of a [`Published`].
 //!
 //! # Guarantee
 //! Black stays black, a brighter gray is never darker, infinite radiance is white. For any input,
@@ -46,7 +46,7 @@ use crate::math::elementary::{exp, powf};
 /// Luminance up to which natural pictures are proportional to radiance; chosen so that a white wall
 /// at three times middle gray is still proportional.
 const KNEE: f32 = 0.6;
-/// Clamp of exposed channels: brighter is white in any hue, and sums of channels stay finite.
+/// Upper clamp of exposed channels: any brighter colour is white, and sums of channels stay finite.
 const BRIGHTEST: f32 = 1e30;
 
 /// Tone mapping; formulas and sources are in the table of the module.
@@ -113,6 +113,8 @@ impl fmt::Display for Tone {
 impl FromStr for Tone {
     type Err = Error;
 
+    /// Returns the tone mapping of this name.
+    ///
     /// # Errors
     /// [`Error::Option`] naming `tonemap` if no tone has that name.
     fn from_str(text: &str) -> Result<Self> {
@@ -144,6 +146,8 @@ pub struct ToneMap {
 }
 
 impl ToneMap {
+    /// Checks the range of the exposure.
+    ///
     /// # Errors
     /// [`Error::Option`] for an exposure out of range.
     pub fn validate(&self) -> Result<()> {
@@ -156,8 +160,8 @@ impl ToneMap {
     }
 
     /// Returns red, green, blue and opacity of each pixel as bytes, and the exposure used (stops).
-    /// Each pair is a radiance, and true if the pixel was rendered. Pixels that were not are
-    /// transparent and do not enter the exposure.
+    /// Each of `pixels` is a radiance, and true if the pixel was rendered. Pixels that were not
+    /// rendered are transparent and do not enter the exposure.
     ///
     /// # Errors
     /// As [`Self::validate`].

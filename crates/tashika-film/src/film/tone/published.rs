@@ -114,7 +114,8 @@ pub(super) const AGX: Published = Published {
 };
 
 impl Published {
-    /// Maps an exposed colour without negative channels. The result is clamped only before a power.
+    /// Maps an exposed colour without negative channels. The result is clamped only if a power
+    /// follows.
     pub(super) fn of(&self, exposed: Rgb) -> Rgb {
         let inset = times(&self.inset, exposed.map(|v| v.min(BRIGHTEST)));
         let shown = times(&self.outset, inset.map(|v| self.curve.at(v)));
@@ -123,7 +124,7 @@ impl Published {
 }
 
 impl Curve {
-    /// Value of the curve at `x`, at least 0.
+    /// Value of the curve at `x`, which is not negative.
     fn at(&self, x: f32) -> f32 {
         match self {
             Self::Rational { over, under } => polynomial(over, x) / polynomial(under, x),

@@ -1,6 +1,7 @@
 //! Layouts of a film in an OpenEXR file, other than the default.
 //!
-//! Only lossless compressions are offered: the claims of a film hold for the bits of its pixels.
+//! Only lossless compressions are offered: the claims of a film hold for its pixels as they are,
+//! bit by bit.
 
 use std::fmt;
 use std::str::FromStr;
@@ -14,7 +15,7 @@ use crate::error::{Error, Result};
 /// Side of a tile (pixels).
 const TILE: usize = 64;
 
-/// Layout of an OpenEXR file. In every layout, a film that is read back is the same, bit by bit.
+/// Layout of an OpenEXR file. A film that is read back from any layout is the same, bit by bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExrLayout {
     /// True if each plane is a part of its own, with its name. By default, all are channels of one
@@ -46,7 +47,7 @@ impl ExrCompression {
     /// All compressions that can be chosen.
     pub const ALL: [Self; 5] = [Self::None, Self::Rle, Self::Zips, Self::Zip, Self::Piz];
 
-    /// Name by which it is chosen.
+    /// Name of the compression in the text form of an [`ExrLayout`].
     pub fn name(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -89,7 +90,8 @@ impl fmt::Display for ExrLayout {
 impl FromStr for ExrLayout {
     type Err = Error;
 
-    /// Words with commas between them, each at most once: `parts`, `tiles`, and a compression.
+    /// Parses words with commas between them, each at most once: `parts`, `tiles`, and a
+    /// compression.
     ///
     /// # Errors
     /// [`Error::Option`] naming `exr` if the text is anything else. For a lossy compression, the

@@ -22,8 +22,8 @@ use super::{PLANES, PREFIX, PlaneRecord, at, truncated, unsupported};
 use crate::error::{Error, Location, Result};
 use crate::film::{CRYPTOMATTE, Film, Metadata, SampleKind, Value, Window, channel_name};
 
-/// Bytes of samples for each byte of the file, more than any of the format's compressions can hold:
-/// ZIP's limit is 1032, DWA's 64 times that.
+/// Largest number of bytes of samples for each byte of the file. The format's compressions reach
+/// about as much: ZIP's limit is 1032, DWA's 64 times that.
 const MAX_EXPANSION: u64 = 1 << 16;
 
 /// A plane of an OpenEXR file, apart from its samples.
@@ -56,7 +56,7 @@ pub(super) struct Layout {
     pub(super) offset: [usize; 2],
     pub(super) planes: Vec<ExrPlane>,
     pub(super) metadata: Metadata,
-    /// Number of the file's parts, from the first, with channels of these planes.
+    /// Number of parts, counted from the first, that hold the channels of these planes.
     pub(super) parts: usize,
 }
 
@@ -117,14 +117,14 @@ impl Layout {
     }
 }
 
-/// Refuses, before memory is allocated, sizes that the bytes cannot hold and data that are not
-/// read.
+/// Refuses, before memory is allocated, sizes that the bytes cannot hold, and kinds of data that
+/// are not supported.
 pub(in crate::io) fn check_claims(path: &Path, bytes: &[u8]) -> Result<()> {
     checked_header(path, &mut &bytes[..], bytes.len() as u64).map(drop)
 }
 
-/// Header of a file of `length` bytes, refused as by [`check_claims`]. Damaged attributes are
-/// omitted.
+/// Reads the header of a file of `length` bytes, with the checks of [`check_claims`]. Damaged
+/// attributes are omitted.
 pub(super) fn checked_header(path: &Path, read: &mut impl Read, length: u64) -> Result<MetaData> {
     let meta = MetaData::read_from_buffered(read, false).map_err(|e| at(path, e))?;
     MetaData::validate(&meta.headers, false).map_err(|e| at(path, e))?;
@@ -209,7 +209,8 @@ fn recorded_planes(
     Ok(planes)
 }
 
-/// Planes, by the part of the channels' names before the last point.
+/// Groups channels into planes by the part of their names before the last point; each channel of
+/// integers is a plane of its own.
 fn gathered_planes(channels: BTreeMap<String, Channel>) -> Vec<ExrPlane> {
     let mut floats: BTreeMap<String, Vec<(String, Place)>> = BTreeMap::new();
     let mut counts = Vec::new();

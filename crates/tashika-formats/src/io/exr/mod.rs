@@ -2,17 +2,17 @@
 //!
 //! By default a film is one part, which every tool reads; see [`ExrLayout`]. The main plane has the
 //! channels `R`, `G`, `B`, other planes `plane.channel` (`half_width.Y`). Each channel is 32-bit
-//! float or unsigned integer as in the film, ZIP compressed (lossless). In several parts, each
-//! plane is a part of its name, the main plane `rgb`, with the same full names of channels;
-//! attributes of all planes are in the first part. The display window is the full image, the data
-//! window the film's window.
+//! float or unsigned integer as in the film, ZIP compressed (lossless). If there are several parts,
+//! each plane is a part of the plane's name (`rgb` for the main plane). Channels keep their full
+//! names, and attributes of all planes are in the first part. The display window is the full image,
+//! the data window the film's window.
 //!
-//! Attributes: metadata `name` is `tashika:name` of type `int`, `double` or `string`. Yes and no,
-//! and whole numbers beyond 32 bits, are strings; text that reads as such comes back as such.
-//! Metadata of mattes (`cryptomatte/…`) has the names that the format of mattes defines. Units and
-//! meanings of all planes are the JSON list `tashika:planes`, in UTF-8. Of the standard attributes,
-//! a file has the required ones, `chromaticities` (Rec. 709), `software`, and `comments`: a line
-//! with the contents of the image and its claim.
+//! Attributes: metadata `name` is `tashika:name` of type `int`, `double` or `string`. Booleans, and
+//! integers beyond 32 bits, are stored as strings; a text that reads like one of them is read back
+//! as one. Metadata of mattes (`cryptomatte/…`) has the names that Cryptomatte defines, without the
+//! prefix. Units and meanings of all planes are the JSON list `tashika:planes`, in UTF-8. Of the
+//! standard attributes, a file has the required ones, `chromaticities` (Rec. 709), `software`, and
+//! `comments`: a line with the contents of the image and its claim.
 //!
 //! # Guarantee
 //! `read_exr(write_exr(film)) == film`, bit by bit, and equal films give equal bytes. [`ExrFile`]

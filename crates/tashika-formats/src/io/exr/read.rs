@@ -85,7 +85,7 @@ impl Crop {
         out
     }
 
-    /// A plane of the film, made of its channels, which are taken.
+    /// Builds a plane of the film from its channels, which are taken out of `channels`.
     fn plane(&self, plane: ExrPlane, channels: &mut [Vec<Option<FlatSamples>>]) -> Plane {
         let mut take =
             |&[part, place]: &Place| channels[part][place].take().expect("a channel is in one plane");

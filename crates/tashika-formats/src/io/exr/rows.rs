@@ -8,7 +8,7 @@
 //! The rows, put together, are the film that [`read_exr`](super::read_exr) returns, bit by bit. A
 //! file that is damaged, or was cut short or replaced meanwhile, gives an error that names the
 //! file. Memory: eight bytes a block, the rows, and one block at a time, compressed and
-//! decompressed; none of it before the file was found to be long enough.
+//! decompressed; none of it is allocated before the file was found to be long enough.
 //!
 //! # Limits
 //! A block is decompressed whole: if a file is one tile, each call decompresses all of it. The
@@ -67,7 +67,7 @@ struct Blocks {
 
 impl ExrFile {
     /// Reads the header of a file. Refuses the files that [`read_exr`](super::read_exr) refuses,
-    /// except for their length.
+    /// but accepts any length.
     ///
     /// # Errors
     /// As [`read_exr`](super::read_exr), for the header.
@@ -217,8 +217,8 @@ impl ExrFile {
     ) {
         let [columns, rows] = kept;
         let channels = &self.meta.headers[part].channels;
-        // Plane, and channel of the plane, for each channel of the file; of two channels with one
-        // name, one has none.
+        // Index of the plane, and of the channel in it, for each channel of the file; none for one
+        // of two channels with the same name.
         let mut homes = vec![None; channels.list.len()];
         for (p, plane) in self.layout.planes.iter().enumerate() {
             for (c, [_, place]) in plane.places.iter().enumerate().filter(|(_, [of, _])| *of == part) {
@@ -264,9 +264,9 @@ fn damaged(path: &Path, [right, down]: [usize; 2], offset: u64, found: String, e
     Error::invalid(Location::file(path).item(item), found, expected)
 }
 
-/// Refuses a file in which a block does not state the place where it stands: of two blocks with one
-/// place, only one would be read, and nothing in place of the other. `table` begins after the
-/// headers; the first `parts` parts are checked.
+/// Refuses a file in which a block states another place than its own: of two blocks that state one
+/// place, only one would be read, and the place of the other would stay empty. `table` begins after
+/// the headers; the first `parts` parts are checked.
 pub(super) fn check_places(
     path: &Path,
     bytes: &[u8],
@@ -301,7 +301,7 @@ fn spread<T>(values: impl Iterator<Item = T>, to: &mut [T], step: usize) {
 }
 
 impl Blocks {
-    /// Reads the tables after the headers, of the first `parts` parts.
+    /// Reads the tables of offsets of the first `parts` parts, which follow the headers.
     fn of_parts(
         path: &Path,
         read: &mut impl Read,
@@ -317,8 +317,8 @@ impl Blocks {
         let header = &meta.headers[part];
         let (Vec2(width, height), Vec2(columns, rows)) = (header.layer_size, header.max_block_pixel_size());
         let size = [columns.max(1), rows.max(1)];
-        // Levels follow each other, the largest first, and rows of blocks from the top, whatever
-        // the order of the blocks themselves.
+        // The table lists the largest level first, and rows of blocks from the top, whatever the
+        // order of the blocks themselves.
         let across = width.div_ceil(size[0]);
         let count = across.saturating_mul(height.div_ceil(size[1]));
         if count > header.chunk_count || (count as u64).saturating_mul(8) > length {
@@ -327,12 +327,13 @@ impl Blocks {
         }
         let mut bytes = vec![0; 8 * count];
         read.read_exact(&mut bytes).map_err(|e| io(path, e))?;
-        // Smaller levels.
+        // Offsets of smaller levels are skipped.
         let rest = 8 * (header.chunk_count - count) as u64;
         std::io::copy(&mut read.by_ref().take(rest), &mut std::io::sink()).map_err(|e| io(path, e))?;
         let number = |b: &[u8]| u64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]);
         let offsets: Vec<u64> = bytes.chunks_exact(8).map(number).collect();
-        // Offsets below the file's length leave room to add the size of a block's place and length.
+        // To offsets below the file's length, the size of a block's place and length can be added
+        // without overflow.
         if let Some(beyond) = offsets.iter().find(|&&offset| offset >= length) {
             return Err(truncated(path, format!("a block is at byte {beyond} of {length}")));
         }

@@ -90,8 +90,8 @@ fn channels(plane: &Plane) -> impl Iterator<Item = AnyChannel<FlatSamples>> {
             Samples::F32(s) => FlatSamples::F32(s.iter().skip(c).step_by(count).copied().collect()),
             Samples::U32(s) => FlatSamples::U32(s.iter().skip(c).step_by(count).copied().collect()),
         };
-        // Lossy compression by others depends on the own name of a channel, which the full name
-        // hides.
+        // Lossy compression by other programs depends on the channel's own name, which the full
+        // name hides.
         let full_name = text(&channel_name(plane.name(), channel));
         AnyChannel { name: full_name, ..AnyChannel::new(text(channel), samples) }
     })
@@ -157,8 +157,8 @@ fn comments(film: &Film) -> Option<String> {
 /// The writer stores custom attributes in a hash table, whose order differs each time. A
 /// permutation does not change the length of a header, nor any offset.
 fn sort_attributes(file: &mut [u8], parts: usize) {
-    // Magic number and version; then for each part name, type (each ended by a zero), length and
-    // bytes of each attribute; then a zero.
+    // Magic number and version; then, for each part, its attributes and a zero. An attribute is its
+    // name and type, each ended by a zero, its length, and its bytes.
     let mut start = 8;
     for _ in 0..parts {
         let mut end = start;
@@ -190,8 +190,8 @@ fn attribute(value: &Value) -> AttributeValue {
     }
 }
 
-/// UTF-8: the format leaves the encoding open, and its own library has specified UTF-8 since
-/// 3.0.
+/// Text in UTF-8: the format leaves the encoding open, and its own library has specified UTF-8
+/// since 3.0.
 fn text(words: &str) -> Text {
     Text::from_slice_unchecked(words.as_bytes())
 }

@@ -99,8 +99,8 @@ impl Source<'_> {
         self.accessor_beside(index, expected, 0, at)
     }
 
-    /// Like [`Self::accessor`], but allows at least `beside` elements without bytes: as many as the
-    /// accessor that this one accompanies.
+    /// Like [`Self::accessor`], but always allows `beside` elements without bytes, the number of
+    /// elements of the accessor that this one accompanies.
     pub fn accessor_beside(
         &self,
         index: json::Index<json::Accessor>,
@@ -182,7 +182,7 @@ impl Source<'_> {
                 at,
             )?,
             values: Strided::new(value_view, values.byte_offset.0, count.0, size, &names[1], at)?,
-            // The indices alone occupy as many bytes.
+            // In range: the indices alone occupy as many bytes.
             count: count.0 as usize,
         })
     }

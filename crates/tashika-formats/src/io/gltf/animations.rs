@@ -17,7 +17,8 @@
 //! # Guarantee
 //! If a file is loaded without a time, nothing of its animations is read except their first and
 //! last times, as the file declares them. Keys that are read count toward the scene's geometry
-//! budget as often as they are named, so that work is bounded by the bytes that may be read.
+//! budget each time that they are referred to, so that work is bounded by the bytes that may be
+//! read.
 //!
 //! # Held to this by
 //! The test modules `gltf_animations` and `gltf_shapes`.
@@ -348,7 +349,8 @@ struct Values<const N: usize> {
 }
 
 impl Sampler {
-    /// Elements of the output for each key: its value, or its value between two tangents.
+    /// Number of elements of the output for each key: its value alone, or its value between two
+    /// tangents.
     fn each(&self) -> usize {
         if self.interpolation == Interpolation::CubicSpline { 3 } else { 1 }
     }

@@ -44,8 +44,8 @@ pub(super) struct Parsed<'a> {
     pub places: Vec<WidePlace>,
     /// The animations, as JSON that is not parsed further.
     pub animations: Vec<serde_json::Value>,
-    /// Attributes of morph targets beside positions, normals and tangents, each with its first
-    /// place.
+    /// Attributes of morph targets other than positions, normals and tangents, each with the place
+    /// where it occurs first.
     pub other_targets: BTreeMap<String, String>,
     /// Properties and extensions that are in no table.
     pub unknown: Unknown,

@@ -3,13 +3,13 @@
 //! glTF animates translation, rotation and scale of nodes separately, by curves of three kinds, and
 //! all nodes above a camera or a mesh contribute to its pose. The pose is therefore sampled at
 //! [`STEPS`] + 1 equidistant times and interpolated by [`Track`]. Uniform rotations and
-//! translations, and steps longer than a thirty-second of the shutter's time, are reproduced.
-//! Motion around a point follows chords: for a whole turn while the shutter is open, the error is
-//! at most half a percent of the radius.
+//! translations, and poses held for more than a thirty-second of the shutter's time, are
+//! reproduced. Motion around a point follows chords: for a whole turn while the shutter is open,
+//! the error is at most half a percent of the radius.
 //!
 //! [Shapes](super::shapes) are evaluated when the shutter opens and when it closes; vertices move
-//! in straight lines between. Rotations of joints thus follow chords, and a deformation that
-//! returns meanwhile is lost.
+//! in straight lines between. Rotations of joints thus follow chords, and a deformation that comes
+//! and goes in between is lost.
 //!
 //! Held to this by `gltf_animations::cameras_move_while_the_shutter_is_open`,
 //! `gltf_animations::meshes_move_while_the_shutter_is_open`,

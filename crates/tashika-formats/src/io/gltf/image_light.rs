@@ -8,8 +8,8 @@
 //!
 //! The extension turns OpenGL's faces around their vertical axes. The faces are then pictures as
 //! seen from inside, with `−x` to the right of `+z`, the upper edge of the upper face towards `−z`
-//! and that of the lower face towards `+z`. They become a latitude-longitude map of four faces'
-//! columns and two faces' rows, whose texels are means of 2 × 2 bilinear lookups in the faces.
+//! and that of the lower face towards `+z`. The faces become a latitude-longitude map, four faces
+//! wide and two high, whose texels are means of 2 × 2 bilinear lookups in the faces.
 //!
 //! # Held to this by
 //! The tests below; `suite::gltf_environment`.

@@ -34,8 +34,8 @@ struct Instancing {
     attributes: BTreeMap<String, u32>,
 }
 
-/// Transforms of the node's mesh, each for `meshes` primitives. Without the extension, the node's
-/// own transform.
+/// Returns the transforms of the node's mesh, which has `meshes` primitives; without the extension,
+/// only the node's own transform.
 pub(super) fn placements(
     source: &Source<'_>,
     placed: &PlacedNode,

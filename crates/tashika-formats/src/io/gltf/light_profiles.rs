@@ -1,8 +1,8 @@
 //! Lamps of the extension `EXT_lights_ies`: IES files at nodes.
 //!
-//! A lamp points down the `−z` axis of its node, and `C = 0°` is `+x`, from where `C` turns towards
-//! `+y`; the node's scale has no effect on it. Candela count as W·sr⁻¹, as those of other lights
-//! do, times `multiplier` and `color`. [`ies`] decodes the files.
+//! A lamp points down the `−z` axis of its node, and `C` grows from 0° at `+x` towards `+y`; the
+//! node's scale has no effect on it. Candela count as W·sr⁻¹, as those of other lights do, times
+//! `multiplier` and `color`. [`ies`] decodes the files.
 //!
 //! A profile that is missing or cannot be read is noted, and its lamps are ignored. A map takes the
 //! same memory whatever the size of its file, and counts toward the budget of images.
@@ -146,8 +146,8 @@ pub(super) fn number(value: &Value, at: &Location, builder: &mut SceneBuilder) -
     Ok(number.max(0.0))
 }
 
-/// Transform of the map's frame, whose `+y` is up and whose `+x` is `C = 0°`, by the node without
-/// its scale; none if the node's transform leaves no direction.
+/// Transform of the map's frame (`+y` up, `+x` at `C = 0°`) by the node without its scale; none if
+/// the node's transform leaves no direction.
 fn turned(node: DMat3) -> Option<Mat3> {
     let z = node.z_axis.try_normalize()?;
     let x = (node.x_axis - z * z.dot(node.x_axis)).try_normalize()?;

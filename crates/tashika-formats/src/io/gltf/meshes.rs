@@ -35,8 +35,8 @@ use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
 use crate::scene::{MeshData, MeshId, MeshShape, NoteKind, SceneBuilder};
 
-/// Largest texture coordinate: far beyond the resolution of texels in `f32`, and small enough for a
-/// texture transform to keep it finite.
+/// Largest texture coordinate: far beyond those at which `f32` resolves texels, and small enough
+/// for a texture transform to keep it finite.
 const FARTHEST_UV: Vec2 = Vec2::splat(1e9);
 
 /// Mesh that was made from a primitive.

@@ -157,7 +157,7 @@ fn place_still(
     Ok(())
 }
 
-/// Adds the meshes of a node that moves, by its keys, while the shutter is open.
+/// Adds the meshes of a node that moves along its keys while the shutter is open.
 fn place_moving(
     source: &Source<'_>,
     placed: &PlacedNode,

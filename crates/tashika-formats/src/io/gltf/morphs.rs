@@ -9,8 +9,8 @@
 //! surface.
 //!
 //! # Guarantee
-//! Targets whose weight is zero are not read. Others count toward the scene's geometry budget as
-//! often as they are named.
+//! Targets whose weight is zero are not read. Others count toward the scene's geometry budget each
+//! time that they are referred to.
 //!
 //! # Held to this by
 //! The test module `gltf_shapes`.

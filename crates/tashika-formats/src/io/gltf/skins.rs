@@ -10,7 +10,7 @@
 //! skin has no effect.
 //!
 //! # Guarantee
-//! A joint that a vertex follows is one of the skin's, or it is an error. Weights are at least zero
+//! A vertex that follows a joint that the skin does not have is an error. Weights are at least zero
 //! and add up to one.
 //!
 //! # Held to this by

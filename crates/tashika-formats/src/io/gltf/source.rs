@@ -7,7 +7,7 @@
 //! * A buffer is read when it is first needed, and once.
 //! * Buffers, decoded geometry and decoded images each stay below [`LoadOptions::max_file_bytes`]
 //!   in sum. A small file that names the same vertices or the same image a million times thus
-//!   cannot fill the memory, while any data that may be read as one file may also be held.
+//!   cannot fill the memory, while data that may be read as one file always fit.
 //!
 //! # Held to this by
 //! `damaged_gltf::counts_beyond_the_bytes_present_are_refused`,
@@ -102,7 +102,7 @@ impl<'a> Source<'a> {
                 format!("them to fit into the {} bytes of buffers[{}]", buffer.len(), view.buffer),
             ));
         };
-        // Both fit into memory because the buffer does.
+        // Both fit into `usize` because the buffer's length does.
         Ok((&buffer[offset as usize..end as usize], view.byte_stride.map(|s| s.0)))
     }
 

@@ -71,8 +71,8 @@ pub(super) struct Textures {
 }
 
 impl Textures {
-    /// Texture that `info`, which stands at `item`, refers to by an index in range; none, with a
-    /// note, if its image cannot be read.
+    /// Returns the texture that `info` names by an index, which must be in range; none, with a
+    /// note, if its image cannot be read. `item` is the place of `info` in the file.
     pub fn get(
         &mut self,
         source: &Source<'_>,
@@ -150,7 +150,7 @@ fn spread(pixels: &mut Pixels, channel: usize) {
     match pixels {
         Pixels::Srgb8(texels) | Pixels::Linear8(texels) => to_colors(texels, channel),
         Pixels::Srgb16(texels) | Pixels::Linear16(texels) => to_colors(texels, channel),
-        // Floats have no opacity, which counts as one.
+        // Images of floats have no opacity; it counts as one.
         Pixels::Float(texels) => {
             texels.iter_mut().for_each(|t| *t = [t.get(channel).copied().unwrap_or(1.0); 3]);
         }

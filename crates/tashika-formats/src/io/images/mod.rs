@@ -42,7 +42,7 @@ pub(super) struct Decoded {
     pub image: Image,
     /// True if every texel is opaque.
     pub opaque: bool,
-    /// Channel of a number, if it is not the luminance.
+    /// Channel from which a number is read, if it is not the luminance.
     pub lone: Option<Channel>,
     /// Texels that were replaced because they were not finite.
     not_finite: u64,
@@ -67,7 +67,7 @@ struct Picture {
     width: u32,
     height: u32,
     texels: Texels,
-    /// Channel of a number, if it is not the luminance.
+    /// Channel from which a number is read, if it is not the luminance.
     lone: Option<Channel>,
     /// Descriptions of differences from the meaning of the file.
     approximations: Vec<String>,

@@ -1,5 +1,5 @@
-//! OpenEXR images as textures and environments: the flat part that has colours, by scan lines or
-//! tiles, of any sample type.
+//! OpenEXR images as textures and environments: a flat part with colours, in scan lines or tiles,
+//! of any sample type.
 //!
 //! # Windows
 //! The image is the **display window**. Texels of the data window outside of it are cut off; texels
@@ -21,8 +21,8 @@
 //! Rec. 709 are converted to Rec. 709; white stays white.
 //!
 //! # Guarantee
-//! A display window takes no more than [`FREE_BYTES`], or [`MOST_PACKED`] bytes for each byte of
-//! the file.
+//! A display window that is larger than the data window takes at most [`FREE_BYTES`], or
+//! [`MOST_PACKED`] bytes for each byte of the file if that is more.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -119,7 +119,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Pictur
     Ok(Picture { width, height, texels: Texels::Floats(texels), lone: colors.lone(), approximations })
 }
 
-/// Copies the texels of the data window to the display window. Returns also true if the two windows
+/// Copies the texels of the data window to the display window. The flag is true if the two windows
 /// are disjoint.
 fn in_window(
     display: IntegerBounds,
@@ -235,7 +235,8 @@ fn has_levels(header: &Header) -> bool {
     matches!(header.blocks, BlockDescription::Tiles(tiles) if tiles.level_mode != LevelMode::Singular)
 }
 
-/// Refuses files with a tile of another level than the file's table gives, which the reader trusts.
+/// Refuses files in which a tile states another level than the file's table, which the reader
+/// trusts.
 fn check_levels(bytes: &[u8]) -> Result<(), String> {
     const LARGEST: Vec2<usize> = Vec2(0, 0);
     let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(|e| e.to_string())?;

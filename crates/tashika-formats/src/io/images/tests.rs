@@ -156,8 +156,8 @@ fn more_texels_than_permitted_are_refused_and_other_formats_named() {
     assert!(matches!(decoded(b"", "a.png"), Err(Error::Invalid { .. })));
 }
 
-/// A TIFF file of one image after another: width, height, tile, bits, sample format (1 unsigned, 3
-/// floating point), samples a texel, samples that are opacity (1 multiplied, 2 straight), planar.
+/// An image in a TIFF file: width, height, tile, bits, sample format (1 unsigned, 3 floating
+/// point), samples a texel, kind of an extra sample (1 opacity multiplied, 2 straight), planar.
 struct Tiff {
     size: [u32; 2],
     /// Side of a tile; strips of one row otherwise.
@@ -172,7 +172,7 @@ struct Tiff {
 const TILED: Tiff =
     Tiff { size: [7, 5], tile: Some(4), bits: 8, format: 1, samples: 3, extra: None, planar: false };
 
-/// Bytes of the file; `value` gives the bits of a sample at a texel, by image, as little-endian
+/// Bytes of a file of these images; `value(image, x, y, sample)` is a sample in little-endian
 /// bytes.
 fn tiff(images: &[Tiff], value: impl Fn(usize, u32, u32, u16) -> Vec<u8>) -> Vec<u8> {
     let mut bytes = b"II\x2a\0\0\0\0\0".to_vec();
@@ -278,7 +278,7 @@ fn tiled_tiffs_give_their_largest_level_in_every_depth() {
                 .zip(&expected)
                 .all(|(t, [r, g, b])| { *t == [r + 1000, g + 1000, b + 1000, 0xffff] })
         );
-        // A quarter of each number, which halves represent exactly.
+        // A quarter of each number, which 16-bit floats represent exactly.
         let floats: Vec<[f32; 3]> = expected.iter().map(|e| e.map(|v| f32::from(v) * 0.25)).collect();
         let quarter = |v: u16| f32::from(v) * 0.25;
         for (bits, value) in [
@@ -307,7 +307,7 @@ fn samples_of_tiffs_are_grey_colour_and_opacity_as_the_file_says() {
     assert_eq!(texel(&[9, 50], Some(0)), [9, 9, 9, 255], "anything else");
     assert_eq!(texel(&[1, 2, 3, 50], Some(2)), [1, 2, 3, 50]);
     assert_eq!(texel(&[1, 2, 3, 50], None), [1, 2, 3, 50]);
-    // By 51 of 255 multiplied: divided by a fifth, to the nearest; never above the largest.
+    // Colours multiplied by an opacity of 51/255 are divided by a fifth, rounded, and at most 255.
     assert_eq!(texel(&[10, 11, 60, 51], Some(1)), [50, 55, 255, 51]);
     assert_eq!(texel(&[1, 2, 3, 0], Some(1)), [1, 2, 3, 0]);
     for (image, part) in [

@@ -5,9 +5,9 @@
 //! texel has three samples or more, the first three are its colour; in grey files the first one is.
 //! The next sample is opacity if the file declares it; colours that were multiplied by opacity are
 //! divided by it. Integers of 8 and 16 bits are unchanged; floating point of 16, 32 and 64 bits
-//! becomes 32. Other kinds (bilevel, CMYK) are left to the `image` crate. Two layouts are refused,
-//! which the `tiff` crate (0.11) reads wrongly or not without a panic: planes in tiles that reach
-//! beyond the last row, and colours with further samples that are not opacity.
+//! becomes 32. Other kinds (bilevel, CMYK) are left to the `image` crate. Two layouts are refused
+//! because the `tiff` crate (0.11) misreads them or panics: planes in tiles that reach beyond the
+//! last row, and colours with further samples that are not opacity.
 //!
 //! # Guarantee
 //! No more than [`MOST_PACKED`] bytes are allocated for each byte of the file. Tested in [`super`].
@@ -91,7 +91,7 @@ pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Option<Picture>, S
 }
 
 /// Width, height and samples a texel of the first image, each the largest if the file gives
-/// several; none if the file ends before.
+/// several; none if the file ends before them.
 fn claims(bytes: &[u8]) -> Option<[u64; 3]> {
     let number = |at: u64, size: usize| {
         let at = usize::try_from(at).ok()?;
@@ -139,7 +139,7 @@ struct Arranged {
     /// 1 or 3.
     colors: usize,
     alpha: Alpha,
-    /// More than one: plane by plane.
+    /// Number of planes; if more than one, samples are stored plane by plane.
     planes: usize,
 }
 
@@ -155,8 +155,8 @@ impl Arranged {
         Ok((0..self.texels).map(|i| at(&|sample| all[i * of_texel + sample * of_sample])).collect())
     }
 
-    /// Integers with opacity. Colours that were multiplied by it are divided; `opaque` is the
-    /// largest.
+    /// Integers with opacity. Colours that were multiplied by opacity are divided by it; `opaque`
+    /// is the largest integer.
     fn with_opacity<T: Copy + Into<u64> + TryFrom<u64>>(
         &self,
         all: &[T],

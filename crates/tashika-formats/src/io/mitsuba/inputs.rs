@@ -51,7 +51,7 @@ pub(super) enum Quantity {
     Number,
 }
 
-/// A converted texture or colour, with the channel of its numbers.
+/// A converted texture or colour, with the channel from which numbers are read.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Textured {
     pub(super) color: ColorInput,
@@ -298,7 +298,7 @@ pub(super) fn encoding(object: &Object) -> Encoding {
     if raw { Encoding::Linear } else { Encoding::Srgb }
 }
 
-/// Colour of a value; `None` if the value is of another type.
+/// Colour of a value; `None` if the value is of a type without colour.
 pub(super) fn rgb_of(value: &Value, quantity: Quantity) -> Option<Rgb> {
     let samples = |samples: &[(f32, f32)]| match quantity {
         Quantity::Radiance => rgb_of_emission(samples),

@@ -320,7 +320,7 @@ impl Translation<'_> {
     }
 }
 
-/// Returns true for a surface that no light meets.
+/// Returns true if the opacity of a material is zero everywhere.
 pub(super) fn is_invisible(material: &Material) -> bool {
     let none = FloatInput::from(0.0);
     material.alpha.is_some_and(|alpha| alpha.value == none)

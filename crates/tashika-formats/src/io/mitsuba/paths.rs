@@ -1,8 +1,9 @@
 //! Places of the files that a scene names.
 //!
-//! A name is searched for beside the scene file, beside the included file that names it, and in the
-//! folders of `<path>`, in this order for data. An included file is searched for first beside the
-//! one that includes it. [`SceneFiles`] decides which files may be read.
+//! A file that an object names is searched for beside the scene file, then beside the included file
+//! that names it, then in the folders of `<path>`. Included files and spectra are searched for
+//! beside the file that names them, then beside the scene file. [`SceneFiles`] decides which files
+//! may be read.
 //!
 //! Tested below and by `suite::mitsuba::files_are_found_beside_the_scene_and_in_paths`.
 

@@ -45,7 +45,7 @@ const MAX_INCLUDE_DEPTH: usize = 17;
 const MAX_INCLUDES: usize = 4096;
 /// Most bytes of all attributes with replaced names; chosen.
 const MAX_REPLACED: u64 = 1 << 26;
-/// Elements other than the root and transforms, for the detection of slips.
+/// Elements other than the root and the steps of transforms, for the detection of slips.
 const ELEMENTS: [&str; 32] = [
     "alias",
     "animation",
@@ -334,7 +334,8 @@ impl Reader<'_> {
         Ok(Item::Child(Child::new(values::snake_case(&name), Target::Id(id), at)))
     }
 
-    /// Value of a parameter; `None`, with a note, if the element is unknown or lacks a default.
+    /// Value of a parameter; `None`, with a note, if the element is unknown or uses a `$name`
+    /// without a default.
     fn value(
         &mut self,
         node: Node<'_, '_>,

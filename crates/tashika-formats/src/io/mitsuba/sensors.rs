@@ -1,8 +1,8 @@
 //! Conversion of `<sensor>`s to cameras.
 //!
-//! Mitsuba's cameras look along their own `+z`, `+y` up, with `+x` to the *left*; those here along
-//! `−z` with `+x` to the right: half a turn about `y`. The field of view belongs to the axis of
-//! `fov_axis`:
+//! Mitsuba's cameras look along their own `+z`, `+y` up, with `+x` to the *left*; those here look
+//! along `−z`, with `+x` to the right. Half a turn about `y` converts one to the other. The field
+//! of view belongs to the axis of `fov_axis`:
 //!
 //! ```text
 //!   tan(fov_y / 2) = tan(fov / 2) · h / e      e = w (x), h (y), √(w² + h²) (diagonal), min or max of w and h
@@ -16,8 +16,8 @@
 //! `shutter_open` to `shutter_close` (s), unless another time is requested.
 //!
 //! `spherical` (0.6) looks along `(sin φ sin θ, cos θ, −cos φ sin θ)` with `φ = 2π u`, `θ = π v`,
-//! `v` from the top. Half a turn about `y` takes that to the latitudes and longitudes of
-//! [`Projection::Spherical`] as they are.
+//! `v` from the top. After half a turn about `y`, these are the latitudes and longitudes of
+//! [`Projection::Spherical`].
 //!
 //! Held to this by `suite::mitsuba`; directions, axes, offsets and windows were compared with
 //! Mitsuba 3.9's own.
@@ -108,8 +108,8 @@ impl<'a> Translation<'a> {
         self.builder.add_camera_at(camera, to_world)
     }
 
-    /// Gives a camera its motion while the shutter is open, by request or by the file; `axes` are
-    /// its own, relative to Mitsuba's.
+    /// Gives a camera its motion while the shutter is open, as the user requests or the file
+    /// states; `axes` maps the axes of cameras here to Mitsuba's.
     fn exposed(&mut self, object: &Object, camera: Camera, axes: &DAffine3) -> Result<Camera> {
         let time = |name: &str| object.float_in(name, -1e30..=1e30).unwrap_or(0.0);
         let mut own = [time("shutter_open"), time("shutter_close")];

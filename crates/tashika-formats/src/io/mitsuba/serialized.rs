@@ -10,8 +10,8 @@
 //! All little endian; numbers are `f32`, or `f64` with flag `0x2000`. Flag `0x10` means flat faces.
 //!
 //! # Guarantee
-//! The decompressed bytes are at most those that the counts need. Counts are refused if the stream
-//! is too short to hold so much, or above [`MAX_BYTES`]; memory grows only with the bytes of the
+//! No more bytes are decompressed than the counts need. Counts are refused if the stream is too
+//! short for them, or if they need more than [`MAX_BYTES`]; memory grows only with the bytes of the
 //! file.
 //!
 //! Source: [^mitsuba06], plugin `serialized`. Held to this by the tests below and
@@ -122,7 +122,7 @@ fn header(bytes: &[u8], at: &Location) -> Result<u16> {
 fn offset(bytes: &[u8], shape_index: i64, version: u16, at: &Location) -> Result<usize> {
     let invalid = |found: String, expected: &str| Error::invalid(at.clone(), found, expected);
     if shape_index == 0 {
-        // The first mesh follows the file's own header, which is the mesh's.
+        // The file begins with the first mesh: its header is also that of the file.
         return Ok(0);
     }
     let (table, count) = bytes.split_last_chunk::<4>().unwrap_or((&[], &[0; 4]));

@@ -1,12 +1,12 @@
 //! Conversion of `<shape>`s to meshes and their placements.
 //!
 //! A sphere, disk, cylinder, rectangle or cube is one mesh of unit size for each material, however
-//! many there are; a shape group is a list of meshes that each of its instances places. Positions
-//! of mesh files are not transformed: the transform is the instance's.
+//! many shapes use it; a shape group is a list of meshes that each of its instances places.
+//! Positions of mesh files are not transformed: the transform is the instance's.
 //!
 //! Mitsuba transforms the vertices of a mesh file before it computes normals from their order, so
-//! that a transform with a reflection turns a mesh without normals inside out. The same is done
-//! here.
+//! that a transform with a reflection turns a mesh without normals inside out. This reader does so,
+//! too.
 //!
 //! Held to this by `suite::mitsuba`.
 
@@ -255,7 +255,8 @@ impl<'a> Translation<'a> {
         let reference = self.find(reference, object);
         let flipped = object.boolean("flip_normals").unwrap_or(false);
         let flat = object.boolean("face_normals").unwrap_or(false) | self.max_smooth_angle(object)?;
-        // Mitsuba flips texture coordinates of OBJ files by default, others not.
+        // By default, Mitsuba flips the texture coordinates of OBJ files, but not those of other
+        // files.
         let flip_v = object.boolean("flip_tex_coords").unwrap_or(object.plugin == "obj");
         let shape_index = object.integer("shape_index").unwrap_or(0);
         let mirrored = to_world.determinant() < 0.0;

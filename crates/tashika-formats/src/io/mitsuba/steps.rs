@@ -1,8 +1,8 @@
 //! Elements of `<transform>` and of `<animation>`, and attributes that are numbers.
 //!
-//! `translate`, `scale`, `rotate`, `matrix`, `lookat`; vectors as `value` or as `x`, `y`, `z`.
-//! Their matrices are in [`transforms`]. Held to this by `suite::mitsuba`,
-//! `suite::damaged_mitsuba`.
+//! The steps are `translate`, `scale`, `rotate`, `matrix` and `lookat`; vectors are given as
+//! `value`, or as `x`, `y`, `z`. The matrices of the steps are in [`transforms`]. Held to this by
+//! `suite::mitsuba`, `suite::damaged_mitsuba`.
 
 use glam::DMat4;
 use roxmltree::Node;

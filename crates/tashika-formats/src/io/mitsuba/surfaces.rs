@@ -5,8 +5,8 @@
 //!   square.
 //! * `plastic` without `nonlinear` has the base `ρ/(1 − F)` instead of `ρ/(1 − ρF)`, `F` the
 //!   internal reflectance.
-//! * `principled`: `specular` `s` is a reflectance of `0.08 s` at normal incidence (Burley 2012);
-//!   otherwise that of `eta`.
+//! * `principled`: the reflectance at normal incidence follows from `eta`; without `eta` it is
+//!   `0.08 s`, with `s` the parameter `specular` (Burley 2012).
 //! * `ward`: perfect metal with Beckmann's facets, whose lobe is Ward's except for masking.
 //!
 //! Names of dielectrics are those of `dielectrics`; names and constants of metals are those of
@@ -139,8 +139,8 @@ impl Translation<'_> {
         self.constant_color(object, &[name], Quantity::Reflectance, WHITE)
     }
 
-    /// Reads the refractive index, `int_ior / ext_ior`; its inverse, with a note, if that is below
-    /// 1.
+    /// Reads the refractive index, `int_ior / ext_ior`. An index below 1 is replaced by its
+    /// inverse, with a note.
     pub(super) fn ior(&mut self, object: &Object) -> Result<f32> {
         let inside = self.index(object, "int_ior", "bk7")?;
         let outside = self.index(object, "ext_ior", "air")?;

@@ -82,7 +82,7 @@ pub(super) fn orthonormal(m: &DMat4) -> Option<glam::Mat3> {
     Some(glam::Mat3::from_cols(x.as_vec3(), y.as_vec3(), z.as_vec3()))
 }
 
-/// Map of `(u, v, 1)`, from one of `(u, v)` in space: the last row and the third column are
+/// Map of `(u, v, 1)` from a 4 × 4 matrix, of which the third and last row and the third column are
 /// ignored.
 pub(super) fn planar(m: &DMat4) -> glam::Mat3 {
     let column = |i: usize, last: f32| m.col(i).truncate().truncate().as_vec2().extend(last);

@@ -40,7 +40,7 @@ pub(super) fn integer(text: &str) -> Option<i64> {
         .or_else(|| number(text).filter(|v| v.fract() == 0.0 && v.abs() < 1e15).map(|v| v as i64))
 }
 
-/// `true` or `false`, in any case of letters.
+/// `true` or `1`, `false` or `0`; in any case of letters.
 pub(super) fn boolean(text: &str) -> Option<bool> {
     match text.trim().to_ascii_lowercase().as_str() {
         "true" | "1" => Some(true),
@@ -81,7 +81,7 @@ fn hexadecimal(digits: &str) -> Option<Rgb> {
     Some(Rgb::new(channel(0)?, channel(2)?, channel(4)?))
 }
 
-/// One number, `400:0.1, 500:0.2, …`, or three numbers as a colour's (returned as an error).
+/// One number, `400:0.1, 500:0.2, …`, or the three numbers of a colour (returned as `Err`).
 pub(super) fn spectrum(text: &str) -> Option<Result<Spectrum, Rgb>> {
     if !text.contains(':') {
         return match *numbers(text)?.as_slice() {
@@ -115,7 +115,8 @@ pub(super) fn spectrum_file(bytes: &[u8]) -> Option<Spectrum> {
     Some(Spectrum::Samples(sorted(samples)?))
 }
 
-/// Samples by wavelength; `None` if there are none or some are not finite.
+/// Samples by wavelength; `None` if there are none, a number is not finite, or a wavelength is not
+/// above 0.
 pub(super) fn sorted(mut samples: Vec<(f32, f32)>) -> Option<Vec<(f32, f32)>> {
     samples.sort_by(|a, b| a.0.total_cmp(&b.0));
     samples.dedup_by(|a, b| a.0 == b.0);

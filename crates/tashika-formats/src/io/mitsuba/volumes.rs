@@ -1,9 +1,9 @@
 //! `<volume>`s: coefficients of media.
 //!
 //! A `constvolume` is one value, constant in space. A `gridvolume` is a file of numbers or colours
-//! ([`vol`]) in the unit cube, placed by `to_world`, with values in the middle of its cells and the
-//! outermost held to the faces. With `use_grid_bbox` the box of the file replaces the unit cube, as
-//! in files of version 0.x, where values are at the corners of cells.
+//! ([`vol`]) in the unit cube, placed by `to_world`, with values in the middle of its cells, the
+//! outermost of which extend to the faces. With `use_grid_bbox` the box of the file replaces the
+//! unit cube, as in files of version 0.x, where values are at the corners of cells.
 //!
 //! Held to this by `suite::media_files`.
 

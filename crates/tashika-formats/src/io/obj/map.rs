@@ -138,8 +138,8 @@ impl Map {
     }
 }
 
-/// Passes up to `most` leading numbers of `text` to `take` and returns the rest; leaves a word if a
-/// name must follow. Numbers that are not finite are skipped.
+/// Passes up to `most` leading numbers of `text` to `take` and returns the rest; leaves at least
+/// one word if a name must follow. Numbers that are not finite are skipped.
 fn numbers(text: &[u8], most: usize, name_follows: bool, mut take: impl FnMut(usize, f32)) -> &[u8] {
     let mut rest = text;
     for i in 0..most {

@@ -102,7 +102,7 @@ impl MeshBuilder {
     fn vertex(&mut self, geometry: &Geometry, corner: Corner) -> u32 {
         let Corner { position, uv, normal } = corner;
         let data = &mut self.data;
-        // No more vertices than corners, whose number fits.
+        // There are no more vertices than corners, whose number fits.
         let next = data.positions.len() as u32;
         let id = *self.vertices.entry([position, uv, normal]).or_insert(next);
         if id == next {

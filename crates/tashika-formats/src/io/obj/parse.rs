@@ -73,9 +73,9 @@ pub(super) struct Reference {
 /// Contents of an OBJ file.
 #[derive(Default)]
 pub(super) struct Geometry {
-    /// Points of `v` (m), until the end of the file.
+    /// Points of `v` (m); emptied at the end of the file.
     places: Vec<DVec3>,
-    /// Points of `v` (m), relative to `origin`, after the end of the file.
+    /// Points of `v` (m), relative to `origin`; filled at the end of the file.
     pub(super) positions: Vec<Vec3>,
     /// Origin of the positions (m).
     pub(super) origin: DVec3,
@@ -85,7 +85,7 @@ pub(super) struct Geometry {
     pub(super) normals: Vec<Vec3>,
     pub(super) corners: Vec<Corner>,
     pub(super) faces: Vec<Face>,
-    /// Names of `usemtl`; the first, which is empty, stands for faces before any.
+    /// Names of `usemtl`; the first, which is empty, stands for faces before any `usemtl`.
     pub(super) materials: Vec<Reference>,
     /// Names of `mtllib`: the rest of each line, without repetitions.
     pub(super) libraries: Vec<Reference>,

@@ -27,7 +27,7 @@ use crate::scene::{ImageTexture, NoteKind, Notes, SceneBuilder, TextureId};
 struct Found {
     /// Spelling that led to the file.
     reference: String,
-    /// Canonical path; the pattern as it is spelt for tiles.
+    /// Canonical path; for tiles, the pattern as it is spelt.
     path: PathBuf,
     /// True if the file was not at the place of its name.
     moved: bool,

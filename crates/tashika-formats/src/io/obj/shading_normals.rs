@@ -1,8 +1,8 @@
 //! Normals for corners that have none in the file.
 //!
-//! * A corner of a face with a smoothing group gets the mean of the normals of all such faces of
-//!   its group around its vertex, weighted with their angles there. It does not depend on how the
-//!   surface is cut into faces:
+//! * A corner of a face with a smoothing group gets the mean of the normals of its group's faces
+//!   around its vertex, weighted with their angles there. Corners that have a normal do not count.
+//!   The mean does not depend on how the surface is cut into faces:
 //!
 //! ```text
 //!   n = Σ αᵢ nᵢ / ‖Σ αᵢ nᵢ‖
@@ -87,8 +87,8 @@ fn unit_normal(points: &[Vec3]) -> DVec3 {
     double_area(points).normalize_or_zero()
 }
 
-/// Angle inside the polygon at corner `i`, between 0 and 2π, for its unit normal; zero where it has
-/// none.
+/// Interior angle of a polygon at corner `i`, between 0 and 2π, given the polygon's unit normal;
+/// zero if that normal is zero.
 fn interior_angle(points: &[Vec3], i: usize, normal: DVec3) -> f64 {
     let at = |k: usize| points[k % points.len()].as_dvec3();
     let (next, before) = (at(i + 1) - at(i), at(i + points.len() - 1) - at(i));

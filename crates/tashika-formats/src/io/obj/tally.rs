@@ -1,4 +1,4 @@
-//! Counts of notes about lines: a file of a million lines can give rise to a million.
+//! Counts of notes about lines: a file of a million lines can give rise to a million notes.
 
 use std::path::Path;
 

@@ -49,7 +49,7 @@ impl<'a> Lines<'a> {
     pub(super) fn next(&mut self) -> Option<(u32, &[u8])> {
         let number = self.next;
         let mut line = self.physical()?;
-        // A comment may end in a path separator; it continues nothing.
+        // A comment may end in a path separator; the next line does not belong to it.
         if line.last() != Some(&b'\\') || trim(line).first() == Some(&b'#') {
             return Some((number, trim(line)));
         }
@@ -111,14 +111,14 @@ pub(super) fn name(bytes: &[u8]) -> String {
     utf8_or_latin1(bytes).into_owned()
 }
 
-/// Words for a message: at most 60 characters of them.
+/// At most 60 characters of a text, for messages.
 pub(super) fn excerpt(bytes: &[u8]) -> String {
     const LONGEST: usize = 60;
     notes::excerpt(&name(&bytes[..bytes.len().min(4 * LONGEST)]), LONGEST)
 }
 
-/// Parses a number as C's `strtof` and `printf` agree to write it, or a not-a-number of several C
-/// libraries.
+/// Parses a number in the notation that C's `strtof` and `printf` share, or a value that is not
+/// finite as C libraries print it.
 ///
 /// Numbers too large for `f32` are infinite, as in C.
 pub(super) fn number(word: &[u8]) -> Option<f32> {

@@ -25,8 +25,9 @@
 //!
 //! in that frame. The first begins at `+x`, looks ahead at `u = 1/4` and to the left at `u = 1/2`:
 //! compared with a perspective view it is mirrored. It becomes [`Projection::Spherical`] in axes of
-//! its own, `(−z, y, x)` of those of a perspective camera; the second is that of equal areas as it
-//! stands. Both take the whole film and ignore `fov` and `screenwindow`, as pbrt does.
+//! its own, `(−z, y, x)` of those of a perspective camera; the second is the map of equal areas,
+//! without a change of axes. Both take the whole film and ignore `fov` and `screenwindow`, as pbrt
+//! does.
 //!
 //! A camera whose transform moves is blurred while its shutter is open, from `shutteropen` (0) to
 //! `shutterclose` (1 s), unless another time is requested.
@@ -55,7 +56,7 @@ const REALISTIC_FOV: f32 = 45.0;
 /// Largest side of an image that a file may request (pixels).
 const MAX_SIDE: i32 = 1 << 16;
 
-/// Largest relative difference between the proportions of screen and image.
+/// Largest relative difference between the proportions of screen and image that is not noted.
 const TOLERANCE: f32 = 1e-3;
 
 /// Default time that the shutter is open (s).
@@ -249,8 +250,8 @@ fn add_spherical(
     loading.builder.add_camera_at(camera, to_world)
 }
 
-/// Gives a camera its motion while the shutter is open, by request or by the file; `axes` are its
-/// own, relative to those of a perspective camera.
+/// Gives a camera its motion while the shutter is open, as the user requests or the file states;
+/// `axes` are the camera's, relative to those of a perspective camera.
 fn exposed(
     loading: &mut Loading<'_>,
     p: &Parameters,

@@ -7,12 +7,12 @@
 //! projection    intensity   scale · map(u, v)              · power / ∫ map dω     of pbrt-v3: times I
 //! ```
 //!
-//! where the last factor applies in pbrt-v4 if the parameter is given; its power is a luminance.
-//! Maps of pbrt-v4 are looked up by the nearest texel, those of pbrt-v3 bilinearly and repeated
-//! beyond their sides.
+//! where the last factor applies in pbrt-v4 if the parameter is given; the integral is that of the
+//! luminance. Maps of pbrt-v4 are looked up by the nearest texel, those of pbrt-v3 bilinearly and
+//! repeated beyond their sides.
 //!
 //! * A goniometric map of pbrt-v3 is latitude-longitude, that of pbrt-v4 octahedral; the pole of
-//!   both is the light's `+y`, `u = 0` of the first its `+x`, from where it turns towards `+z`.
+//!   both is the light's `+y`. The first has `u = 0` at the light's `+x` and turns towards `+z`.
 //!   Both formats swap `y` and `z` of a direction first, which is a reflection.
 //! * A slide shines along `+z`; `fov` spans its shorter side. Its top row is at the light's `−y` in
 //!   pbrt-v3, at `+y` in pbrt-v4.

@@ -552,7 +552,7 @@ impl<'f> Interpreter<'f> {
     }
 
     /// Motion of the current transform while the shutter is open, if it moves. Things that move but
-    /// are placed at one time, the first or the middle of the shutter's, are noted.
+    /// are placed at one time (the first, or the middle of the shutter's time) are noted.
     fn motion(&mut self, is_light: bool, at: &Location) -> Option<Track> {
         let times = self.states.moves()?;
         self.loading.builder.add_animated_seconds(times);

@@ -12,7 +12,7 @@
 //! where the last factor applies in pbrt-v4 if the parameter is given. Latitude-longitude maps of
 //! pbrt-v3 have their pole at `+z` and `u = 0` at `+x`, turning towards `+y`; octahedral ones of
 //! pbrt-v4 have the scene's own convention (Clarberg 2008). Constant environments add up; there is
-//! one map.
+//! at most one map.
 //!
 //! Source: Pharr et al. 2023, chapter 12; the format descriptions. Tested by
 //! `suite::pbrt_appearance::lights_*`.

@@ -5,16 +5,17 @@
 //! ```
 //!
 //! `MediumInterface` sets the media inside and outside of the shapes that follow; the outside is
-//! also the medium of the camera. One name alone is both. As in pbrt, a shape with the same medium
+//! also the medium of the camera. A single name sets both. As in pbrt, a shape with the same medium
 //! on both sides is no interface, so that objects in fog do not change it. The surface normal
 //! points away from the inside. A name stands for a definition before it, or in pbrt-v4 also after
 //! it. Only some integrators render media; if that of the file does not, media are ignored here,
 //! too.
 //!
-//! Media of a grid (`uniformgrid`, `heterogeneous` in version 3) have their coefficients times the
-//! density of `nx · ny · nz` cells of the box from `p0` to `p1`, placed as shapes are. Media of
-//! `rgbgrid` have coefficients for each cell. As in pbrt, values fall to zero within half a cell of
-//! the faces. A `nanovdb` has the grid named `density` of its file, whose own map places it first.
+//! In media of a grid (`uniformgrid`, `heterogeneous` in version 3), the coefficients are
+//! multiplied by the density of `nx · ny · nz` cells of the box from `p0` to `p1`, placed as shapes
+//! are. Media of `rgbgrid` have coefficients for each cell. As in pbrt, values fall to zero within
+//! half a cell of the faces. A `nanovdb` medium has the grid named `density` of its file, to which
+//! the file's own map is applied first.
 //!
 //! Source: Pharr et al. 2023, chapter 11. Tested by `suite::media_files`.
 
@@ -213,7 +214,7 @@ fn scale(loading: &mut Loading<'_>, p: &Parameters) -> f32 {
     scale
 }
 
-/// Returns a transform of a grid that has a volume; none, with a note, for any other.
+/// Returns the transform of a grid if its box has a volume; none, with a note, otherwise.
 fn placed(loading: &mut Loading<'_>, p: &Parameters, to_world: Option<DAffine3>) -> Option<DAffine3> {
     let placed = to_world.filter(|t| transform::placeable(t).is_some());
     if placed.is_none() {

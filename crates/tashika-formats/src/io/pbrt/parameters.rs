@@ -4,8 +4,8 @@
 //! unused ones can be noted: as in pbrt, a parameter is found only under its exact name and type.
 //!
 //! # Guarantee
-//! The number of values is a multiple of the numbers in one value of the type, numbers are finite,
-//! and memory is proportional to the length of the text.
+//! A list has a whole number of values of its type, numbers are finite, and memory is proportional
+//! to the length of the text.
 //!
 //! Tested by the tests below and `suite::pbrt`.
 

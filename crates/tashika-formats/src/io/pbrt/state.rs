@@ -160,8 +160,8 @@ impl States {
         (first != second).then_some(self.times)
     }
 
-    /// Current transform at the requested time; none if it is not affine, or is between two of
-    /// which one cannot be inverted.
+    /// Current transform at the requested time; none if it is not affine, or if it is interpolated
+    /// between two transforms of which one cannot be inverted.
     pub(super) fn affine(&self) -> Option<DAffine3> {
         self.between(|m| Some(*m))
     }

@@ -13,9 +13,9 @@
 //! | v3 | sRGB if `gamma` is true; without `gamma`, sRGB for PNG, TGA and JPEG |
 //! | v4 | `encoding` for PNG, by default sRGB; others sRGB |
 //!
-//! A number is the luminance of a colour; in pbrt-v4 it is the opacity if the image has opacities
-//! other than 1. Textures of numbers and of colours have names of their own. A texture without a
-//! counterpart here is replaced by a constant, its mean, and noted.
+//! A number that is read from an image is the luminance of the colour; in pbrt-v4 it is the opacity
+//! if the image has opacities other than 1. Textures of numbers and of colours have names of their
+//! own. A texture without a counterpart here is replaced by a constant, its mean, and noted.
 //!
 //! Tested by `suite::pbrt_appearance::textures_*`.
 

@@ -50,13 +50,12 @@ pub(super) fn affine(m: &DMat4) -> Option<DAffine3> {
 /// Intervals of time in the product of two motions; chosen.
 const STEPS: u32 = 32;
 
-/// Product of an object's transform and that of a part in it, of which at least one moves; none if
-/// neither does.
+/// Motion of the product of an object's transform and that of a part in it; none if neither moves.
 ///
 /// If only the outer one moves, the inner one is applied before it at each key. If the outer one is
 /// the identity, the product is the inner motion. Otherwise the product is evaluated at [`STEPS`] +
-/// 1 times from the first to the last key: between two keys of its own each of the two turns
-/// evenly, and so does, nearly, the product.
+/// 1 times from the first to the last key: between two of its own keys, each factor turns evenly,
+/// and the product nearly so.
 pub(super) fn product([outer, inner]: [&DAffine3; 2], tracks: [Option<&Track>; 2]) -> Option<Track> {
     match tracks {
         [None, None] => None,

@@ -3,8 +3,7 @@
 //! pbrt-v3 and pbrt-v4 give the same names different meanings: `infinite` maps are
 //! latitude-longitude images in one and octahedral squares in the other, `mix` amounts count from
 //! opposite ends, roughness is mapped by different functions. No header distinguishes them. The
-//! first word that only one of them has decides for all files of the scene, in this order of the
-//! text:
+//! first evidence in the text decides for all files of the scene:
 //!
 //! | met | format |
 //! |---|---|
@@ -14,7 +13,7 @@
 //! | types `color` and `xyz` of parameters | v3 |
 //! | `WorldEnd` | v3 |
 //!
-//! and v4 if there is none of these. Usually `Film` decides after a few lines.
+//! Without any of these, the format is v4. Usually `Film` decides after a few lines.
 //!
 //! Tested by `suite::pbrt::the_format_is_told_by_what_the_files_use`.
 

@@ -10,8 +10,7 @@
 //! # Guarantee
 //! Any bytes give a mesh whose indices are in range, or an error with line or row. Memory is
 //! bounded by a multiple of the bytes that are there, whatever numbers of elements the header
-//! states, and time by that and the limits of
-//! [`polygon`](super::polygon).
+//! states, and time by these bytes and the limits of [`polygon`](super::polygon).
 //!
 //! | module | purpose |
 //! |---|---|
@@ -36,7 +35,8 @@ use header::{Format, Header};
 use numbers::{Binary, Numbers, Text};
 use rows::{Faces, Vertices};
 
-/// Bytes for each compressed byte, more than any mesh reaches: text of a regular grid reaches 30.
+/// Largest number of bytes for each compressed byte, more than any mesh needs: text of a regular
+/// grid reaches 30.
 const MAX_EXPANSION: u64 = 256;
 
 /// Reads a mesh.

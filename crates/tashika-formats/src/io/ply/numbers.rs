@@ -16,7 +16,7 @@ pub(super) enum Wrong {
 
 /// Reader of the numbers after a header.
 pub(super) trait Numbers {
-    /// The next number, of this type. Every integer of the format has its own value in `f64`.
+    /// The next number, of this type. `f64` represents every integer of the format exactly.
     fn next(&mut self, scalar: Scalar) -> Result<f64, Wrong>;
     /// Skips numbers of one type.
     fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), Wrong>;
@@ -26,7 +26,7 @@ pub(super) trait Numbers {
     fn place(&self, at: &Location) -> Location;
 }
 
-/// Numbers as text, parted by white space.
+/// Numbers as text, separated by white space.
 pub(super) struct Text<'a> {
     rest: &'a [u8],
     line: u32,

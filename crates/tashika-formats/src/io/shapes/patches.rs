@@ -25,7 +25,7 @@ pub(in crate::io) fn rectangle() -> MeshData {
     }
 }
 
-/// The cube `[−1, 1]³` with flat sides, each with the whole texture, laid as Mitsuba lays it.
+/// The cube `[−1, 1]³` with flat sides, each of which shows the whole texture as in Mitsuba.
 pub(in crate::io) fn cube() -> MeshData {
     // Normal and direction of `u`; `v` grows along `u × n`, that is, images with their first row at
     // `v = 0` are upright and not mirrored.

@@ -213,7 +213,7 @@ fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let normal = |i: usize| {
         let sides = &mut sides[starts[i] as usize..starts[i + 1] as usize];
         let p = positions[i];
-        // Relative to the vertex, so that the rounding of sines does not count against its
+        // Relative to the vertex, so that rounding errors of sines are not multiplied by its
         // coordinates.
         let at = |vertex: u32| positions[vertex as usize] - p;
         let mean: DVec3 = sides.iter().map(|s| at(s[0]).cross(at(s[1]))).sum();

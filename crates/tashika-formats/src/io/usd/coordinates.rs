@@ -1,6 +1,6 @@
-//! Coordinates that textures look up: a set of the mesh, and its map.
+//! Texture coordinates: a set of the mesh, and a map from it to the coordinates of the texture.
 //!
-//! They come from a reader of a primvar, possibly through nodes that map them. `UsdTransform2d`
+//! The set comes from a reader of a primvar, possibly through nodes that map it. `UsdTransform2d`
 //! scales, turns counter-clockwise and moves, in this order. MaterialX's `place2d` with pivot `p`
 //! is
 //!
@@ -48,8 +48,8 @@ fn turned(degrees: f32) -> Mat3 {
 }
 
 impl Stage<'_> {
-    /// Coordinates that a texture looks up by an input, and the map from them through `last`, the
-    /// texture's own map. In the result, `v` runs down.
+    /// Returns the set of coordinates that a texture reads by an input, and the map from the set to
+    /// the texture. The map ends with `last`, the texture's own map; in the result, `v` runs down.
     pub fn coordinates(&mut self, shader: &Prim, input: &str, last: Mat3) -> Result<(Text, UvTransform)> {
         let mut map = last;
         let mut at = (shader.clone(), Text::from(input));

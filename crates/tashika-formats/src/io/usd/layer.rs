@@ -86,7 +86,7 @@ pub(super) struct Property {
     /// By time code, ascending.
     pub samples: Vec<(f64, Stored)>,
     pub has_spline: bool,
-    /// True if the file declares the property `custom`, that is, in no schema.
+    /// True if the file declares the property `custom`, that is, as part of no schema.
     pub is_custom: bool,
     /// True if a value holds until the next sample, as whole numbers and truth values do.
     pub is_held: bool,
@@ -129,7 +129,7 @@ impl Layer {
         self.prims.len() as u32 - 1
     }
 
-    /// Searches the path of a prim, without names of variants.
+    /// Finds the path of a prim, without names of variants, by a search of all prims.
     pub fn path(&self, index: u32) -> String {
         let mut above: BTreeMap<u32, (u32, Option<&Text>)> = BTreeMap::new();
         for (owner, prim) in self.prims.iter().enumerate() {

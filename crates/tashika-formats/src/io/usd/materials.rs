@@ -71,7 +71,7 @@ pub(super) struct Materials {
 type Identity = Vec<(LayerId, u32)>;
 
 impl Stage<'_> {
-    /// Material of a path; without one, the display colour.
+    /// Material of a path; the display colour if there is no path, or no surface that is read.
     pub fn material(&mut self, path: Option<&Text>, look: Look) -> Result<UsedMaterial> {
         let Some(path) = path else { return self.colored(look) };
         let found = match self.materials.by_path.get(path) {
@@ -151,7 +151,7 @@ impl Stage<'_> {
         Ok(Some((shader, identity)))
     }
 
-    /// The shader of a surface of a material, if it is one that is read.
+    /// Shader that an output of a material names, if it is one that is read.
     fn surface(&mut self, material: &Prim, output: &str) -> Result<Option<Prim>> {
         let Some(Source::Output(shader, _)) = self.source(material, output)? else { return Ok(None) };
         let id = self.shader(&shader)?;

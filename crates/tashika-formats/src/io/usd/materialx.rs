@@ -12,8 +12,8 @@
 //! ```
 //!
 //! Solid glass has its tint at each crossing. If the tint is meant for a depth, each crossing has
-//! its square root, so that light through that depth has the tint. OpenPBR's luminance is used as
-//! radiance, as in MaterialX's own graph of OpenPBR.
+//! the square root of the tint, so that light through that depth has the tint. OpenPBR's luminance
+//! is used as radiance, as in MaterialX's own graph of OpenPBR.
 //!
 //! Sources: Georgiev et al. 2019; Andersson et al. 2024; [^materialx2024]. Held to this by
 //! `usd_materialx` of the suite.
@@ -112,7 +112,7 @@ impl Stage<'_> {
         product(&mut self.builder, color, weight)
     }
 
-    /// Colour with a number in all channels; of a texture, with the texture's own channels.
+    /// Converts a number to a colour that has it in all channels. A texture keeps its own channels.
     fn as_color(&mut self, r: &Reading, FloatInput { factor, texture }: FloatInput) -> Result<ColorInput> {
         if texture.is_some_and(|(_, channel)| channel != Channel::R) {
             let at = self.at(&r.shader);

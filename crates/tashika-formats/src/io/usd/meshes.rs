@@ -22,7 +22,7 @@ use crate::io::polygon::{Coverage, Triangulator};
 use crate::math::LocalPlaces;
 use crate::scene::{MaterialId, MeshData, MeshId, NoteKind};
 
-/// Largest texture coordinate: far beyond the resolution of texels in `f32`.
+/// Largest texture coordinate: far beyond those at which `f32` resolves texels.
 const FARTHEST_UV: Vec2 = Vec2::splat(1e9);
 
 /// Key of a mesh: the specs that define it, and the materials of its parts.

@@ -167,7 +167,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     stage.builder.build()
 }
 
-/// A field of the stage that must be above 0; `fallback` without it.
+/// A field of the stage that must be above 0; `fallback` if it is absent.
 fn positive(name: &str, said: Option<f64>, fallback: f64, origin: &Location) -> Result<f64> {
     match said {
         None => Ok(fallback),

@@ -63,7 +63,7 @@ impl Stage<'_> {
         Ok(None)
     }
 
-    /// Id of the shader that a prim is; empty if it has none.
+    /// Shader id of a prim; empty if it has none.
     pub fn shader(&mut self, prim: &Prim) -> Result<Text> {
         Ok(self.word(prim, "info:id")?.unwrap_or_default())
     }

@@ -34,7 +34,7 @@ const MOST_NODES: u32 = 256;
 pub(super) struct Given {
     pub factor: [f32; 4],
     pub texture: Option<TextureId>,
-    /// Channel of the value as a number.
+    /// Channel of the value where a number is needed.
     pub channel: Channel,
     /// True if only that channel is meant.
     pub is_one_channel: bool,
@@ -149,7 +149,7 @@ fn is_known(id: &str) -> bool {
 }
 
 impl Stage<'_> {
-    /// Value of an input; none if there is none, or none that is supported.
+    /// Value of an input; none if it has no value, or none that is supported.
     pub fn given(
         &mut self,
         r: &mut Reading,

@@ -23,8 +23,8 @@ pub(super) struct Shown {
     pub opacity: Option<f32>,
 }
 
-/// Means of primvars, and true for constant ones, by the layer and the prim of the values and of
-/// their indices.
+/// Means of primvars, each with a flag that is true if it is constant. A key is the layer and the
+/// prim of the values, those of their indices, and the primvar's name.
 pub(super) type MeansOf =
     BTreeMap<((LayerId, u32), Option<(LayerId, u32)>, &'static str), Option<(Vec<f32>, bool)>>;
 

@@ -43,8 +43,8 @@ pub(super) struct Lookup {
     pub uv: Text,
 }
 
-/// Channel of a number by the name of an output, in `UsdUVTexture` and MaterialX; of several, the
-/// first.
+/// Channel of a number by the name of an output, in `UsdUVTexture` and MaterialX; of several
+/// channels, the first.
 pub(super) fn channel_of(output: &str) -> Channel {
     match output {
         "g" | "outg" | "outy" => Channel::G,

@@ -28,11 +28,11 @@ pub(super) enum Value {
     },
     /// An array of strings or tokens.
     Texts(Vec<Text>),
-    /// Prims or properties.
+    /// Edits of a list of paths, tokens or strings.
     Paths(ListOp<Text>),
     /// Edits of a list of references or payloads.
     References(ListOp<Reference>),
-    /// Whole numbers, such as ids of instances.
+    /// Edits of a list of whole numbers, such as ids of instances.
     Ids(ListOp<i64>),
     /// Chosen variants: set and choice.
     Selections(Vec<(Text, Text)>),
@@ -43,7 +43,7 @@ pub(super) enum Value {
 /// Reference from a prim to another prim, whose opinions it receives.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Reference {
-    /// The file; empty for the same layers.
+    /// The file; empty for the same stack of layers.
     pub asset: Text,
     /// The prim; empty for the default one.
     pub prim: Text,

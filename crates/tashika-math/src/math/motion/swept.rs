@@ -9,9 +9,9 @@
 //!
 //! and over a part of the time of length `h` it is no further than `h²/8 · max ‖x''‖` from the
 //! chord between its ends, along any axis. So the boxes of both ends, grown by that distance, hold
-//! the point in between. `‖S v‖` and `‖S₁ v − S₀ v‖` are convex in `v`, and the first in `u`: both
-//! are largest at corners of the object's box, and the first at a key. `x` is affine in `v`, so
-//! that a box around the corners holds all of the object.
+//! the point in between. `‖S v‖` and `‖S₁ v − S₀ v‖` are convex in `v`, so both are largest at
+//! corners of the object's box. `‖S v‖` is also convex in `u`, so it is largest at a key. `x` is
+//! affine in `v`, so a box around the corners holds all of the object.
 //!
 //! If matrices were interpolated entry by entry, the boxes of both ends would suffice. A rotation
 //! bulges beyond them: by half its radius between ends that are a third of a turn apart.
@@ -33,7 +33,7 @@ use crate::math::{Aabb, GAMMA_4};
 const STEP: f64 = 0.1;
 
 /// Bound of the rounding error of a position, relative to the largest sum of absolute terms: maps
-/// are rounded to `f32`, applied forth and applied back.
+/// are rounded to `f32`, and applied forwards and backwards.
 const ROUNDING: f64 = 4.0 * GAMMA_4 as f64;
 
 /// A box while it grows, in `f64`.
@@ -117,9 +117,9 @@ mod tests {
         DQuat::from_xyzw(v.x, v.y, v.z, cos)
     }
 
-    /// Objects of any shape that turn by up to half a turn per key, shear and grow, or are only
-    /// translated, where nothing but rounding is left: no position at any time is outside. The ends
-    /// of the time may lie between keys or beyond them.
+    /// No position at any time is outside the box. The objects have any shape; they turn by up to
+    /// half a turn per key, shear and grow, or are only translated, so that the only margin is that
+    /// of rounding. The shutter may open and close between keys or beyond them.
     #[test]
     fn nothing_ever_leaves_its_box() {
         let mut s = Stream::new(1, Purpose::Test, 7);
@@ -151,7 +151,8 @@ mod tests {
             let swept = track.swept(&around, shutter);
             for _ in 0..200 {
                 let [x, y, z] = s.uniform_3();
-                // Translated objects touch the faces of their boxes at the ends of the time.
+                // Translated objects touch the faces of their boxes when the shutter opens and
+                // closes.
                 let share = if trial % 4 == 0 { s.uniform().round() } else { s.uniform() };
                 let seconds = shutter[0] + f64::from(share) * (shutter[1] - shutter[0]);
                 let v = around.lo + Vec3::new(x, y, z).round() * (around.hi - around.lo);

@@ -103,7 +103,8 @@ macro_rules! slices {
 }
 pub(super) use slices;
 
-/// Operators of a vector: its generic parameters, its type, and an expression for each.
+/// Implements the operators of a vector, from its generic parameters, its type, and an expression
+/// for each operator.
 macro_rules! operators {
     (@ [$($generics:tt)*] $type:ty, $trait:ident $method:ident |$a:ident, $b:ident| $value:expr) => {
         impl<$($generics)*> std::ops::$trait for $type {
@@ -123,7 +124,7 @@ macro_rules! operators {
 }
 pub(super) use operators;
 
-/// Bits of `√½`, rounded, as [`Real::mantissa_and_exponent`] takes it.
+/// Bits of `√½`, rounded: the smallest mantissa of [`Real::mantissa_and_exponent`].
 pub(super) const ROOT_HALF: u32 = 0x3f35_04f3;
 /// Bits of 1.
 pub(super) const ONE: u32 = 0x3f80_0000;

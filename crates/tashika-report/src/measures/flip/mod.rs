@@ -13,8 +13,8 @@
 //!
 //! # Differences from the source
 //! None that are known. Where the text leaves a choice (the square that filters are cut off at,
-//! pixels beyond the edges), the choice is that of the authors' program. Double precision instead
-//! of single.
+//! pixels beyond the edges), the choice is that of the authors' program. Double precision is used
+//! instead of single.
 //!
 //! # Held to this by
 //! `tests::flip_is_that_of_its_authors`.

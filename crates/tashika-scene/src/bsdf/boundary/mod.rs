@@ -38,11 +38,12 @@ fn between(nodes: &[f32], value: f32) -> (usize, f32) {
 }
 
 impl Boundary {
-    /// Creates the boundary of facets of a roughness in `[0, 1]` to a medium of relative index
-    /// `ior` from 1.0001 to 5; smooth up to [`MIN_ALPHA`]. Brushed facets count as isotropic ones
-    /// of their root mean square roughness. With 0.1 and 0.4, the reflectance of a coat of index
-    /// 1.5 and its base is within 2 % of a simulation where it is seen from 40° and more above the
-    /// surface, and 8 % too high 12° above it, along the smaller.
+    /// Creates the boundary to a medium of relative index `ior`, from 1.0001 to 5, with facets of a
+    /// roughness in `[0, 1]`. Up to [`MIN_ALPHA`] the boundary is smooth. Brushed facets count as
+    /// isotropic ones of their root mean square roughness. For roughnesses of 0.1 and 0.4, the
+    /// reflectance of a coat of index 1.5 and its base is within 2 % of a simulation if seen from
+    /// at least 40° above the surface, and 8 % too high if seen from 12° above it, along the
+    /// smaller roughness.
     #[inline]
     pub fn new(facets: Microfacets, ior: f32) -> Self {
         let entering = 1.0 - fresnel::dielectric_average(ior);

@@ -41,8 +41,8 @@ const STEEPEST: f64 = 6.0;
 
 /// Density `D` of normals at `half` (sr⁻¹, per area of the surface).
 ///
-/// * `slopes`: `t` of the exponent, times the squared length of `half` along the normal; for
-///   brushed surfaces with squeezed components.
+/// * `slopes`: `t` of the exponent, times the squared length of `half` along the normal. For
+///   brushed surfaces, the tangential components of `half` in `t` are squeezed.
 #[inline(always)]
 pub(super) fn distribution<R: Real>(half: HalfVector<R>, slopes: R, alpha: f32) -> R {
     let t = half.tangential2 / half.axial2;

@@ -160,7 +160,7 @@ impl Microfacets {
     }
 
     /// `G₂ / G₁(o)`: unshadowed share of the light that facets visible along `wo` send along `wi`,
-    /// for directions above the horizon or mirrored to there.
+    /// for directions above the horizon, or mirrored to above it.
     pub(super) fn unshadowed(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self.model {
             FacetModel::Ggx => {

@@ -10,9 +10,9 @@
 //! grows.
 //!
 //! The factor on the base is `1 − max c · E(c_o)`, where `E` is the albedo of white sheen seen at
-//! `c_o`: of the two forms of the extension, that which depends only on the direction of view. `E`
-//! is from a table over roughness and cosine, within 0.01 at cosines above 0.2 and within 0.03
-//! above 0.02.
+//! `c_o`. Of the two forms of the extension, this one depends only on the direction of view. `E` is
+//! read from a table over roughness and cosine, with an error of at most 0.01 at cosines above 0.2
+//! and at most 0.03 above 0.02.
 //!
 //! Directions are drawn uniformly from the hemisphere.
 //!
@@ -38,7 +38,7 @@ use table::{ALBEDOS, ROUGHNESSES};
 /// Smallest roughness; below it, there is sheen only within 6° of the surface.
 pub const MIN_SHEEN_ROUGHNESS: f32 = 0.1;
 
-/// Upper bound on `V` over `1 / 4 c_o`, for all roughnesses.
+/// Upper bound on `V` divided by `1 / 4 c_o`, for all roughnesses.
 ///
 /// `Λ(c) ≥ 0`, and `c (1 + Λ(c)) ≥ 0.163` at cosines from [`MIN_COSINE`](super::MIN_COSINE) on.
 pub const UPPER_SHEEN_VISIBILITY: f64 = 1.0 / 0.16;

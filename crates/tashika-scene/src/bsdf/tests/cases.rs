@@ -132,7 +132,7 @@ pub fn brushed() -> Vec<Microfacets> {
     of([[0.5, 0.1], [0.2, 1.0]]).chain([wide]).collect()
 }
 
-/// Cases whose density is a function.
+/// Cases that are not specular, and so have a density.
 pub fn smooth() -> Vec<Case> {
     all().into_iter().filter(|case| !case.bsdf.is_specular()).collect()
 }

@@ -14,7 +14,7 @@ const GAUSS: [(f64, f64); 4] = [
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 
-/// Number of refinements after which a cell is not refined further.
+/// Largest number of refinements of a cell.
 const MAX_LEVELS: u32 = 8;
 
 /// Rectangle in the two parameters of a [`PolarGrid`].
@@ -86,7 +86,8 @@ impl PolarGrid {
         index(q, self.rings) * self.sectors + index(phi.rem_euclid(1.0), self.sectors)
     }
 
-    /// Returns the direction of parameters `(q, φ / 2π)` and the solid angle per unit of them (sr).
+    /// Returns the direction of parameters `(q, φ / 2π)` and the solid angle per unit area of the
+    /// parameters (sr).
     fn direction(&self, parameters: [f64; 2]) -> (Vec3, f64) {
         let versine = self.width * (self.logarithm() * parameters[0]).exp_m1();
         let sin = (versine * (2.0 - versine)).max(0.0).sqrt();

@@ -52,7 +52,7 @@ fn fresnel(cos: f64, eta: f64) -> f64 {
     (s * s + p * p) / 2.0
 }
 
-/// Equations 20 and 21 times the cosine behind: scattering of light from `o`, in a medium of index
+/// Equations 20 and 21 times the cosine of `i`: scattering of light from `o`, in a medium of index
 /// 1, to `i`, where the medium beyond the surface has the index `eta`.
 fn scattered(model: FacetModel, o: DVec3, i: DVec3, eta: f64) -> f64 {
     let (cos_o, cos_i) = (o.z.abs(), i.z.abs());

@@ -61,7 +61,8 @@ fn width(bsdf: &Bsdf, wo: Vec3) -> (f64, bool) {
         | Bsdf::MetallicRoughness(MetallicRoughness { facets, .. })
         | Bsdf::AshikhminShirley(AshikhminShirley { facets, .. })
         | Bsdf::Principled(Principled { facets, .. }) => {
-            // At grazing angles lobes are lines, and Beckmann's have no tails that lead to them.
+            // At grazing angles lobes are lines. Those of Beckmann's facets have no tails that lead
+            // the refinement of cells to them.
             let alpha = facets.narrowest();
             is_line = facets.model == FacetModel::Beckmann && alpha < 0.3 && wo.z < 0.1;
             f64::from(if is_line { alpha * wo.z } else { alpha }).powi(2)
@@ -89,7 +90,7 @@ fn p_value(observed: &[u32], expected: &[f64]) -> f64 {
             pooled_expected += e;
         }
     }
-    // Too few to judge separately, unless draws fall where none can be.
+    // The pooled cells are too few to judge, unless draws fall where there can be none.
     if pooled_expected >= MIN_EXPECTED || pooled_observed > 5.0 * MIN_EXPECTED {
         count(pooled_observed, pooled_expected.max(1.0));
     }
@@ -102,8 +103,8 @@ fn p_value(observed: &[u32], expected: &[f64]) -> f64 {
 /// Both guarantees of `pdf`, for every case, direction, and grid.
 ///
 /// Hypothesis: `sample` draws from `pdf`. One `χ²` test each at a level of [`FAMILY_LEVEL`] over
-/// their number (Bonferroni), and one comparison of the mass that does not arrive with 5 standard
-/// errors.
+/// their number (Bonferroni), and one comparison of the share of paths that end, to within 5
+/// standard errors.
 #[test]
 fn directions_follow_the_density() {
     let cases = cases::smooth();
@@ -139,7 +140,7 @@ fn directions_follow_the_density() {
 }
 
 /// Means of `x`, `y`, `x²`, `y²` and `z` of the drawn direction, zero for a path that ends,
-/// compared with quadrature of the density, for a surface of each kind: 5 standard errors in 110
+/// compared with quadrature of the density, for eleven surfaces: 5 standard errors in 110
 /// comparisons.
 ///
 /// Sharper than the `χ²` tests: a lobe that is a few percent too wide in one direction is detected.

@@ -198,8 +198,9 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
     }
 }
 
-/// Within `10⁻⁴`: twice the error of the fit of the coat's average, and the effect of rounded
-/// directions on facets of `α ≥ 0.05` and lobes of `n ≤ 1000` at cosines above 0.02.
+/// Values agree within `10⁻⁴`. This covers twice the error of the fit of the coat's average, and
+/// the effect of rounded directions on facets of `α ≥ 0.05` and lobes of `n ≤ 1000` at cosines
+/// above 0.02.
 #[test]
 fn values_are_those_of_the_sources() {
     let mut stream = stream(40);

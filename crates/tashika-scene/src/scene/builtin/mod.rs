@@ -31,7 +31,7 @@ use crate::scene::Scene;
 /// Prefix of the names of these scenes in place of a file name.
 pub const PREFIX: &str = "builtin:";
 
-/// Returns the function that makes the scene of this name, without [`PREFIX`].
+/// Returns the function that makes the scene named `name`, which has no [`PREFIX`].
 ///
 /// # Errors
 /// [`Error::Option`] naming `scene` if there is none.

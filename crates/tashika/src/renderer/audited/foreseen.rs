@@ -6,7 +6,8 @@ use crate::math::elementary::exp_f64;
 use crate::picture::importance;
 use crate::reconstruction::Reconstructed;
 
-/// Addition of the map to predicted errors, over the tolerance: about the half-width of truths.
+/// Amount that the map adds to predicted errors, over the tolerance: about the half-width of
+/// truths.
 const OF_TRUTHS: f64 = 0.5;
 
 /// Predicted error of each pixel over its tolerance.

@@ -28,8 +28,8 @@
 //!
 //! # Guarantee
 //! With at least the assurance, the claim is true: of the pixels that show more than a constant
-//! background, the share is within the error of light transport; and likewise for the map. The
-//! assumption is that an interval of an audited pixel's own truth misses it no more often than
+//! background, the stated share is within the error of light transport. The same holds for the map.
+//! The assumption is that an interval of an audited pixel's own truth misses it no more often than
 //! stated ([`AuditTerms::CONFIDENCE`]).
 //!
 //! # Held to this by

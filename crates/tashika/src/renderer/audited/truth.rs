@@ -12,17 +12,17 @@
 //! unsampled light is unknown.
 //!
 //! Where an interval leaves open on which side a pixel is, an analysis computes the truth once
-//! more, in [stages](STAGES), by other paths: of those before only their variance is used, as `σ²`.
-//! The number of paths of a stage is computed from `σ` before any of them is drawn. So each of the
-//! possible intervals misses its truth with its equal share of `γ`, and an outside pixel is taken
-//! for one inside only if one of them does.
+//! more, in [stages](STAGES), by other paths. Of the earlier paths only the variance is used, as
+//! `σ²`. The number of paths of a stage is computed from `σ` before any of them is drawn. So each
+//! of the possible intervals misses its truth with its equal share of `γ`, and an outside pixel is
+//! taken for one inside only if one of them does.
+//!
+//! The picture sets the number of paths and a lower bound on the width of an interval. No interval
+//! is narrower than its own paths make it.
 //!
 //! # Held to this by
 //! The tests below, with known variances; the record of 2026-11-26 (truths by paths) holds truths
 //! of four scenes against path tracing.
-//!
-//! The picture sets the number of paths and a lower bound on the width of an interval. No interval
-//! is narrower than its own paths make it.
 
 use super::verdict::{AuditedPixel, Tolerance, luminance_at};
 use crate::color::Rgb;
@@ -79,8 +79,8 @@ impl Around {
 #[derive(Clone, Debug)]
 pub(super) struct Truth {
     pixel: [u32; 2],
-    /// Luminance of the last stage; variance of single paths, from those around and its own of all
-    /// stages.
+    /// Luminance of the last stage; variance of single paths, from the paths around the pixel and
+    /// its own paths of all stages.
     known: Around,
     /// Paths of the last stage.
     found: PathSamples,

@@ -39,8 +39,8 @@ pub(super) struct Truths<'p> {
     pub pixels: Vec<AuditedPixel>,
     /// Pixels drawn with the others, and not audited yet.
     spare: Vec<Truth>,
-    /// True for each pixel of the population that audited pixels were drawn from: of the window's,
-    /// row by row.
+    /// For each pixel of the window, row by row: true if it is of the population that audited
+    /// pixels were drawn from.
     pub population: Vec<bool>,
     pub rays: u64,
     /// Time of the first stage (s), if there is a time limit.

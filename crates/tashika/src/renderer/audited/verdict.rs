@@ -110,8 +110,8 @@ pub(super) struct Verdict<'l> {
     pub look: &'l Look,
     pub terms: &'l AuditTerms,
     pub tolerance: &'l Tolerance,
-    /// True for each pixel of the population that audited pixels were drawn from: of the window's,
-    /// row by row.
+    /// For each pixel of the window, row by row: true if it is of the population that audited
+    /// pixels were drawn from.
     pub population: &'l [bool],
     /// Number of analyses so far, including this one.
     pub looks: u32,
@@ -166,7 +166,7 @@ pub(super) struct Stated {
 impl Stated {
     /// Statement about a pixel of an unfinished picture.
     pub const NOTHING: Self = Self { claim: Claim::None, factor: f64::NAN, stop: Stop::SampleCount };
-    /// Statement about a pixel of a constant background, of which no light can be missing.
+    /// Statement about a pixel of a constant background, in which no light can be missing.
     pub const BACKGROUND: Self = Self { claim: Claim::Exact, factor: 0.0, stop: Stop::Complete };
 }
 

@@ -361,7 +361,7 @@ fn expand(
         if tokens.get(i + 1).is_none_or(|t| t.0 != Token::Separator) {
             out.push((segments, *line));
             i += 1;
-            // Another name for it.
+            // A renamed import.
             let renamed = import && tokens.get(i).is_some_and(|t| t.0.is("as"));
             return if renamed { i + 2 } else { i };
         }

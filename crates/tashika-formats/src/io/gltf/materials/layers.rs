@@ -164,7 +164,7 @@ fn glass(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result
     reader.mix(below, surface, amount, "glass")
 }
 
-/// Notes sheen and coat of `below`, which the surface that replaces a share of it does not have.
+/// Notes that the surface that replaces a share of `below` has neither its sheen nor its coat.
 fn bare(reader: &mut Reader<'_, '_>, below: Surface) -> Result<()> {
     if matches!(below, Surface::Clearcoat { .. }) {
         reader.met_field(COAT, "transmissionFactor")?;

@@ -5,7 +5,7 @@
 //! | [`reader`] | fields of one material, brought into range; textures |
 //! | [`fields`] | fields of extensions |
 //! | [`opaque`] | the opaque surface: metallic-roughness, specular-glossiness, unlit |
-//! | [`layers`] | clear coat, diffuse transmission, transmission |
+//! | [`layers`] | sheen, clear coat, diffuse transmission, transmission |
 //!
 //! A material is read when a primitive first uses it. One that primitives use with different
 //! vertex colours is read once for each colour, which multiplies the base colour and the opacity.
@@ -135,8 +135,8 @@ fn emission(reader: &mut Reader<'_, '_>) -> Result<Option<Emission>> {
     Ok(Some(Emission { radiance, two_sided: material.double_sided }))
 }
 
-/// Opacity `factor · A(texture)`; none if it is one everywhere or the file declares the material
-/// opaque. A texture that could not be read (`lost`) gives no opacity.
+/// Opacity `factor · A(texture)`; none if it is one everywhere, if the file declares the material
+/// opaque, or if the texture could not be read (`lost`).
 fn alpha(
     reader: &mut Reader<'_, '_>,
     factor: f32,
@@ -163,8 +163,7 @@ fn alpha(
     Ok(Some(Alpha { value: FloatInput { factor, texture }, mode }))
 }
 
-/// The normal map. glTF's `+y` is up in the image, where `v` runs down, as it is
-/// [here](NormalInput::Map).
+/// The normal map. glTF's `+y` is up in the image, where `v` runs down, as in [`NormalInput::Map`].
 fn normal(reader: &mut Reader<'_, '_>) -> Result<Option<NormalInput>> {
     let Some(map) = &reader.material.normal_texture else { return Ok(None) };
     if !map.scale.is_finite() {

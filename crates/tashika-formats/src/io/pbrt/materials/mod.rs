@@ -1,8 +1,8 @@
 //! `Material`, `MakeNamedMaterial`, `NamedMaterial`.
 //!
 //! Emission and alpha belong to shapes in pbrt and to materials here. A material of the file
-//! becomes one of the scene for each light and alpha that it is used with, in the order of first
-//! use.
+//! becomes one material of the scene for each pair of light and alpha that it is used with, in the
+//! order of first use.
 //!
 //! Held to this by `suite::pbrt_appearance::materials_*`. For the surface of each type see [`v3`]
 //! and [`v4`].
@@ -33,7 +33,7 @@ use crate::scene::{
 #[derive(Clone, Debug)]
 pub(super) struct Definition {
     name: String,
-    /// None for interfaces between media, which are invisible: boundaries, if there are media.
+    /// None for invisible interfaces, which become boundaries if there are media.
     surface: Option<Surface>,
     normal: Option<NormalInput>,
     /// Opacity of the material itself.
@@ -46,7 +46,8 @@ pub(super) struct Definition {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct DefinitionId(usize);
 
-/// Definition, light and alpha of a material of the scene, with the bits of numbers, to be ordered.
+/// Keys of the scene's materials: definition, light and alpha. Numbers are stored as their bits,
+/// which can be ordered.
 type ColorKey = ([u32; 3], Option<TextureId>);
 type FloatKey = (u32, Option<(TextureId, u8)>);
 type Key = (DefinitionId, Option<(ColorKey, bool)>, Option<FloatKey>);

@@ -20,7 +20,8 @@ const PATCH_STEPS: u32 = 8;
 /// Texture coordinates of the corners of triangles that have none.
 const DEFAULT_UVS: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::ONE];
 
-/// Largest volume that the corners of a flat patch span, relative to the cube of their distance.
+/// Largest volume that the corners of a flat patch span, relative to the cube of their largest
+/// distance from the first.
 const FLATNESS: f32 = 1e-4;
 
 /// Returns the triangles of a shape, with pbrt's texture coordinates; none if it is ignored.

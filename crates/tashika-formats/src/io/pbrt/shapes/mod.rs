@@ -6,8 +6,8 @@
 //!
 //! Light leaves on the side of pbrt's surface normal. For triangles that is the side of the vertex
 //! normals, or else the side from which the corners run counter-clockwise *in the space of the
-//! shape*: the exclusive or with the handedness of the transform in pbrt compensates for its
-//! triangles being in the world. `ReverseOrientation` reverses the side, but in pbrt-v3 not that of
+//! shape*: in pbrt, whose triangles are in world space, an exclusive or with the handedness of the
+//! transform has this effect. `ReverseOrientation` reverses the side, but in pbrt-v3 not that of
 //! triangles with vertex normals. For quadrics it is the side of their own normals, which
 //! `ReverseOrientation` reverses too.
 //!

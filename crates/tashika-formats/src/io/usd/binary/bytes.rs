@@ -5,7 +5,7 @@
 //! a block of LZ4.[^lz4]
 //!
 //! # Guarantee
-//! Nothing is allocated beyond the largest size of the uncompressed bytes, nor beyond the budget.
+//! No allocation exceeds the largest possible size of the uncompressed bytes, or the budget.
 //!
 //! [^lz4]: Collet. "LZ4 Block Format Description." 2022.
 

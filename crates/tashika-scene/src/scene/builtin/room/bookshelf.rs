@@ -119,7 +119,7 @@ impl Book {
     }
 }
 
-/// Adds a vase, a sphere and a small urn in the gaps of shelves 1, 3 and 5.
+/// Adds an urn, a ball and a vase in the gaps of shelves 1, 3 and 5.
 fn ornaments(stage: &mut Stage, palette: &Palette, place: impl Fn(usize) -> Vec3) -> Result<()> {
     let turned = |scale: [f32; 2], shape: &dyn Fn(f32) -> f32| {
         let mut profile = vec![Vec2::ZERO];

@@ -139,7 +139,7 @@ fn mirror(stage: &mut Stage, palette: &Palette) -> Result<()> {
 }
 
 /// Adds three framed paintings: one beside the mirror, two on the wall behind the camera, visible
-/// in it.
+/// in the mirror.
 fn pictures(stage: &mut Stage, palette: &Palette) -> Result<()> {
     let landscape = stage.texture(patterns::landscape())?;
     let landscape = stage.material("landscape", matte(tinted(Rgb::WHITE, landscape)))?;

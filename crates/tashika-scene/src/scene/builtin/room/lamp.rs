@@ -34,7 +34,8 @@ pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
 
     let slat = grid([2, 28], [Ends::Open; 2], |i, j| {
         let (s, t) = (0.5 * i as f32 - 0.5, j as f32 / 14.0 - 1.0);
-        // Narrower where the shade is, so that the share of the gaps is constant.
+        // Slats are narrower where the shade is narrower, so that the share of the gaps is
+        // constant.
         let radius = shade_radius(t);
         Vec3::new(radius, HALF_HEIGHT * t, -0.5 * TAU * radius / SLATS as f32 * s)
     });

@@ -56,7 +56,7 @@ impl Palette {
     }
 }
 
-/// Reflectance of brass at normal incidence; a usual value of graphics, not measured.
+/// Reflectance of brass at normal incidence; a value common in graphics, not measured.
 const BRASS: ConductorFresnel = ConductorFresnel::Schlick { f0: Rgb::new(0.80, 0.62, 0.33) };
 
 /// Gold: `η` and `k` at wavelengths near those of the sRGB primaries (about 0.61, 0.55 and 0.46

@@ -191,7 +191,8 @@ fn sculptures(stage: &mut Stage, palette: &Palette) -> Result<()> {
     stage.put("glass ball", glass, sphere(0.055, 56, 28).at(books + Vec3::Y * (0.057 + 0.0555)))
 }
 
-/// Adds five balls on rings that differ only in their Phong exponent, with two vases beside them.
+/// Adds five balls on rings that differ only in their Phong exponent, between a vase of twigs and a
+/// radio.
 fn row_of_exponents(stage: &mut Stage, palette: &Palette) -> Result<()> {
     const RADIUS: f32 = 0.1;
     let ball = sphere(RADIUS, 48, 24);

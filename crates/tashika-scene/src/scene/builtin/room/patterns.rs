@@ -54,8 +54,8 @@ fn image(name: &str, size: [u32; 2], color: impl Fn(Vec2) -> Rgb) -> Image {
     Image { name: name.into(), width, height, pixels: Pixels::Srgb8(pixels) }
 }
 
-/// Creates a grain along `u`: growth bands bent by noise, and fine fibres. A factor from about 0.4
-/// to 1, redder where it is darker.
+/// Creates a grain along `u`: growth bands bent by noise, and fine fibres. Texels are factors from
+/// about 0.4 to 1, redder where they are darker.
 pub fn wood_grain() -> Image {
     let (bend, fibre) = (Noise::new(1, [3, 8]), Noise::new(2, [16, 96]));
     image("wood grain", [256, 256], |uv| {
@@ -66,7 +66,7 @@ pub fn wood_grain() -> Image {
     })
 }
 
-/// Creates diamonds between borders, in three colours; one period of the rug's field.
+/// Creates the pattern of the whole rug: 4 × 6 diamonds within borders, in three colours.
 pub fn rug() -> Image {
     const CREAM: Rgb = Rgb::new(0.64, 0.57, 0.44);
     const NAVY: Rgb = Rgb::new(0.035, 0.07, 0.16);

@@ -30,7 +30,8 @@ pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
     skirting(stage, palette)
 }
 
-/// Four pieces of a wall around the window's hole, across `x` at `x`, facing `+x`.
+/// Four pieces of a wall around the window's hole, in the plane at `x` (m) across the `x` axis,
+/// facing `+x`.
 fn holed_wall(x: f32) -> Shape {
     let ([lo_y, hi_y], [lo_z, hi_z]) = (WINDOW.height, WINDOW.along);
     let piece = |y: [f32; 2], z: [f32; 2]| {

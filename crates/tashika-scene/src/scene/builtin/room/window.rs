@@ -21,7 +21,7 @@ const SKY_DISTANCE: f32 = 1.4;
 const SUN: Rgb = Rgb::new(44.0, 34.0, 22.5);
 /// Direction from the window to the sun.
 const TO_SUN: Vec3 = Vec3::new(-0.77, 0.64, 0.10);
-/// Distance of the sun (m): far enough for nearly parallel stripes, near enough for a narrow cone.
+/// Distance of the sun (m): far enough for nearly parallel stripes and a narrow cone.
 const SUN_DISTANCE: f32 = 9.0;
 /// Angle between a slat and the horizontal (radians), the outer edge up.
 const SLAT_TILT: f32 = 0.50;

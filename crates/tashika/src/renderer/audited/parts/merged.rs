@@ -21,7 +21,7 @@ use crate::request::{AuditTerms, Method};
 ///
 /// # Errors
 /// A smoother other than that of the parts; parts that this program did not write; any error of the
-/// smoother. smoother fails with.
+/// smoother.
 pub fn finish_merged(merged: &mut Merged, smoother: Option<&dyn Smoother>) -> Result<()> {
     if merged.missing_pixels > 0 {
         return Ok(());
@@ -41,8 +41,8 @@ struct Parts<'f> {
     passes: u32,
     terms: AuditTerms,
     tolerance: Tolerance,
-    /// True for each pixel of the population that audited pixels were drawn from: of the window's,
-    /// row by row.
+    /// For each pixel of the window, row by row: true if it is of the population that audited
+    /// pixels were drawn from.
     population: Vec<bool>,
     audited: Vec<AuditedPixel>,
     /// Rays of the truths, in all.

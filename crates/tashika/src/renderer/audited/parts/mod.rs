@@ -9,16 +9,16 @@
 //! number of shares is joined to the same bits. Each tile is made in passes as a picture of its
 //! own. It stops when few of its pixels are predicted to be outside ([`SPARE`]) or its work is
 //! done. So the joined picture differs from that of one machine, whose passes send work from easy
-//! tiles to hard ones: its quality is about the same, its samples are others.
+//! tiles to hard ones: its quality is about the same, its samples differ.
 //!
 //! A part claims nothing, since the claim is about a share of all pixels. Its film has the planes
 //! that merging needs ([`planes::HALVES`], [`planes::TRUTH`]); merging needs neither the scene nor
 //! its lights.
 //!
 //! # Which pixels are audited
-//! The first of a random order of all pixels of the window ([`draw`]), except for those that show a
-//! constant background. Given their number, these are a simple random sample of the others: the
-//! order does not depend on the picture. The length of the draw is fixed before any tile
+//! The first pixels of a random order of all pixels of the window ([`draw`]), except for those that
+//! show a constant background. Given their number, these are a simple random sample of the others:
+//! the order does not depend on the picture. The length of the draw is fixed before any tile
 //! ([`count`]), from pixels that have no other use. Merging repeats the draw from the seed, and
 //! refuses films with truths of other pixels.
 //!
