@@ -1,4 +1,4 @@
-"""What materials of glTF 2.0 and its extensions reflect, by appendix B and the extensions' own texts."""
+"""Reflectance of glTF 2.0 materials and extensions, by appendix B and the extensions' texts."""
 
 import json
 
@@ -12,7 +12,8 @@ PALE = [0.9, 0.6, 0.3]
 
 
 def dielectric_part(base, roughness, f0, weight=1.0):
-    """`fresnel_mix` of KHR_materials_specular: what the layer does not reflect in its brightest channel reaches the base."""
+    """Layer by `fresnel_mix` of KHR_materials_specular: the base receives the light that the layer
+    does not reflect in its brightest channel."""
 
     def f(wo, wi):
         lobe, cos = facets(wo, wi, roughness**2)
@@ -23,7 +24,7 @@ def dielectric_part(base, roughness, f0, weight=1.0):
 
 
 def brushed_metal(base, roughness, strength):
-    """KHR_materials_anisotropy: facets that are drawn out along the first axis."""
+    """KHR_materials_anisotropy: facets that are elongated along the first axis."""
     across = roughness**2
     along = across + (1 - across) * strength**2
 
@@ -44,7 +45,7 @@ def metallic_roughness(base, metallic, roughness, f0, weight=1.0):
 
 
 def coated(base, clearcoat, roughness):
-    """`fresnel_coat` of KHR_materials_clearcoat: at the angle at which the surface is seen."""
+    """Coat by `fresnel_coat` of KHR_materials_clearcoat, at the angle of view."""
 
     def f(wo, wi):
         layer = clearcoat * (0.04 + 0.96 * (1 - wo[..., 2]) ** 5)
@@ -69,7 +70,7 @@ def under_sheen(base, color, roughness):
 
 
 def straight(base, roughness, f0):
-    """A pane: what its one face lets through goes on straight, as wide as the mirror image is."""
+    """A pane: light through its one face goes straight on, spread as widely as the mirror image."""
 
     def f(wo, wi):
         lobe, cos = facets(wo, wi, roughness**2)
@@ -101,7 +102,7 @@ def materials():
         found = metallic_roughness(COLOR, metallic, 0.5, 0.04 * np.array([8, 4, 1]))
         yield text_of(0.5, metallic, specular={"specularColorFactor": [8, 4, 1]}), row_of(found)
     for f0, ior in ((0.04, {}), (0.0816, {"ior": {"ior": 1.8}})):
-        # Smooth: a mirror, and what its one face lets through.
+        # Smooth: a mirror, and the light through its one face.
         pane = smooth(lambda cos: f0 + (1 - f0) * (1 - cos) ** 5 + (1 - f0) * (1 - (1 - cos) ** 5) * COLOR)
         yield text_of(0.0, transmission={"transmissionFactor": 1}, **ior), pane
     for roughness in (0.3, 0.7):
@@ -112,7 +113,7 @@ def materials():
             yield text_of(roughness, transmission={"transmissionFactor": factor}), sum_of_rows(seen, behind)
     for roughness in (0.0, 0.5):
         text = text_of(roughness, color=PALE, transmission={"transmissionFactor": 1}, volume={"thicknessFactor": 1})
-        # By Fresnel's equations, which Schlick's formula stands for.
+        # By Fresnel's equations, which Schlick's formula approximates.
         yield text, rough_glass(max(roughness**2, 1e-4), 1.5, 1.0, np.array(PALE))
     for factor in (0.3, 1.0):
         fields = {"diffuseTransmissionFactor": factor, "diffuseTransmissionColorFactor": [0.5, 0.6, 0.8]}

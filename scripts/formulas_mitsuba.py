@@ -1,4 +1,4 @@
-"""What BSDFs of Mitsuba 0.6 that Mitsuba 3 does not have reflect, by the formulas of its documentation (Jakob 2014)."""
+"""Reflectance of Mitsuba 0.6 BSDFs that Mitsuba 3 lacks, by its documentation (Jakob 2014)."""
 
 import numpy as np
 
@@ -56,7 +56,7 @@ def ward(diffuse, specular, alpha):
 
 
 def coated(rho, eta, passed):
-    """What enters a coat, is reflected once, and leaves; what its inside throws back is lost."""
+    """Light that enters a coat, is reflected once, and leaves; internal reflection is lost."""
 
     def f(wo, wi):
         return rho / np.pi * (passed(wo[..., 2]) * passed(wi[..., 2]) / eta**2)[..., None]
@@ -76,7 +76,7 @@ def materials():
         yield bsdf("ward", *lobes, roughness), row_of(ward(COLOR, KS, alpha))
     yield bsdf("difftrans", color("transmittance", COLOR)), (constant(COLOR)[0], [np.zeros(3)] * 3)
     plain = bsdf("diffuse", rho)
-    # Maps that are flat leave what they are on as it is.
+    # Flat maps leave their base unchanged.
     flat = color("color0", [0.5, 0.5, 1]) + color("color1", [0.5, 0.5, 1])
     yield bsdf("normalmap", f'<texture type="checkerboard" name="normalmap">{flat}</texture>', plain), row_of(lambert(COLOR))
     yield bsdf("bumpmap", f'<texture type="checkerboard">{flat}</texture>', plain), row_of(lambert(COLOR))

@@ -1,4 +1,4 @@
-"""What materials of Wavefront MTL reflect, by the reading of its formulas that the guide gives."""
+"""Reflectance of materials of Wavefront MTL, by the reading of its formulas in the guide."""
 
 import numpy as np
 
@@ -31,7 +31,7 @@ def materials():
         glass = smooth(lambda cos: dielectric(cos, index) + (1 - dielectric(cos, index)) * filter_)
         for illum in (4, 7, 9):
             yield f"illum {illum}; Tf 0.9 0.6 0.3; Ni {index}; d 0.2", glass
-        # Without Fresnel: what Ks leaves over.
+        # Without Fresnel: the rest that Ks leaves.
         plain = constant(0.04 + 0.96 * filter_)
         yield f"illum 6; Ks 0.04 0.04 0.04; Tf 0.9 0.6 0.3; Ni {index}; d 0.2", plain
     for metallic, roughness in ((0.0, 0.4), (0.5, 0.6), (1.0, 0.8)):

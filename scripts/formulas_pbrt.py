@@ -1,4 +1,4 @@
-"""What materials of pbrt-v3 and pbrt-v4 reflect by their documented formulas."""
+"""Reflectance of materials of pbrt-v3 and pbrt-v4, by their documented formulas."""
 
 import numpy as np
 
@@ -24,7 +24,7 @@ def grey_facets(alpha, eta, factor):
 
 
 def remapped(roughness):
-    """Of pbrt-v3, `RoughnessToAlpha`."""
+    """Converts roughness to `α` by `RoughnessToAlpha` of pbrt-v3."""
     x = np.log(max(roughness, 1e-3))
     return 1.62142 + x * (0.819955 + x * (0.1734 + x * (0.0171201 + x * 0.000640711)))
 
@@ -60,7 +60,7 @@ def ashikhmin_shirley(diffuse, specular, alpha):
 def disney(
     color, metallic, roughness, eta=1.5, tint=0.0, sheen=0.0, sheen_tint=0.5, transmission=0.0, flatness=0.0, through=0.0
 ):  # fmt: skip
-    """Burley 2012 and 2015, as pbrt-v3 puts it together: the tint counts where it is metallic."""
+    """Burley 2012 and 2015, as combined by pbrt-v3: the tint counts in the metallic part."""
     hue = color / (color @ [0.212671, 0.715160, 0.072169])
     opaque = (1 - metallic) * (1 - transmission)
     f0 = (1 - metallic) * ((eta - 1) / (eta + 1)) ** 2 * (1 - tint + tint * hue) + metallic * color
@@ -83,7 +83,7 @@ def disney(
 
 
 def clear_coat(weight, gloss):
-    """Burley 2012, section 5.6: GTR1, Schlick's reflectance of 0.04, and shadowing by facets of 0.25."""
+    """Burley 2012, section 5.6: GTR1, Schlick's reflectance 0.04, shadowing by facets of 0.25."""
     alpha = 0.1 + (0.001 - 0.1) * gloss
 
     def f(wo, wi):
@@ -97,7 +97,7 @@ def clear_coat(weight, gloss):
 
 
 def brushed_metal(color, roughness, anisotropic):
-    """Facets that are stretched along the first axis."""
+    """Facets that are elongated along the first axis."""
     aspect = np.sqrt(1 - 0.9 * anisotropic)
     widths = roughness**2 / aspect, roughness**2 * aspect
 
@@ -170,7 +170,7 @@ def version_3():
         text = f'{color} "float anisotropic" 0.9 "float metallic" 1 "float roughness" {roughness}'
         yield text, row_of(brushed_metal(COLOR, roughness, 0.9))
     for flatness, through in ((0.0, 1.0), (0.5, 0.4)):
-        # Light through it is diffuse, and has half of the number as its share.
+        # Transmitted light is diffuse, and its share is half of the number.
         text = f'{color} "bool thin" true "float flatness" {flatness} "float difftrans" {through} "float roughness" 0.6'
         sheet = disney(COLOR, 0, 0.6, flatness=flatness, through=through / 2)
         yield text, sum_of_rows(row_of(sheet), (constant(through / 2 * COLOR)[0], NO_VALUES))
@@ -207,7 +207,8 @@ def translucent():
 
 
 def below_the_surface(words):
-    """A dielectric over what sends back that share of what enters, in the distribution of what leaves it (Pharr et al. 2023, section 11.4)."""
+    """A dielectric over a base that returns the given share of the light that enters, in the
+    distribution of light that leaves (Pharr et al. 2023, section 11.4)."""
     for eta in (1.3, 1.5):
         albedos, _ = smooth(lambda cos: dielectric(cos, eta) + (1 - dielectric(cos, eta)) * COLOR)
         yield f'{words} {rgb(COLOR)} "float eta" {eta} "float roughness" 0', (albedos, NO_VALUES)

@@ -1,4 +1,4 @@
-"""Families of files that grow, for `fuzz_program.py --scale`: one construct many times, within itself, or doubled.
+"""Families of growing files for `fuzz_program.py --scale`: a construct repeated, nested or doubled.
 
 Each is (target, name, bytes for a size, sizes).
 """

@@ -1,17 +1,20 @@
 #!/usr/bin/env python3
 """Searches for files on which the program crashes, or takes too much time or memory.
 
-    python3 scripts/fuzz_program.py target/release/tashika --seconds 600 [--seed N] [--out FOLDER] [TARGET...]
+    python3 scripts/fuzz_program.py target/release/tashika --seconds 600 [--seed N] [--out FOLDER]
+                                    [TARGET...]
     python3 scripts/fuzz_program.py target/release/tashika --scale [TARGET...]
 
-Needs nothing but Python and Linux. Each input is a file for one process of the program (`info`, and of one in eight of
-those that are read a picture of 4 × 4 pixels), with limits of its own: --limit seconds and --memory MiB. Inputs are the
-seeds of fuzz/seeds, changed by bits, by tokens and by structure: numbers become extreme, parts are repeated, put into
-themselves, or doubled. `--scale` writes families of files that grow, of 60 kB to 1 MB, and reports the seconds that a
-megabyte takes: what is quadratic stands out.
+Needs nothing but Python and Linux. Each input is a file for `info`; one in eight of the files that
+are read is rendered as well, to a picture of 4 × 4 pixels. Each run is a process with limits of its
+own: --limit seconds and --memory MiB. Inputs are the seeds of fuzz/seeds, changed by bits, by
+tokens and by structure: numbers become extreme, parts are repeated, nested in themselves, or
+doubled. `--scale` writes families of files that grow, of 60 kB to 1 MB, and reports the seconds per
+megabyte: quadratic time stands out.
 
-A finding is an exit code that the guide does not name, a signal, or more than the limits. It is kept in the folder with
-its command. The last line is a JSON object with the number of inputs by target, of which `read` were read.
+A finding is an exit code that the guide does not name, a signal, or more than the limits. It is
+stored in the folder with its command. The last line is a JSON object with the number of inputs by
+target, of which `read` were read.
 """
 
 import argparse
@@ -206,7 +209,7 @@ def changed_bytes(draw, data, seeds):
 
 
 class Runner:
-    """Runs the program on files, and keeps its findings."""
+    """Runs the program on files, and stores its findings."""
 
     def __init__(self, args):
         self.args, self.out = args, Path(args.out)

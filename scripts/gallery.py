@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
-"""Renders the scenes of the book's gallery, measures them against references, and writes the chapter.
+"""Renders the scenes of the book's gallery, compares them with references, and writes the chapter.
 
     pip install numpy OpenEXR pillow
     python3 scripts/gallery.py target/release/tashika WORK [--scenes FOLDER] [--threads N] [NAME...]
 
-WORK keeps the images: what was rendered there by the same options is not rendered again. Scenes of others are below FOLDER, each in the
-folder that its command names; without it they are left out, and so are those that are not named if any NAME is said. The chapter,
-`docs/book/src/gallery.md`, has the scenes of this run; its pictures are beside the scenes of the book in `docs/book/src/gallery`. A table of
-all numbers is printed.
+WORK stores the images: an image that was rendered there by the same options is not rendered again.
+Scenes of other authors are below FOLDER, each in the folder that its command names; without FOLDER
+they are omitted. If any NAME is given, scenes that are not named are omitted. The chapter,
+`docs/book/src/gallery.md`, has the scenes of this run; its pictures are beside the scenes of the
+book in `docs/book/src/gallery`. A table of all numbers is printed.
 """
 
 import argparse
@@ -26,7 +27,7 @@ BOOK = Path(__file__).resolve().parent.parent / "docs/book/src"
 BITTERLI = "from [Benedikt Bitterli's resources](https://benedikt-bitterli.me/resources/)"
 BY = "[CC BY {0}](https://creativecommons.org/licenses/by/{0}/)"
 DRAFT = "--quality draft --time 45s"
-# What a picture is held to where paths alone would be too noisy.
+# Options of a reference where paths alone would be too noisy.
 TIGHTER = "--quality good --time 135s"
 
 
@@ -50,7 +51,8 @@ the machine and all numbers. The scenes of this book can be downloaded; those of
 rendered as their files have them.
 """
 
-# Name, title, scene below FOLDER or below the book, what to look at, whose it is, options of the picture, those of the reference.
+# Name, title, scene below FOLDER or below the book, caption, author, options of the picture, those
+# of the reference.
 SCENES = [
     ("room", "The room that is built in", "builtin:room", "A bulb in a shade, a spot light, glass, varnish and 616 instances.", None, f"--size 320x180 {DRAFT}", TIGHTER),
     ("tiny", "Tiny, built in", "builtin:tiny", "The scene of the project's own tests: 36 triangles and a lamp.", None, "--size 160x160 --error 10%", paths(4096)),
@@ -71,9 +73,9 @@ SCENES = [
 
 
 def run(program, words, folder):
-    """Runs a command of the program; its JSON."""
+    """Runs a command of the program; returns its JSON."""
     done = subprocess.run([program, *words, "--json", "-"], cwd=folder, capture_output=True, text=True)
-    # A picture that ran out of its budget or its time says so, and is measured all the same.
+    # A picture that ran out of its budget or its time is measured all the same.
     if done.returncode not in (0, 4):
         sys.exit(f"{shlex.join(words)}: {done.returncode}\n{done.stderr}")
     return json.loads(done.stdout)
@@ -88,7 +90,7 @@ def relative_noise(path):
 
 
 def rendered(program, words, image, folder):
-    """Renders an image, unless it was rendered by the same words; its JSON."""
+    """Renders an image, unless it was rendered by the same words; returns its JSON."""
     kept = image.with_suffix(".json")
     if kept.exists():
         found = json.loads(kept.read_text())
@@ -118,7 +120,7 @@ def percent(share):
 
 
 def of_picture(found):
-    """What an audit says of all pixels."""
+    """Claim of an audit about all pixels."""
     claim = found["picture_claim"]
     if claim["upper_outside"] >= 1:
         return "nothing yet: there was no time for an audit that says anything"
@@ -126,7 +128,7 @@ def of_picture(found):
 
 
 def claimed(found):
-    """What the picture says of itself."""
+    """Claim of the picture."""
     render = found["render"]
     if render["picture_claim"]:
         return of_picture(render)
@@ -142,7 +144,7 @@ def measured(found):
 
 
 def held_to(scene, found):
-    """The reference, and how far off it is."""
+    """The reference, and its error."""
     if found["noise"] is None:
         return f"a render with `{scene[6]} --seed 2`: {of_picture(found['reference'])}"
     return f"`{scene[6]}`, whose own standard error is {percent(found['noise'])}"
@@ -150,7 +152,7 @@ def held_to(scene, found):
 
 def section(scene, found):
     name, title, path, seen, author, options, _ = scene
-    # Those of the book are run by its tests.
+    # Commands of the book's own scenes are run by its tests.
     block = "sh" if author is None else "text"
     whose = f" {author}" if author else ""
     return f"""
@@ -198,7 +200,7 @@ def main():
             print(name, file=sys.stderr, flush=True)
             found = measure(program, scene, folder, work, args.threads)
             done.append((scene, found))
-            # 256 colours are enough to see, and a third of the bytes.
+            # 256 colours suffice, in a third of the bytes.
             picture = Image.open(work / f"{name}.png").convert("RGB")
             picture = picture.quantize(palette=picture.quantize(256), dither=Image.Dither.FLOYDSTEINBERG)
             picture.save(BOOK / f"gallery/{name}.png", optimize=True)

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Writes what materials of pbrt, Mitsuba 0.6, glTF and MTL reflect by the formulas of their formats, for the suite's `formula_materials`.
+"""Writes the reflectance of materials of pbrt, Mitsuba 0.6, glTF and MTL by the formulas of their
+formats, for the suite's `formula_materials`.
 
     pip install numpy
     python3 scripts/material_formulas.py > crates/tashika/tests/suite/formula_materials.txt
 
-A row is a format, a material in its words, and the numbers of `material_table.py`; `nan` where the material has no
-value at single directions. The modules `formulas_*` have the materials of one format each and name their sources. Named formats
-are written alone.
+A row is a format, a material in its words, and the numbers of `material_table.py`; `nan` where the
+material has no value at single directions. The modules `formulas_*` have the materials of one
+format each and name their sources. If formats are named, only these are written.
 """
 
 import sys

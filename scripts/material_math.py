@@ -1,7 +1,8 @@
 """Reflection at facets, boundaries and layers, for the scripts that write tables of materials.
 
-Directions are unit vectors about the normal `z`, angles are degrees. Sources: Pharr, Jakob and Humphreys 2016, chapter 8; Pharr
-et al. 2023, sections 9.3 to 9.7 and 14.3. Layers are simulated: paths go in and out of a rough interface over a base.
+Directions are unit vectors around the normal `z`, angles are degrees. Sources: Pharr, Jakob and
+Humphreys 2016, chapter 8; Pharr et al. 2023, sections 9.3 to 9.7 and 14.3. Layers are simulated:
+paths go in and out of a rough interface over a base.
 """
 
 import numpy as np
@@ -15,7 +16,7 @@ COLOR = np.array([0.7, 0.4, 0.1])
 
 
 def begin_again():
-    """The same random numbers for each format, whatever comes before it."""
+    """Restarts the random numbers, so that each format has the same, whatever comes before it."""
     RNG.bit_generator.state = np.random.default_rng(SEED).bit_generator.state
 
 
@@ -29,7 +30,7 @@ def direction(elevation, azimuth):
 
 
 def dielectric(cos, eta):
-    """Fresnel's equations for a ratio `eta` of indices, behind over before; 1 under total reflection."""
+    """Fresnel's equations for indices of ratio `eta`, behind over before; 1 at total reflection."""
     g2 = eta * eta - 1 + cos * cos
     g = np.sqrt(np.maximum(g2, 0))
     s, p = (cos - g) / (cos + g), (eta * eta * cos - g) / (eta * eta * cos + g)
@@ -50,14 +51,14 @@ def schlick(f0, cos):
 
 
 def smith(w, alpha):
-    """Heitz's `Lambda` of GGX, with `alpha` for all directions, or along and across the first axis."""
+    """Heitz's `Lambda` of GGX; `alpha` for all directions, or along and across the first axis."""
     along, across = np.broadcast_to(alpha, 2)
     slope = ((along * w[..., 0]) ** 2 + (across * w[..., 1]) ** 2) / np.maximum(w[..., 2] ** 2, 1e-12)
     return 0.5 * (np.sqrt(1 + slope) - 1)
 
 
 def facets(wo, wi, alpha, separate=False):
-    """`D G / (4 c_o c_i)` and `h.wo`; `separate`: masking and shadowing that do not know of each other."""
+    """`D G / (4 c_o c_i)` and `h.wo`; `separate`: masking and shadowing are independent."""
     h = unit(wo + wi)
     along, across = np.broadcast_to(alpha, 2)
     d = 1 / (np.pi * along * across * ((h[..., 0] / along) ** 2 + (h[..., 1] / across) ** 2 + h[..., 2] ** 2) ** 2)
@@ -67,7 +68,7 @@ def facets(wo, wi, alpha, separate=False):
 
 
 def sheen(wo, wi, roughness):
-    """Of `KHR_materials_sheen`: fibres by Estevez and Kulla 2017, without its colour."""
+    """Fibres of `KHR_materials_sheen`, by Estevez and Kulla 2017, without its colour."""
     alpha = roughness**2
     rest = (1 - alpha) ** 2
     a, b, c, d, e = (
@@ -88,7 +89,7 @@ def sheen(wo, wi, roughness):
 
 
 def albedo(f, elevation):
-    """`f` times the cosine over the hemisphere."""
+    """Integral of `f` times the cosine over the hemisphere."""
     cos = (np.arange(500) + 0.5) / 500
     azimuth = (np.arange(1000) + 0.5) / 1000 * 2 * np.pi
     c, a = np.meshgrid(cos, azimuth)
@@ -109,7 +110,7 @@ NO_VALUES = [np.full(3, np.nan)] * len(PAIRS)
 
 
 def visible_normals(wo, alpha):
-    """Normals of facets that each of `wo` sees (Heitz 2018)."""
+    """Normals of facets that are visible from each of `wo` (Heitz 2018)."""
     stretch = [*np.broadcast_to(alpha, 2), 1.0]
     stretched = unit(wo * stretch)
     across = np.stack([-stretched[:, 1], stretched[:, 0], np.zeros(len(wo))], axis=-1)
@@ -127,7 +128,8 @@ def visible_normals(wo, alpha):
 
 
 def through_interface(wo, alpha, eta, separate=False):
-    """Draws where light from `wo` (z > 0) goes at a rough interface: directions, whether they are reflected, and weights."""
+    """Draws directions of light from `wo` (z > 0) at a rough interface: directions, true where they
+    are reflected, and weights."""
     h = visible_normals(wo, alpha)
     cos = (h * wo).sum(-1)
     reflected = RNG.random(len(wo)) < dielectric(cos, eta)
@@ -141,7 +143,7 @@ def through_interface(wo, alpha, eta, separate=False):
 
 
 def simulated(at):
-    """A row of the albedo `at` an elevation, drawn by paths, without values of single directions."""
+    """A row of the albedo `at` an elevation, by paths, without values of single directions."""
     return [at(elevation) for elevation in ELEVATIONS], NO_VALUES
 
 
@@ -188,7 +190,7 @@ def metal_base(fresnel, alpha):
 
 
 def layered(base, alpha, eta):
-    """What a rough interface over a base reflects. `base` draws where light goes, and its factors."""
+    """Reflectance of a rough interface over a base. `base` draws directions, with their factors."""
 
     def at(elevation):
         wo = np.tile(direction(elevation, 0.0), (PATHS, 1))
@@ -201,7 +203,7 @@ def layered(base, alpha, eta):
                 break
             up, factor = base(wo)
             weight = weight * factor
-            # From the inside the interface is the same, upside down.
+            # From the inside the interface is that from the outside, upside down.
             out, reflected, factor = through_interface(up, alpha, 1 / eta)
             weight = weight * factor[:, None]
             found += weight[~reflected].sum(0)
@@ -213,7 +215,7 @@ def layered(base, alpha, eta):
 
 
 def rough_transmittance(alpha, eta, separate):
-    """What a rough interface lets in, by the cosine of the angle."""
+    """Transmittance of a rough interface from the outside, by the cosine of the angle."""
     cosines = np.linspace(0.01, 1, 64)
 
     def passed(cos):
@@ -226,7 +228,8 @@ def rough_transmittance(alpha, eta, separate):
 
 
 def scattering_half_space(albedo, eta):
-    """A smooth boundary over a medium that scatters evenly in all directions, of that albedo of single scattering."""
+    """A smooth boundary over a medium that scatters evenly in all directions, of that
+    single-scattering albedo."""
     count = 1 << 16
 
     def at(elevation):
@@ -242,7 +245,7 @@ def scattering_half_space(albedo, eta):
             above = z < 0
             passed = 1 - dielectric(np.abs(down), 1 / eta)
             found += (weight[above] * passed[above, None]).sum(0)
-            # The rest is mirrored, and scatters where it would have got to.
+            # The rest is mirrored, and scatters at the mirrored position.
             weight = weight * np.where(above, 1 - passed, 1.0)[:, None] * albedo
             z, down = np.abs(z), 2 * RNG.random(len(z)) - 1
             alive = weight.max(-1) > 1e-4
@@ -288,12 +291,12 @@ def scaled(factor, row):
 
 
 def without_values(row):
-    """The same, of a material that is drawn from and not evaluated."""
+    """The row of a material that is sampled and not evaluated."""
     return row[0], NO_VALUES
 
 
 def sum_of_rows(*rows):
-    """The sum; a row without values has none of its own at single directions."""
+    """The sum of rows; a row without values adds nothing at single directions."""
     albedos = [sum(row[0][i] for row in rows) for i in range(len(ELEVATIONS))]
     values = [sum(np.nan_to_num(row[1][i]) for row in rows) for i in range(len(PAIRS))]
     return albedos, values

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""How much processor time Mitsuba 3's path tracer takes until as many of its pixels are right as of a render of ours.
+"""Processor time of Mitsuba 3's path tracer until as many of its pixels are right as in our render.
 
     tashika render SCENE.xml --truth transport --size 64x64 --error 2% --threads 1 -o ours.exr
     python3 mitsuba_beside.py SCENE.xml ours.exr --reference-samples 40960
 
-A pixel is right if its luminance is within --error of the reference, which is Mitsuba's own, with random numbers of its own; its paths
-are as long as ours, whatever the scene says. Scenes have to take the width of their image from the parameter `res`, and be square. Needs
-the packages mitsuba, OpenEXR and numpy; run it with `taskset -c 0` for the processor time of one thread.
+A pixel is right if its luminance is within --error of the reference, which is Mitsuba's own, with
+random numbers of its own; its paths are as long as ours, whatever the scene sets. Scenes have to
+take the width of their image from the parameter `res`, and be square. Needs the packages mitsuba,
+OpenEXR and numpy; run it with `taskset -c 0` for the processor time of one thread.
 """
 
 import argparse
@@ -30,7 +31,7 @@ def processor_seconds():
 
 
 def batches(scene, integrator, samples, first_seed):
-    """Sums of luminance over ever more batches of samples, with the processor time of all so far."""
+    """Mean luminance over ever more batches of samples, with the processor time of all so far."""
     total, spent, seed = 0.0, 0.0, first_seed
     while True:
         begun = processor_seconds()

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
-"""Compares Mitsuba 3 with itself: direct light by points on emitters, and by directions that meet them.
+"""Compares Mitsuba 3 with itself: direct light by points on emitters, and by directions to them.
 
     pip install mitsuba numpy
     python3 scripts/mitsuba_direct.py 64x64 8192 SCENE.xml...
 
-Both estimate the same picture. Where they differ, what light is sent from emitters is not what surfaces see of them: shadow segments
-end short of the emitter by a share of their length, and emitters are taken by their shading normals. Every material is a diffuse one of
-reflectance 0.5, so that both have little noise. Where LLVM is not found, name its library in `DRJIT_LIBLLVM_PATH`.
-"""
+Both estimate the same picture. Where they differ, the light that emitters send is not the light
+that surfaces receive from them: shadow segments end short of the emitter by a share of their
+length, and emitters are evaluated by their shading normals. Every material is a diffuse one of
+reflectance 0.5, so that both have little noise. Where LLVM is not found, name its library in
+`DRJIT_LIBLLVM_PATH`. """
 
 import re
 import sys

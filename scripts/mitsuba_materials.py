@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Writes how much Mitsuba 3 says that its materials reflect, for the suite's `mitsuba_materials`.
+"""Writes the reflectance of Mitsuba 3's materials by itself, for the suite's `mitsuba_materials`.
 
     pip install mitsuba numpy
     python3 scripts/mitsuba_materials.py > crates/tashika/tests/suite/mitsuba_materials.txt
 
-A row is a BSDF in Mitsuba's XML and 18 numbers, each three a colour: the directional albedo where the
-surface is seen 75, 40 and 12 degrees above it, a mean over 2^20 samples of `BSDF.sample`; then the BSDF times the cosine
-(1/sr) for each pair of directions in `PAIRS`. Where LLVM is not found, name
-its library in `DRJIT_LIBLLVM_PATH` (19 works, 14 does not).
+A row is a BSDF in Mitsuba's XML and 18 numbers, each three a colour: the directional albedo where
+the surface is seen 75, 40 and 12 degrees above it, a mean over 2^20 samples of `BSDF.sample`; then
+the BSDF times the cosine (1/sr) for each pair of directions in `PAIRS`. Where LLVM is not found,
+name its library in `DRJIT_LIBLLVM_PATH` (19 works, 14 does not).
 """
 
 import math
@@ -60,7 +60,7 @@ def materials():
                 string("distribution", distribution),
                 number("alpha", alpha),
             )
-        # Along the direction that all are seen from, and across.
+        # Along the direction of view that all share, and across.
         for along, across in ((0.05, 0.4), (0.4, 0.05), (0.3, 0.15)):
             yield bsdf(
                 "roughconductor",
@@ -72,7 +72,7 @@ def materials():
     for ior in (1.3, 1.5, 1.9):
         yield bsdf("thindielectric", number("int_ior", ior), number("ext_ior", 1.0))
     for ior in (1.3, 1.5, 1.9):
-        # Channels tell what is reflected from what is refracted.
+        # Channels distinguish reflected from refracted light.
         factors = ("specular_reflectance", "0.2 1.0 0.2"), ("specular_transmittance", "1.0 0.2 0.2")
         factors = [f'<rgb name="{name}" value="{value}"/>' for name, value in factors]
         inside = (number("int_ior", ior), number("ext_ior", 1.0), *factors)
@@ -143,7 +143,7 @@ def albedo(material, elevation):
     sampler = mi.load_dict({"type": "independent"})
     sampler.seed(elevation, SAMPLES)
     found = surface(math.radians(elevation))
-    # Of flux: without the square of the index by which refraction changes radiance.
+    # Albedo of flux: without the square of the index by which refraction changes radiance.
     _, weight = material.sample(mi.BSDFContext(mi.TransportMode.Importance), found, sampler.next_1d(), sampler.next_2d())
     weight = dr.select(dr.isfinite(weight), weight, 0)
     return [numpy.array(weight[channel]).mean() for channel in range(3)]

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the optical constants that Mitsuba 3 has for the materials of its conductors, for the reader of its files.
+"""Writes the optical constants of Mitsuba 3's conductor materials, for the reader of its files.
 
     pip install mitsuba
     python3 scripts/mitsuba_metals.py > crates/tashika-formats/src/io/mitsuba/metals.rs

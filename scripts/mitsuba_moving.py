@@ -1,18 +1,19 @@
 #!/usr/bin/env python3
-"""Compares what moves with Mitsuba 3, in which all stands: with the mean of its pictures at many times.
+"""Compares moving scenes with Mitsuba 3, which has no motion: with its mean over many times.
 
     pip install mitsuba numpy
     python3 scripts/mitsuba_moving.py target/release/tashika 64x64 8192 SCENE.xml [METHOD...]
     python3 scripts/mitsuba_moving.py target/release/tashika 64x64 8192 SCENE.xml --objects
 
-The camera of the scene gets two keys, 0 s and 1 s: where it is, and 0.6 to its right, 1.2 ahead and turned by 8 degrees. With `--objects`
-the camera stands, and the boxes and the lamp of the Cornell box go and turn instead (by paths only). Ours
-is one picture with the shutter open from 0 to 1 s, by paths and by each of the further options (default: --error 2%); Mitsuba's is the
-mean of 64 pictures in the middle of as many parts of that time. Told are the ratio of mean luminances with its standard
-error, and the differences of pixels: the root of their mean square, relative to the mean, beside what the standard errors of both make of
-it; the same for what stands in the middle, to show what the motion changes. The film's filter is a box. Where LLVM is not found, name
-its library in `DRJIT_LIBLLVM_PATH`.
-"""
+The camera of the scene gets two keys, 0 s and 1 s: its own pose, and one 0.6 to its right, 1.2
+ahead and turned by 8 degrees. With `--objects` the camera stands, and the boxes and the lamp of the
+Cornell box go and turn instead (by paths only). Ours is one picture with the shutter open from 0 to
+1 s, by paths and by each of the further options (default: --error 2%); Mitsuba's is the mean of 64
+pictures in the middle of as many parts of that time. Printed are the ratio of mean luminances with
+its standard error, and the root mean square of the differences of pixels, relative to the mean,
+beside its value by the standard errors of both. The same numbers are printed for the scene that
+stands in the middle, to show the effect of the motion. The film's filter is a box. Where LLVM is
+not found, name its library in `DRJIT_LIBLLVM_PATH`. """
 
 import os
 import re
@@ -29,7 +30,7 @@ TRANSFORM = r'<transform name="to_world">\s*<matrix value="([^"]*)"\s*/>\s*</tra
 
 
 def turn(axis, angle):
-    """About an axis of the coordinates."""
+    """Rotation around an axis of the coordinates."""
     sin, cos = np.sin(angle), np.cos(angle)
     i, j = [k for k in range(3) if k != axis]
     m = np.eye(4)
@@ -44,16 +45,16 @@ def way(offset):
 
 
 def of_camera(first, time):
-    """Camera to world: a turn about the camera's own up, and a way along its own axes, even in time."""
+    """Camera to world: a turn around its own up, and a way along its axes, even in time."""
     return first @ way(np.array([-0.6, 0.0, 1.2]) * time) @ turn(1, np.radians(8.0) * time)
 
 
 def of_shape(offset, degrees):
-    """Shape to world: a turn about its own third axis, across which it is square, and a way in the world."""
+    """Shape to world: a turn around its third axis, across which it is square, and a way."""
     return lambda first, time: way(np.array(offset) * time) @ first @ turn(2, np.radians(degrees) * time)
 
 
-# What moves: where in the file, and how. The sensor comes first in it.
+# Moving parts: the place in the file, and the pose over time. The sensor comes first in the file.
 CAMERA = [(TRANSFORM, of_camera)]
 OBJECTS = [
     (rf'(?<=id="{name}">)\s*{TRANSFORM}', of_shape(*how))
@@ -78,7 +79,7 @@ def main():
     folder = os.path.dirname(os.path.abspath(scene))
 
     def written(transform):
-        """The scene with what `transform` makes of the poses of each mover."""
+        """The scene with the poses of each mover replaced by `transform`."""
         changed = text
         for where, pose in movers:
             first = np.array(re.search(where, text).group(1).split(), float).reshape(4, 4)

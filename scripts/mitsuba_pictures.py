@@ -4,9 +4,10 @@
     pip install mitsuba numpy
     python3 scripts/mitsuba_pictures.py target/release/tashika 96x64 1024 SCENE.xml...
 
-Of each scene the ratio of mean radiances (luminance, ours over Mitsuba's), with its standard error by what two halves of each
-picture differ, and the 95th percentile of the differences of pixels, relative to Mitsuba's, beside what noise alone would make
-of it. The film's filter is a box. Where LLVM is not found, name its library in `DRJIT_LIBLLVM_PATH`.
+Printed for each scene are the ratio of mean radiances (luminance, ours over Mitsuba's), with its
+standard error from the difference of two halves of each picture, and the 95th percentile of the
+differences of pixels, relative to Mitsuba's, beside its value by noise alone. The film's filter is
+a box. Where LLVM is not found, name its library in `DRJIT_LIBLLVM_PATH`.
 """
 
 import os
@@ -30,7 +31,7 @@ def adapted(text, size):
     # A film without a filter has a Gaussian one.
     text = re.sub(r"<rfilter\b[^>]*?(/>|>.*?</rfilter>)", "", text, flags=re.S)
     text = re.sub(r"<film\b[^>]*[^/]>", r'\g<0><rfilter type="box"/>', text)
-    # Of scenes of older versions, which Mitsuba 3 no longer reads; it is 1.
+    # Removes a parameter of older versions that Mitsuba 3 does not read; its value is 1.
     text = re.sub(r'<float name="ext(_e|E)ta" value="1(\.0*)?"\s*/>', "", text)
     # Ours renders media where the file's integrator does.
     kind = "volpath" if "volpath" in text else "path"
@@ -41,7 +42,7 @@ def adapted(text, size):
 
 
 def pictures(scene, text, samples, seeds):
-    """Pictures of so many samples a pixel, one for each seed, of the text in the place of the scene's file."""
+    """Pictures of the given samples a pixel, one for each seed, of the text as the scene."""
     folder = os.path.dirname(os.path.abspath(scene))
     with tempfile.NamedTemporaryFile("w", suffix=".xml", dir=folder, delete=False) as file:
         file.write(text)

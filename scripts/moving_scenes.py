@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
-"""Writes scenes in which something moves, from scenes of Mitsuba in which all stands.
+"""Writes scenes in which objects move, from scenes of Mitsuba in which nothing moves.
 
     pip install numpy
-    python3 scripts/moving_scenes.py scene_v3.xml fan SCENE_OUT.xml        # the Cornell box: a fan of three blades turns by 90 degrees
-    python3 scripts/moving_scenes.py room_glossy.xml knot SCENE_OUT.xml    # a room: its knot goes and turns
+    python3 scripts/moving_scenes.py scene_v3.xml fan SCENE_OUT.xml
+        the Cornell box: a fan of three blades turns by 90 degrees
+    python3 scripts/moving_scenes.py room_glossy.xml knot SCENE_OUT.xml
+        a room: its knot goes and turns
 
-The shutter is to be open from 0 to 1 s (`--shutter 0,1`). The new scene has to lie beside the old one, whose files it names.
+The shutter is to be open from 0 to 1 s (`--shutter 0,1`). The new scene has to lie beside the old
+one, whose files it names.
 """
 
 import sys
@@ -14,7 +17,7 @@ import numpy as np
 
 
 def turned(angle):
-    """About the vertical axis."""
+    """Rotation around the vertical axis."""
     c, s = np.cos(angle), np.sin(angle)
     m = np.eye(4)
     m[0, 0], m[0, 2], m[2, 0], m[2, 2] = c, s, -s, c
@@ -28,7 +31,7 @@ def moved(*way):
 
 
 def animation(keys):
-    """Of matrices at times."""
+    """Animation of (time, matrix) keys."""
     of_key = '<transform time="{:g}"><matrix value="{}"/></transform>'
     return '<animation name="to_world">{}</animation>'.format(
         "".join(of_key.format(t, " ".join(f"{v:.9g}" for v in m.ravel())) for t, m in keys)

@@ -1,9 +1,9 @@
-"""The pages in a browser: what they show is what the files hold, and what they promise to do works.
+"""The pages in a browser: they show the data of the files, and all their controls work.
 
 Usage: page.py PROGRAM FOLDER
 
-Needs the packages playwright, OpenEXR and pillow, and Chromium (CHROMIUM names it; else the first of the usual names). Screenshots
-go to FOLDER; whoever changes the pages looks at them.
+Needs the packages playwright, OpenEXR and pillow, and Chromium (CHROMIUM names it; else the first
+of the usual names). Screenshots go to FOLDER, to be looked at after a change of the pages.
 """
 
 import base64
@@ -41,7 +41,7 @@ def chromium():
 
 
 def channels(path):
-    """Arrays by channel name, and where the data window begins."""
+    """Arrays by channel name, and the corner of the data window."""
     with OpenEXR.File(str(path), separate_channels=True) as file:
         window = file.header()["dataWindow"]
         return {name: channel.pixels for name, channel in file.channels().items()}, [int(v) for v in window[0]]
@@ -60,7 +60,7 @@ class Opened:
         self.page.wait_for_selector("#viewer[data-ready=true]", timeout=60_000)
 
     def said(self, message):
-        # What reading the canvas in these checks brings about is not the page's.
+        # Reading the canvas, in these checks alone, causes this warning.
         if message.type in ("error", "warning") and "willReadFrequently" not in message.text:
             self.troubles.append(message.text)
 
@@ -121,7 +121,7 @@ class Opened:
         return self.page.text_content("#pixel")
 
     def values(self):
-        """All values that are told of the pixel, by plane."""
+        """All values that the page shows of the pixel, by plane."""
         rows = self.value(
             "() => [...document.querySelectorAll('#values tr')].map(r => [r.dataset.plane, r.cells[1].textContent])"
         )
@@ -137,7 +137,7 @@ def single(value):
 
 
 def check_values(opened, path, pixels, planes):
-    """What the page tells of pixels is what the file holds, to the last bit."""
+    """The page shows the values of the file, to the last bit."""
     found, (left, top) = channels(path)
     for x, y in pixels:
         opened.go(x, y)
@@ -170,7 +170,7 @@ def rendered_page(browser):
     same_as_the_picture(opened, "tiny", "image")
     check_values(opened, FOLDER / "tiny.exr", dozen(*CROP), PLANES)
 
-    # The sentence: value and half-width with the digits that make sense, claim, confidence, cost, reason.
+    # The sentence: value and half-width with significant digits, claim, confidence, cost, reason.
     found, (left, top) = channels(FOLDER / "tiny.exr")
     claims = found["claim.id"]
     spots = [(x + left, y + top) for y in range(CROP[3]) for x in range(CROP[2]) if claims[y, x] == 3]
@@ -239,7 +239,7 @@ def rendered_page(browser):
 
 
 def still_page(browser, path):
-    """Without scripts the page has its picture, the one beside it, first, and nothing that does not work."""
+    """Without scripts the page has its picture, the one beside it first, and no dead control."""
     context = browser.new_context(java_script_enabled=False, viewport={"width": 400, "height": 800})
     page = context.new_page()
     page.goto(path.as_uri())
@@ -259,7 +259,7 @@ def still_page(browser, path):
 
 
 def picture_page(browser):
-    """Of a picture the page shows the reconstruction first, and has the estimates beside it."""
+    """The page of a picture shows the reconstruction first, and has the estimates beside it."""
     crop = ",".join(map(str, CROP))
     run(f"render builtin:tiny --vpls 20k --max-pairs 150 --size {SIZE[0]}x{SIZE[1]} --crop {crop} -o picture.exr --json picture.json")
     opened = Opened(browser, (FOLDER / "picture.html").as_uri())
@@ -290,7 +290,7 @@ def same_as_the_picture(opened, name, view):
 
 
 def toned_page(browser):
-    """Each tone mapping is the one of the PNG, and the page begins with the one that was asked for."""
+    """Each tone mapping is that of the PNG, and the page begins with the requested one."""
     crop = ",".join(map(str, CROP))
     for tone in ("linear", "filmic", "aces", "agx"):
         run(f"render builtin:tiny --truth vpl --vpls 300 --gather 2 --size {SIZE[0]}x{SIZE[1]} --crop {crop} --error 5% --max-pairs 100k "
@@ -303,7 +303,7 @@ def toned_page(browser):
 
 
 def large_page(browser):
-    """Of more pixels than a page holds, those shown are pixels of the file."""
+    """On the page of a large image, the shown pixels are pixels of the file."""
     run("render builtin:tiny --truth vpl --vpls 30 --gather 1 --size 1000x600 --error 20% --max-pairs 100k -o large.exr -q")
     page = FOLDER / "large.html"
     assert page.stat().st_size < 8e6, f"a page of {page.stat().st_size} bytes"
@@ -358,7 +358,7 @@ def experiment_page(browser):
 
 @contextlib.contextmanager
 def started(line):
-    """The program, running; it is ended if it has not ended by itself."""
+    """The running program; it is ended if it has not ended by itself."""
     process = subprocess.Popen([PROGRAM, *line.split()], cwd=FOLDER, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         yield process
@@ -403,7 +403,7 @@ def address_of(program):
 
 
 def live_page(browser):
-    """A render that is watched: tiles appear, the claims are told, and the end is what is written."""
+    """A render that is watched: tiles appear, claims are shown, and the end equals the file."""
     with started(f"{RENDER} -o live.exr") as program:
         opened = Opened(browser, address_of(program))
         opened.page.wait_for_selector("#left option", state="attached", timeout=60_000)
@@ -441,7 +441,7 @@ def live_page(browser):
 def main():
     FOLDER.mkdir(parents=True, exist_ok=True)
     with sync_playwright() as playwright:
-        # Nothing is asked of other machines, by the browser itself neither.
+        # Nothing is requested from other machines, by the browser itself neither.
         options = ["--disable-background-networking", "--disable-component-update", "--disable-sync"]
         options += ["--no-sandbox"] if os.geteuid() == 0 else []
         browser = playwright.chromium.launch(executable_path=chromium(), args=options)

@@ -1,10 +1,11 @@
-"""Writes crates/tashika-report/src/measures/independent.txt: what others' programs say of pictures made by a formula.
+"""Writes crates/tashika-report/src/measures/independent.txt: measures by independent programs.
 
     pip install flip-evaluator==1.7 scikit-image==0.26.0
     python3 scripts/picture_measures.py
 
-FLIP is by NVIDIA's own program, SSIM and PSNR are by scikit-image. The pictures are `reference` and `changed`, which the tests of
-`measures` make by the same formulas, in linear Rec. 709. Rows: a change, a measure, numbers.
+FLIP is by NVIDIA's own program, SSIM and PSNR are by scikit-image. The pictures are `reference` and
+`changed`, which the tests of `measures` make by the same formulas, in linear Rec. 709. Rows: a
+change, a measure, numbers.
 """
 
 from pathlib import Path
@@ -14,7 +15,7 @@ import numpy as np
 from skimage.metrics import peak_signal_noise_ratio, structural_similarity
 
 WIDTH, HEIGHT = 56, 44
-# Where the maps are told: inside, at an edge of the picture, in a corner.
+# Pixels whose values of the maps are written: inside, at an edge of the picture, in a corner.
 PLACES = ((20, 17), (31, 30), (0, 25), (55, 43))
 OUT = Path(__file__).parent.parent / "crates/tashika-report/src/measures/independent.txt"
 
@@ -26,7 +27,7 @@ def reference(x, y):
 
 
 def changed(change, x, y):
-    """The same with an error of that kind."""
+    """The reference with an error of that kind."""
     color = reference(x, y)
     if change == "noise":
         return [max(0.0, v + ((7 * x + 13 * y + 5 * c + x * y) % 11 - 5) / 40) for c, v in enumerate(color)]

@@ -1,11 +1,12 @@
-"""Whether others read the OpenEXR files as they are documented (crates/tashika-formats/src/io/exr/mod.rs).
+"""Checks OpenEXR files by other readers, as documented in crates/tashika-formats/src/io/exr/mod.rs.
 
     python readers.py PROGRAM
 
-PROGRAM is the built `tashika`. Needs the Python packages OpenEXR (3, the reference implementation), OpenImageIO and numpy.
-Renders a small built-in scene, whole and in part, and reads both files with both; ends with an AssertionError where they
-disagree with each other, with the documentation or with what the program reports about the same render. Mattes are read as
-programs for compositing read them: by their manifest, with a hash that is written out here.
+PROGRAM is the built `tashika`. Needs the Python packages OpenEXR (3, the reference implementation),
+OpenImageIO and numpy. Renders a small built-in scene, whole and in part, and reads both files with
+both; ends with an AssertionError where they disagree with each other, with the documentation or
+with the program's report of that render. Mattes are read as programs for compositing read them: by
+their manifest, with a hash that is written out here.
 """
 
 import json
@@ -23,7 +24,8 @@ SIZE = (64, 48)
 CROP = (13, 7, 40, 25)
 REC_709 = (0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329)
 
-# Planes and their channels, and those that hold whole numbers: the render's list in crates/tashika-core/src/render/mod.rs.
+# Planes and their channels, and those that hold whole numbers: the render's list in
+# crates/tashika-core/src/render/mod.rs.
 PLANES = {
     "": ("R", "G", "B"),
     "standard_error": ("Y",),
@@ -40,7 +42,7 @@ PLANES = {
 }
 WHOLE = {"claim.id", "stop.id"}
 
-# What `--cryptomatte=4` adds: layers of two ranks, and the keys of their metadata.
+# Planes of `--cryptomatte=4`: layers of two ranks, and the keys of their metadata.
 MATTES = {"CryptoObject": "3ae39a5", "CryptoMaterial": "be359d6"}
 
 # Names of tashika:* attributes and their types; texts elsewhere.
@@ -71,12 +73,12 @@ class Reference:
         self.aspect = self.attributes["pixelAspectRatio"]
 
     def window(self, name):
-        """x, y, width, height; the file has the first and the last pixel."""
+        """Returns x, y, width, height; the file has the first and the last pixel."""
         first, last = self.attributes[name]
         return (int(first[0]), int(first[1]), int(last[0] - first[0] + 1), int(last[1] - first[1] + 1))
 
     def attribute(self, name):
-        """A value; this reader gives numbers of type double as arrays of one."""
+        """Returns a value; this reader has numbers of type double as arrays of one."""
         value = self.attributes[name]
         return value.item() if isinstance(value, numpy.ndarray) and value.size == 1 else value
 
@@ -98,7 +100,7 @@ class Other:
             spec = file.spec()
             kinds = spec.channelformats or [spec.format] * spec.nchannels
             for i, (name, kind) in enumerate(zip(spec.channelnames, kinds)):
-                # Asked for one by one and as they are: all together would be made floats.
+                # Read one by one in their own types: all together would be made floats.
                 pixels = file.read_image(part, 0, i, i + 1, kind)
                 assert pixels is not None, file.geterror()
                 self.channels[name] = pixels[:, :, 0]
@@ -106,12 +108,12 @@ class Other:
         file.close()
 
     def attribute(self, name):
-        """A value."""
+        """Returns a value."""
         return self.attributes[name]
 
 
 def check_film(path, window, report):
-    """The file says what the documentation and the program's report say, to both readers."""
+    """Both readers find in the file the values of the documentation and of the program's report."""
     reference, other = Reference(path), Other(path)
     for reader in (reference, other):
         who = f"{path.name} by {type(reader).__name__}"
@@ -172,7 +174,7 @@ def check_attributes(reader, who, report):
 
 
 def check_layouts(program, folder, options):
-    """Every layout has the same samples, parts of the planes' names, tiles, and its compression, to both readers."""
+    """Every layout has the same samples, parts of the planes' names, tiles, and its compression."""
     command = [program, "render", "builtin:tiny", *options, "--crop", ",".join(map(str, CROP)), "-o"]
     plain = folder / "plain.exr"
     subprocess.run([*command, plain], check=True, timeout=120)
@@ -224,7 +226,7 @@ def murmur3(data):
 
 
 def matte_number(name):
-    """The number of a name: never that of a zero, a denormal, an infinity or no number at all."""
+    """The number of a name: never that of a zero, a denormal, an infinity or NaN."""
     number = murmur3(name.encode())
     return number ^ 1 << 23 if number >> 23 & 255 in (0, 255) else number
 

@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""Writes the table of `tashika::bsdf::boundary`: how much light rough dielectric boundaries let through.
+"""Writes the table of `tashika::bsdf::boundary`: transmittance of rough dielectric boundaries.
 
     pip install numpy
     python3 scripts/rough_boundary.py > crates/tashika-scene/src/bsdf/boundary/table.rs
 
-Transmittance at a cosine is the mean, over the normals that are seen from there, of what a facet lets through and of what
-of that is not masked (Walter et al. 2007, equations 21, 27 and 34; visible normals of GGX by Dupuy and Benyoub 2023, of
-Beckmann's by their slopes, Heitz and d'Eon 2014); reflectance from the inside likewise. Of each roughness and index, transmittance is fitted by `k T(c) + q0 + q1 c + q2 c^2 + q3 c^3`, `T` being
-that of the smooth boundary: least squares over 20 Chebyshev nodes of the cosine, relative to it.
+Transmittance at a cosine is the mean, over the normals that are visible from there, of the unmasked
+transmittance of a facet (Walter et al. 2007, equations 21, 27 and 34; visible normals of GGX by
+Dupuy and Benyoub 2023, of Beckmann's by their slopes, Heitz and d'Eon 2014); reflectance from the
+inside likewise. For each roughness and index, transmittance is fitted by
+`k T(c) + q0 + q1 c + q2 c^2 + q3 c^3`, `T` being that of the smooth boundary: least squares over 20
+Chebyshev nodes of the cosine, relative to it.
 """
 
 import numpy as np
@@ -30,14 +32,14 @@ def fresnel(cos, eta):
 
 
 def ggx_normals(seen_from):
-    """Of a surface of roughness 1, not normalised."""
+    """Visible normals of a surface of roughness 1, not normalised."""
     z = (1 - U) * (1 + seen_from[2]) - seen_from[2]
     sine, phi = np.sqrt(np.maximum(1 - z * z, 0)), 2 * np.pi * V
     return np.stack([sine * np.cos(phi) + seen_from[0], sine * np.sin(phi), np.maximum(z + seen_from[2], 0)])
 
 
 def slopes(cos, sine, share):
-    """Below which these shares of the slopes along a direction are that it sees."""
+    """Quantiles of the slopes, along a direction, that are visible from it."""
     density = np.maximum(cos + SLOPES * sine, 0) * np.exp(-(SLOPES**2))
     below = np.concatenate([[0], np.cumsum(0.5 * (density[1:] + density[:-1]))])
     return np.interp(share, below / below[-1], SLOPES)
@@ -48,7 +50,7 @@ def beckmann_normals(seen_from):
 
 
 def facets(cos, alpha, normals_of):
-    """A direction and the normals that are seen from it."""
+    """A direction and the normals that are visible from it."""
     cos = max(cos, 1e-6)
     direction = np.array([np.sqrt(1 - cos * cos), 0, cos])
     stretched = direction * [alpha, 1, 1]
@@ -61,12 +63,13 @@ def ggx_unmasked(across):
 
 
 def independent(unmasked):
-    """Of what one side sees, how much the other sees, if that has nothing to do with it."""
+    """Unmasked share on the other side, if masking of the two sides is independent."""
     return lambda _, across: unmasked(across)
 
 
 def correlated(seen, across):
-    """The same of GGX facets whose heights are the same for both sides (Heitz 2014, equation 99)."""
+    """Unmasked share on the other side, for GGX facets whose heights are equal for both sides
+    (Heitz 2014, equation 99)."""
     one, other = (1 / ggx_unmasked(slope) for slope in (seen, across))
     return one / (one + other - 1)
 
@@ -105,10 +108,12 @@ def fitted(alpha, eta, *model):
     smooth = 1 - fresnel(cosines, eta)[0]
     importance = np.sqrt(np.minimum(1, cosines / 0.1)) / np.maximum(wanted, 0.2)
     basis = np.stack([smooth, *(cosines**k for k in range(4))], 1) * importance[:, None]
-    # Next to no boundary the smooth one is a constant as well: the smallest change of it is taken.
+    # Where there is hardly a boundary, the smooth one is nearly constant too: the smallest change
+    # is taken.
     damping = 1e-6 * np.eye(5)
     bent = basis.T @ (wanted * importance) + damping @ [1, 0, 0, 0, 0]
-    # Mitsuba's models by a mean over 64 cosines, ends and all, as it takes it: 1 % below the integral.
+    # Mitsuba's models by a mean over 64 cosines, ends included, as in Mitsuba: 1 % below the
+    # integral.
     mean = (np.arange(200) + 0.5) / 200 if model[1] is correlated else np.linspace(0, 1, 64)
     inside = 2 * np.mean([c * reflectance(c, alpha, 1 / eta, *model) for c in mean])
     return [*np.linalg.solve(basis.T @ basis + damping, bent), inside]

@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
-"""Whether intervals hold what other seeds found: no reference is needed to see that they do not.
+"""Tests intervals against other seeds: no reference is needed to see that they miss.
 
     pip install OpenEXR numpy
     python3 scripts/seeds_beside_seeds.py target/release/tashika SEEDS SCENE [OPTION...]
 
-Renders with seeds 1 to SEEDS. Each pixel's value is held against the mean of those of the other seeds, and its half-width `h` against
-the distance: that mean is off too, by an error whose half-width is `g = sqrt(sum of theirs squared) / (SEEDS - 1)`, so that of intervals that
-are right at their confidence as many hold within `sqrt(h^2 + g^2)`. What no seed met is not seen. Told are the share of pixels that claim,
-of claims that hold, and that are within the error of that mean (relative to it, or the film's absolute error); pixels of which the mean
-is worth nothing (g above a half of what is tolerated) are left out of the last.
-"""
+Renders with seeds 1 to SEEDS. Each pixel's value is compared with the mean of those of the other
+seeds, and its half-width `h` with the distance. That mean has an error too, of half-width
+`g = sqrt(sum of their squared half-widths) / (SEEDS - 1)`. So intervals that are right at their
+confidence hold as often within `sqrt(h^2 + g^2)`. Light that no seed met is not seen. Printed are
+the share of pixels that claim, of claims that hold, and of claims within the error of that mean
+(relative to it, or the film's absolute error); pixels whose mean is too uncertain (g above a half
+of the tolerance) are omitted from the last. """
 
 import subprocess
 import sys
@@ -48,7 +49,7 @@ def main():
     claims = widths > 0
     others = (values.sum(axis=0) - values) / (seeds - 1)
     of_others = np.sqrt((widths**2).sum(axis=0) - widths**2) / (seeds - 1)
-    # Pixels that some seed says nothing of tell nothing.
+    # Pixels are tested if every seed has a claim there.
     told = claims & claims.all(axis=0)
     rendered = claims.any(axis=0)
     distance = np.abs(values - others)

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Writes the table of `tashika::bsdf::sheen`: the share of light that the fibres of cloth return.
+"""Writes the table of `tashika::bsdf::sheen`: the albedo of the fibres of cloth.
 
     pip install numpy
     python3 scripts/sheen_albedo.py > crates/tashika-scene/src/bsdf/sheen/table.rs
 
-It is the integral of the sheen of `KHR_materials_sheen` times the cosine, by the formulas of `material_math.sheen`, with Gauss's
-nodes in the square root of the cosine and in the azimuth.
+It is the integral of the sheen of `KHR_materials_sheen` times the cosine, by the formulas of
+`material_math.sheen`, with Gauss's nodes in the square root of the cosine and in the azimuth.
 """
 
 import numpy as np

@@ -1,17 +1,18 @@
 #!/usr/bin/env python3
-"""Disjoint intervals of two seeds: one of two that have no value in common is wrong, without a reference.
+"""Disjoint intervals of two seeds: one of the two is wrong, which needs no reference to be seen.
 
     pip install OpenEXR numpy
     cargo xtask measure seeds [--seeds N] [--truth FOLDER] [--limit SHARE] SCENE... [-- OPTION...]
 
-Renders each scene with seeds 1 to N (2), of the given OPTIONs (default: --size 64x36 --error 20%). One row a scene:
+Renders each scene with seeds 1 to N (2), of the given OPTIONs (default: --size 64x36 --error 20%).
+One row a scene:
 
     claim     share of the pixels that claim
-    disjoint  share of the pairs of claims of a pixel, by two seeds, of which the intervals are disjoint
+    disjoint  share of the pairs of claims of a pixel, by two seeds, whose intervals are disjoint
     means     largest distance of the image's mean from the mean of all seeds, relative
     width     median half-width of the claims, relative
-    kept      share of the claims that hold the value of FOLDER/SCENE.exr, within two of its standard errors
-              where it has them; and the mean of the image over that of the truth
+    kept      share of the claims that cover the value of FOLDER/SCENE.exr, within two of its
+              standard errors where it has them; and the mean of the image over that of the truth
     rays      mean over the pixels
 
 Exits with 1 if the share of disjoint pairs of a scene is above SHARE.

@@ -1,10 +1,10 @@
-"""Small USD files in all encodings, written by Pixar's own library, and what that library reads in them.
+"""Small USD files in all encodings, written by Pixar's own library, and its reading of them.
 
     pip install usd-core
     python3 scripts/usd_samples.py crates/tashika/tests/suite/usd
 
-The suite's `usd` reads the files and compares with `composed.json`: points of meshes in the world, materials that are
-bound, and lights, as `pxr` computes them.
+The suite's `usd` reads the files and compares with `composed.json`: points of meshes in the world,
+materials that are bound, and lights, as `pxr` computes them.
 """
 
 import json
@@ -42,7 +42,7 @@ def preview(stage, path, **inputs):
 
 
 def textured(stage, path, file):
-    """The same with a texture for its colour."""
+    """The material of `preview`, with a texture for its colour."""
     material, shader = preview(stage, path, roughness=0.5)
     reader = UsdShade.Shader.Define(stage, path + "/Reader")
     reader.CreateIdAttr("UsdPrimvarReader_float2")
@@ -77,7 +77,8 @@ def quad(stage, path, corners, uvs=None):
 
 
 def simple(folder):
-    """The scene that the suite also has as glTF: a textured quad, a wall, a point light and a camera."""
+    """The scene that the suite has as glTF, too: a textured quad, a wall, a point light and a
+    camera."""
     png(folder / "chess.png", [[(255, 128, 0), (0, 64, 255)], [(32, 200, 32), (250, 250, 250)]])
     stage = Usd.Stage.CreateNew(str(folder / "simple.usda"))
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
@@ -111,7 +112,7 @@ def simple(folder):
 
 
 def values(folder):
-    """Every type of value that the loader looks at, small and large, in both encodings."""
+    """Every type of value that the loader reads, small and large, in both encodings."""
     stage = Usd.Stage.CreateNew(str(folder / "values.usda"))
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)
     prim = stage.DefinePrim("/Values", "Scope")
@@ -232,7 +233,7 @@ def composed(folder):
         if shading:
             chair.GetPrim().GetVariantSet("shading").SetVariantSelection(shading)
         chair.GetPrim().GetVariantSet("shape").SetVariantSelection(shape)
-    # Opinions over what is referenced.
+    # Opinions over the referenced prims.
     over = stage.OverridePrim("/World/Chair_2/Back")
     UsdGeom.Mesh(over).CreatePointsAttr([(-10, 10, 20), (10, 10, 20), (10, 10, 90), (-10, 10, 90)])
     green, _ = preview(stage, "/World/Green", diffuseColor=(0.1, 0.8, 0.1), roughness=0.4)
@@ -274,18 +275,20 @@ def composed(folder):
 
 
 def nested(stage):
-    """References to prims below others, variants in variants that bring references, opinions that do not count."""
-    # Of a prim below: what is said of it by way of the one above, a variant among it, holds.
+    """References to prims below others, variants in variants with references, and ignored
+    opinions."""
+    # A reference to a prim below another: opinions by way of the one above hold, a variant among
+    # them.
     part = stage.DefinePrim("/World/Part")
     part.GetReferences().AddReference("./parts/chair.usdc", "/Chair/Leg")
     UsdGeom.Xformable(part).AddTranslateOp(opSuffix="more").Set((0, -50, 0))
-    # An instance's own opinions about what is below it do not count, those about itself do.
+    # An instance's own opinions about prims below it are ignored, those about itself are not.
     lone = stage.DefinePrim("/World/Lone")
     lone.GetReferences().AddReference("./parts/chair.usdc")
     UsdGeom.Xformable(lone).AddTranslateOp().Set((0, 0, 70))
     UsdGeom.Mesh(stage.OverridePrim("/World/Lone/Seat")).CreatePointsAttr([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
     lone.SetInstanceable(True)
-    # A class in the same file, stronger than a reference and weaker than what is said here.
+    # A class in the same file, stronger than a reference and weaker than local opinions.
     tall = stage.CreateClassPrim("/_class_Tall")
     UsdGeom.Xform(tall).AddScaleOp().Set((1, 1, 2))
     UsdGeom.Mesh(stage.OverridePrim("/_class_Tall/Seat")).CreatePointsAttr([(0, 0, 1), (9, 0, 1), (9, 9, 1), (0, 9, 1)])
@@ -303,14 +306,14 @@ def nested(stage):
         with second.GetVariantEditContext():
             outer.GetPrim().GetReferences().AddReference("./parts/chair.usdc")
             outer.GetPrim().GetVariantSet("shape").SetVariantSelection("high")
-    # A copy of what is itself a copy, through two prims.
+    # A copy of a copy, through two prims.
     chain = UsdGeom.Xform.Define(stage, "/World/Chain")
     chain.GetPrim().GetReferences().AddInternalReference("/World/Outer")
     UsdGeom.Xform(stage.OverridePrim("/World/Chain/Back")).AddTranslateOp(opSuffix="late").Set((0, 0, 3))
 
 
 def expected(stage):
-    """What Pixar's library makes of a stage, in metres with +y up."""
+    """Pixar's reading of a stage, in metres with +y up."""
     unit = UsdGeom.GetStageMetersPerUnit(stage)
 
     def upright(p):

@@ -3,10 +3,10 @@
     pip install usd-core
     cargo xtask measure schemas
 
-The unit tests of the loader's `properties` hold it to the list: each property is read, noted or has no effect. A line
-is `schema property fallback`, separated by tabs, or a schema alone; fallbacks are as texts of USD have them. Of
-schemas that may be applied more than once the instance is `x`. Properties of abstract schemas are among those of the
-schemas that are made of them.
+The unit tests of the loader's `properties` compare with the list: each property is read, noted or
+has no effect. A line is `schema property fallback`, separated by tabs, or a schema alone; fallbacks
+are as texts of USD have them. For schemas that may be applied more than once the instance is `x`.
+Properties of abstract schemas are among those of the schemas that are made of them.
 """
 
 from pxr import Sdf, Tf, Usd

@@ -1,4 +1,4 @@
-//! A whole render on one thread and on several, and how its methods compare.
+//! Time of a whole render on one thread and on several.
 //!
 //!     cargo bench -p tashika-bench --bench image -- --scene SCENE --crop 64 --threads 2
 
@@ -16,7 +16,7 @@ use tashika_bench::subject::{BenchArgs, Subject};
 struct Args {
     #[command(flatten)]
     common: BenchArgs,
-    /// Threads beside one
+    /// Number of threads to compare with one
     #[arg(long, default_value_t = 2)]
     threads: usize,
 }

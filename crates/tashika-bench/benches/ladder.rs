@@ -1,14 +1,16 @@
-//! What a pixel costs beside what it might: one row for each goal of speed and memory, all measured
-//! in one run.
+//! Costs of a pixel against goals of speed and memory: one row for each goal, all measured in one
+//! run.
 //!
 //!     cargo bench -p tashika-bench --bench ladder -- --scene SCENE --embree libembree4.so.4
 //!
-//! The built-in room is always measured; `--scene` adds another. Rows that need Embree are left out
-//! where no library is named, and Mitsuba's row where no scene is
-//! (`scripts/mitsuba_beside.py` says which scenes it takes). Times are medians of
-//! ratios in the same round. In windows of less than a few cells of 16x16 pixels, what a pixel's
-//! neighbourhood costs is too large a part; whole sums of many terms take long in large ones:
-//! `--crop` and `--only` choose.
+//! The built-in room is always measured; `--scene` adds another scene. Rows that need Embree are
+//! omitted without `--embree`, and the row of Mitsuba without `--mitsuba` (the head of
+//! `scripts/mitsuba_beside.py` lists the scenes that it takes). Times are medians of ratios in the
+//! same round.
+//!
+//! Choose the window with `--crop` and the rows with `--only`. In windows of less than a few cells
+//! of 16x16 pixels, the work that is done once for a pixel's neighbourhood is too large a share. In
+//! large windows, whole sums of many terms take long.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 
@@ -35,28 +37,29 @@ type Result<T> = std::result::Result<T, Box<dyn Error + Send + Sync>>;
 struct Args {
     #[command(flatten)]
     common: BenchArgs,
-    /// The library of Embree 4, to be measured beside
+    /// Library of Embree 4 to compare with
     #[arg(long)]
     embree: Option<PathBuf>,
-    /// A scene for Mitsuba 3 to be measured beside, by the interpreter that has it
+    /// Scene for Mitsuba 3 to compare with, run by `--python`
     #[arg(long)]
     mitsuba: Option<PathBuf>,
-    /// That interpreter
+    /// Python interpreter that has Mitsuba
     #[arg(long, default_value = "python3")]
     python: PathBuf,
-    /// Rows whose names hold this, and no others
+    /// Measure only rows whose names contain this text
     #[arg(long, default_value = "")]
     only: String,
-    /// Renders the scene and tells the peak of memory, for the row about it
+    /// Render the scene and print the peak of memory, for the row of that name
     #[arg(long, hide = true)]
     tell_peak: bool,
 }
 
-/// A goal.
+/// Row of the table: a goal and the measurement that belongs to it.
 struct Rung {
     name: &'static str,
     goal: &'static str,
-    /// What was measured, in words; none where what it needs was not named.
+    /// Returns the measured values as text; `None` if a library or scene that it needs was not
+    /// named.
     measure: fn(&Args, &SubjectArgs) -> Result<Option<String>>,
 }
 
@@ -124,7 +127,7 @@ fn subject(args: &SubjectArgs) -> Result<Subject> {
     Ok(Subject::new(args).map_err(|e| e.to_string())?)
 }
 
-/// A sum over one set of so many VPLs, at so many gather points, by a method.
+/// Sum over one set of `vpls` VPLs at `points` gather points a pixel, by `method`.
 fn sum(of: &SubjectArgs, method: SumMethod, vpls: u64, points: u64) -> Result<Subject> {
     let [vpls, points] = [vpls, points].map(Some);
     subject(&SubjectArgs { method, truth: Some(Truth::Vpl), vpls, points, ..of.clone() })
@@ -136,7 +139,7 @@ fn whole_render(of: &Subject) {
     drop(black_box(of.render(&of.tracer)));
 }
 
-/// Renders in turns on one thread.
+/// Times whole renders of `subjects` in turns on one thread.
 fn renders(args: &Args, subjects: &[&Subject]) -> Result<Vec<Timed>> {
     Ok(with_threads(1, || {
         let variants = subjects.iter().map(|&of| Variant::new("", || whole_render(of)));
@@ -250,8 +253,8 @@ fn threads(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     Ok(Some(format!("{speed:.2} ({:.2}-{:.2})", speeds[0], speeds[speeds.len() - 1])))
 }
 
-/// Ours is rendered by the benchmark, which tells its processor time; the script reads it and tells
-/// Mitsuba's.
+/// Renders the scene and measures the processor time of the render. The script reads the image and
+/// prints the time that Mitsuba takes for as many right pixels.
 fn mitsuba(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     let (Some(file), None) = (&args.mitsuba, &of.scene) else { return Ok(None) };
     let error = of.error.unwrap_or(0.02);
@@ -281,7 +284,7 @@ fn mitsuba(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
         .output();
     fs::remove_dir_all(&folder)?;
     let told = String::from_utf8(told?.stdout)?;
-    // The last row of its table: samples, seconds, share of right pixels.
+    // The last row of the script's table: samples, seconds, share of right pixels.
     let theirs =
         told.lines().last().and_then(|row| row.split('|').nth(2)).and_then(|s| s.trim().parse::<f64>().ok());
     let theirs =
@@ -312,7 +315,7 @@ fn tree_for_rays(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     Ok(Some(format!("{ratio:.2} ({:.2}-{:.2})", ratios[0], ratios[ratios.len() - 1])))
 }
 
-/// Of a process of its own, which makes the default render and nothing else.
+/// Peak of memory of a process of its own that makes the default render and nothing else.
 fn peak(_: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     let mut process = Command::new(std::env::current_exe()?);
     process.arg("--tell-peak");
@@ -331,7 +334,7 @@ fn peak(_: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     Ok(Some(format!("{} MB", String::from_utf8(output.stdout)?.trim())))
 }
 
-/// MB, as Linux tells it.
+/// Peak resident memory of this process (MiB), from Linux's `VmHWM`.
 fn peak_of_this_process() -> Result<u64> {
     let status = fs::read_to_string("/proc/self/status")?;
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

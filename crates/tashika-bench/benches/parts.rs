@@ -1,9 +1,9 @@
-//! The parts of a pixel, each alone: gather points, their tree, bounds of pairs, lists of terms,
-//! and the pixel as a whole.
+//! Times of the parts of a pixel, each alone: gather points, their tree, bounds of pairs, lists of
+//! terms, and the pixel as a whole.
 //!
 //!     cargo bench -p tashika-bench --bench parts -- --scene SCENE --points 16
 //!
-//! Each is done for the pixels of the window, on the lights of the subject.
+//! Each part is run for the pixels of the window, with the lights of the subject.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 
@@ -21,9 +21,9 @@ use tashika::vpl::VplSet;
 use tashika_bench::measure::{Variant, in_turns};
 use tashika_bench::subject::{BenchArgs, Subject};
 
-/// Splits of the cuts whose bounds are measured.
+/// Number of splits of each cut whose bounds are measured.
 const SPLITS: usize = 1000;
-/// Lights of the lists that are measured.
+/// Number of lights in each list of terms that is measured.
 const LISTED: usize = 512;
 
 #[derive(Parser, Debug)]
@@ -32,12 +32,12 @@ struct Args {
     common: BenchArgs,
 }
 
-/// Something that is done for every pixel.
+/// Work that is done for every pixel.
 struct Part<'a> {
     name: &'static str,
-    /// What is counted.
+    /// Unit of work in which `per_pixel` is counted.
     unit: &'static str,
-    /// How many of it a pixel has on average.
+    /// Mean number of units in a pixel.
     per_pixel: f64,
     work: Box<dyn Fn() + 'a>,
 }
@@ -56,7 +56,7 @@ fn measure(subject: &Subject, set: &VplSet, tree: &LightTree, rounds: u32) {
     let gather = || -> Vec<PixelSum> {
         subject.window().pixels().map(|(x, y)| view.pixel(&subject.tracer, [x, y])).collect()
     };
-    // Where nothing gathers there is nothing to measure.
+    // Pixels without gather points are skipped.
     let pixels: Vec<Vec<GatherPoint>> =
         gather().into_iter().map(|pixel| pixel.points).filter(|points| !points.is_empty()).collect();
     let trees: Vec<GatherTree<UpperScattering<UpperAnalytic>>> =

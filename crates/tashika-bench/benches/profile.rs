@@ -1,11 +1,11 @@
-//! Where the time of a render goes: by part of the library, and the functions that take most.
+//! Time of a render by part of the library, and the functions that take most.
 //!
 //!     cargo bench -p tashika-bench --bench profile -- --scene SCENE --crop 32
 //!
-//! Samples of the call stack, up to a thousand a second of processor time. A sample counts for the
-//! innermost function whose source is the library's, with what that calls in other libraries and
-//! the system; functions that the compiler has put into others count for themselves, but operations
-//! on vectors (`math::simd`) for those who ask for them.
+//! The call stack is sampled up to a thousand times a second of processor time. A sample counts for
+//! its innermost function whose source is the library's, so that calls to other libraries and to
+//! the system count for their caller. Inlined functions count for themselves, except operations on
+//! vectors (`math::simd`), which count for their caller.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 
@@ -18,17 +18,17 @@ use pprof::{ProfilerGuardBuilder, Report, Symbol};
 use tashika::render::with_threads;
 use tashika_bench::subject::{BenchArgs, Subject};
 
-/// Samples a second.
+/// Samples a second of processor time, at most.
 const FREQUENCY: i32 = 1000;
-/// Functions that are told.
+/// Number of functions in the printed table.
 const FUNCTIONS: usize = 25;
-/// What stands before and after the rest of a crate's name in the paths of its sources.
+/// Text before and after the suffix of a crate's name in the path of its sources.
 const SOURCES: [&str; 2] = ["crates/tashika", "/src/"];
-/// The crate that measures.
+/// Suffix of this crate, whose functions are not counted.
 const OWN: &str = "-bench";
-/// The crates whose root is one module, which has the name of the crate.
+/// Suffixes of the crates that are one module, which has the name of the crate.
 const ONE_MODULE: [&str; 2] = ["-report", "-stats"];
-/// The module whose functions are parts of what calls them.
+/// Module whose functions count for their callers.
 const VECTORS: &str = "math::simd";
 
 #[derive(Parser, Debug)]
@@ -74,8 +74,8 @@ fn tell(report: &Report) {
     table("Function", functions, all, FUNCTIONS);
 }
 
-/// The module of the library that a function's source is in, such as `cut::listed`; none if it is
-/// not the library's.
+/// Module of the library that contains a function's source, such as `cut::listed`; `None` if the
+/// source is not the library's.
 fn module(symbol: &Symbol) -> Option<String> {
     let path = symbol.filename.as_ref()?.to_str()?;
     let (_, named) = path.rsplit_once(SOURCES[0])?;

@@ -1,19 +1,21 @@
-//! What mip levels for textures seen from far would save, and what they would change.
+//! Savings and errors of mip levels for textures that are far away.
 //!
 //!     cargo bench -p tashika-bench --bench texture_filtering
 //!
-//! A floor of a repeated picture, looked along from a man's height. Of each pixel `T` is the mean of
-//! the picture over 4096 camera samples, looked up at points: what the pixel shows. Beside it the
-//! means over few gather points, looked up at points and by mip levels (trilinear, of boxes; Williams
-//! 1983), of which the level is that of a footprint on the floor in texels,
+//! The scene is a floor of a repeated picture, seen from eye height at a grazing angle. For each
+//! pixel, `T` is the mean of the picture over 4096 camera samples with point lookups: the true
+//! value of the pixel. Compared with `T` are means over few gather points, by point lookups and by
+//! mip levels (trilinear, of boxes; Williams 1983). The level is that of a footprint on the floor
+//! in texels,
 //!
 //! ```text
 //! distance · angle of a pixel · texels a metre · (1, 1/√cos or 1/cos)      [ / √n ]
 //! ```
 //!
-//! its width, the root of its area, or its length; with `/ √n`, the share of one of `n` points. Root
-//! mean squares over pixels, relative to the mean of the picture, by distance. *Change* is that of
-//! the mean over all 4096 samples: it does not shrink with more gather points.
+//! These are the footprint's width, the root of its area, and its length; with `/ √n`, the share of
+//! one of `n` points. Errors are root mean squares over pixels, relative to the mean of the
+//! picture, by distance. *Change* is the error of the mean over all 4096 samples: more gather
+//! points do not reduce it.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 
@@ -32,17 +34,17 @@ use tashika::scene::{Camera, Image, Material, MeshData, Pixels, SceneBuilder, Su
 const SIZE: [u32; 2] = [96, 96];
 /// Vertical field of view (rad).
 const FIELD: f32 = 0.7;
-/// Of the eye above the floor (m).
+/// Height of the eye above the floor (m).
 const HEIGHT: f32 = 1.6;
-/// Texels of a picture a side, which covers a square metre.
+/// Texels a side of the picture, which covers a square metre.
 const SIDE: u32 = 64;
 /// Camera samples a pixel for the truth.
 const TRUTH: u32 = 4096;
-/// Distances (m) that pixels are sorted by.
+/// Ranges of distance (m) by which pixels are sorted.
 const BANDS: [[f32; 2]; 5] = [[2.0, 4.0], [4.0, 8.0], [8.0, 16.0], [16.0, 32.0], [32.0, 64.0]];
 const POINTS: [u32; 3] = [4, 16, 64];
 
-/// Levels, the largest first, each half as wide as the one before.
+/// Mip levels, the largest first, each half as wide as the one before.
 struct Pyramid(Vec<Image>);
 
 impl Pyramid {
@@ -71,7 +73,7 @@ impl Pyramid {
         self.0[0].bilinear(uv, [Wrap::Repeat; 2]).0.r
     }
 
-    /// Between the two levels about a footprint of so many texels.
+    /// Interpolates between the two levels around a footprint of `footprint` texels.
     fn filtered(&self, uv: Vec2, footprint: f32) -> f32 {
         let level = (ln(footprint.max(1.0)) / std::f32::consts::LN_2).min((self.0.len() - 1) as f32);
         let (fine, share) = (level as usize, level.fract());
@@ -92,15 +94,17 @@ struct Seen {
 struct Band {
     pixels: u32,
     deviation: f64,
-    /// Errors of means over few points, looked up at points.
+    /// Squared errors of means over few points, by point lookups.
     points: [f64; 3],
-    /// By way of filtering: change of the mean, then errors of means over few points.
+    /// For each footprint: squared change of the mean, then squared errors of means over few
+    /// points.
     filtered: [[f64; 4]; 5],
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let checks = Pyramid::of(|x, y| f32::from(u8::from((x / 8 + y / 8) % 2 == 0)) * 0.8 + 0.1);
-    // Cells of a hash: a picture without a period within the metre, as far from even as checks.
+    // Cells of a hash: a picture without a period within the metre, of the same range as the
+    // checks.
     let gravel = Pyramid::of(|x, y| {
         let mut z = (u64::from(y / 2) << 32 | u64::from(x / 2)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         z = (z ^ (z >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -121,7 +125,7 @@ fn measure(name: &str, picture: &Pyramid) -> Result<(), Box<dyn Error>> {
     let mesh = MeshData { positions, triangles: vec![[0, 2, 1], [0, 3, 2]], ..MeshData::default() };
     let mesh = builder.add_mesh(mesh, material)?;
     builder.add_instance(mesh, Affine3A::IDENTITY)?;
-    // Turned a little, so that checks and columns do not run together.
+    // Turned a little, so that the checks are not aligned with the columns of pixels.
     let (eye, target) = (Vec3::new(0.3, HEIGHT, 0.2), Vec3::new(2.0, HEIGHT - 1.8, -8.0));
     builder.add_camera(Camera::look_at("eye", eye, target, Vec3::Y, FIELD))?;
     let tracer = Tracer::new(Arc::new(builder.build()?));
@@ -171,7 +175,7 @@ fn measure(name: &str, picture: &Pyramid) -> Result<(), Box<dyn Error>> {
                 };
                 picture.filtered(s.uv, footprint)
             };
-            // Of shares, the change that is left at 16 points.
+            // The change of the ways with `/ √n` is that at 16 points.
             sums[0] += (mean(&all, &|s| value(s, 16)) - truth).powi(2);
             for ((sum, few), points) in sums[1..].iter_mut().zip(&few).zip(POINTS) {
                 *sum += (mean(few, &|s| value(s, points)) - truth).powi(2);

@@ -1,7 +1,8 @@
-//! The rays and segments of a render, traced again alone: beside the render, and beside Embree 4 on
-//! the same segments.
+//! Times of the rays and segments of a render, traced again alone: against the whole render, and
+//! against Embree 4 on the same segments.
 //!
-//!     cargo bench -p tashika-bench --bench tracing -- --scene SCENE --crop 64 --embree libembree4.so.4
+//!     cargo bench -p tashika-bench --bench tracing -- --scene SCENE --crop 64 \
+//!       --embree libembree4.so.4
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 
@@ -22,7 +23,7 @@ use tashika_bench::subject::{BenchArgs, Subject};
 struct Args {
     #[command(flatten)]
     common: BenchArgs,
-    /// The library of Embree 4, to be measured beside
+    /// Library of Embree 4 to compare with
     #[arg(long)]
     embree: Option<PathBuf>,
 }
@@ -111,7 +112,8 @@ fn work(args: &Args) -> Result<(), Box<dyn Error + Send + Sync>> {
     Ok(())
 }
 
-/// Counts answers that are not the same to the bit as those of the scalar twin.
+/// Prints the number of visibilities that differ in any bit, and of hits that differ, from those of
+/// the scalar twin.
 fn compare_levels(tracer: &Tracer, recording: &Recording) {
     let plain = tracer.plain();
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());

@@ -1,10 +1,11 @@
-//! What it takes until the first ray: reading the scene, the tree for rays (beside Embree's), VPLs
-//! and the light tree.
+//! Time until the first ray: reading the scene, building the tree for rays (beside Embree's),
+//! tracing VPLs and building the light tree.
 //!
-//!     cargo bench -p tashika-bench --bench trees -- --scene SCENE --vpls 1000000 --embree libembree4.so.4
+//!     cargo bench -p tashika-bench --bench trees -- --scene SCENE --vpls 1000000 \
+//!       --embree libembree4.so.4
 //!
-//! Elapsed times on all threads that are asked for, since what is built in parallel is waited for;
-//! of the trees for rays also the processor time of all threads, which tells more on a busy
+//! Times are elapsed times on `--threads` threads, since parallel builds are waited for. The trees
+//! for rays also have the processor time of all threads, which is the better measure on a busy
 //! machine.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
@@ -27,10 +28,10 @@ use tashika_bench::subject::{BenchArgs, scene};
 struct Args {
     #[command(flatten)]
     common: BenchArgs,
-    /// The library of Embree 4, to be measured beside
+    /// Library of Embree 4 to compare with
     #[arg(long)]
     embree: Option<PathBuf>,
-    /// Threads
+    /// Number of threads that build and trace
     #[arg(long, default_value_t = 2)]
     threads: usize,
 }
@@ -91,7 +92,7 @@ fn work(args: &Args) -> Result<(), Box<dyn Error + Send + Sync>> {
     Ok(())
 }
 
-/// Seconds of what is done several times.
+/// Elapsed and processor time (s) of each repetition.
 #[derive(Default)]
 struct Times {
     elapsed: Vec<f64>,
@@ -105,7 +106,7 @@ impl Times {
         self.processor.push(cpu_seconds_of_all() - begun);
     }
 
-    /// Of the elapsed and of the processor time.
+    /// Medians of the elapsed and of the processor time (s).
     fn medians(&mut self) -> [f64; 2] {
         [median(&mut self.elapsed), median(&mut self.processor)]
     }

@@ -1,10 +1,11 @@
-//! Embree 4, loaded at run time: what others trace the same segments with.
+//! Embree 4, loaded at run time: another ray tracer for the segments of a render.
 //!
 //! Declarations follow the documentation of its C interface (Embree 4, `rtcore_*.h`; Apache-2.0).
-//! Nothing of it is needed to build. PyPI's package `embreex` carries the library.
+//! Building this crate needs no part of Embree. PyPI's package `embreex` carries the library.
 //!
-//! Meshes are built as the scene places them: what is placed once in world space, the rest as
-//! instances. Materials that let light pass are asked in a filter, as a user of the library would.
+//! Meshes are built as the scene places them: those that are placed once in world space, the rest
+//! as instances. Materials that let light pass are evaluated in an occlusion filter, as a user of
+//! the library would.
 
 use std::ffi::{CString, c_char, c_int, c_uint, c_void};
 use std::path::Path;
@@ -15,11 +16,10 @@ use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW, Symbol};
 use tashika::math::Vec3;
 use tashika::scene::{InstanceId, Scene};
 
-/// How far, in parameters, rays stay away from the ends of segments, where surfaces would shadow
-/// themselves.
+/// Ray parameter that is skipped at each end of a segment, where surfaces would shadow themselves.
 const MARGIN: f32 = 1e-4;
 
-/// Segments of a packet.
+/// Number of segments in a packet of `rtcOccluded16`.
 pub const PACKET: usize = 16;
 
 type Handle = *mut c_void;
@@ -119,11 +119,11 @@ struct Ray16 {
     flags: [c_uint; PACKET],
 }
 
-/// Which lanes hold a ray, aligned as packets have to be.
+/// Mask of the lanes that hold a ray, aligned as packets have to be.
 #[repr(C, align(64))]
 struct Valid([c_int; PACKET]);
 
-/// `RTCRayQueryContext`, and what the filter keeps with it.
+/// `RTCRayQueryContext`, followed by the state of the filter.
 #[repr(C)]
 struct Context<'a> {
     instance: [c_uint; 2],
@@ -139,7 +139,7 @@ struct OccludedArguments {
     context: *mut c_void,
     filter: *mut c_void,
     occluded: *mut c_void,
-    /// Room for what a build of the library may have beyond.
+    /// Room for further fields of other builds of the library.
     reserve: [u64; 4],
 }
 
@@ -154,71 +154,71 @@ struct FilterArguments {
     count: c_uint,
 }
 
-/// What a filter has to know.
+/// Scene data that the filter reads.
 struct Model<'a> {
     scene: &'a Scene,
-    /// By geometry of the top scene.
+    /// Instance of each geometry of the top scene.
     ids: &'a [InstanceId],
 }
 
-// Sizes that the library's headers give these.
+// Sizes of these structures by the library's headers.
 const _: () = assert!(size_of::<Ray1>() == 48 && size_of::<RayHit1>() == 96 && size_of::<Ray16>() == 768);
 
-/// How Embree is asked.
+/// Function of Embree that traces segments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Call {
     /// `rtcOccluded1`, one segment after the other.
     Single,
     /// `rtcOccluded16`.
     Packet,
-    /// `rtcOccluded16` of rays that are said to be coherent.
+    /// `rtcOccluded16` with the flag for coherent rays.
     CoherentPacket,
 }
 
-/// What a scene is built as.
+/// Options for building a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Build {
-    /// `RTC_SCENE_FLAG_ROBUST`.
+    /// Sets `RTC_SCENE_FLAG_ROBUST`.
     pub robust: bool,
-    /// Threads of the build.
+    /// Number of threads that build the scene.
     pub threads: u32,
 }
 
-/// A library that was found.
+/// Loaded library of Embree 4.
 pub struct Library4 {
     functions: Functions,
-    /// Keeps the functions valid; never unloaded, as its threads may outlive all that we know of.
+    /// Keeps the functions valid. Never unloaded, as its threads may outlive every handle.
     _library: std::mem::ManuallyDrop<Library>,
 }
 
-/// A scene of Embree's.
+/// Scene in the form of Embree, with its device.
 pub struct Traced<'a> {
     library: &'a Library4,
     scene: Arc<Scene>,
     device: Handle,
     top: Handle,
-    /// By geometry of the top scene.
+    /// Instance of each geometry of the top scene.
     ids: Vec<InstanceId>,
 }
 
-// SAFETY: a committed scene may be asked from any thread, and nothing else is done with the handles
-// until they are dropped.
+// SAFETY: a committed scene may be queried from any thread, and nothing else is done with the
+// handles until they are dropped.
 unsafe impl Sync for Traced<'_> {}
 
 impl Library4 {
-    /// Loads the library.
+    /// Loads the library at `path`.
     ///
     /// # Errors
-    /// If there is none, or it lacks what Embree 4 has.
+    /// If there is no library at `path`, or it lacks a function of Embree 4.
     pub fn load(path: &Path) -> Result<Self, libloading::Error> {
-        // SAFETY: that the file is Embree 4 is what whoever names it says.
+        // SAFETY: the caller guarantees that `path` is Embree 4.
         unsafe {
             let library = Library::open(Some(path), RTLD_NOW | RTLD_LOCAL)?;
             Ok(Self { functions: Functions::load(&library)?, _library: std::mem::ManuallyDrop::new(library) })
         }
     }
 
-    /// Builds a scene.
+    /// Builds `scene` on a device of its own.
     pub fn build(&self, scene: &Arc<Scene>, build: Build) -> Traced<'_> {
         let f = &self.functions;
         let config = CString::new(format!("threads={}", build.threads)).expect("no zero inside");
@@ -285,7 +285,8 @@ impl Library4 {
         transparent: bool,
     ) {
         let f = &self.functions;
-        // SAFETY: handles that live; buffers are filled with as many items as they were asked for.
+        // SAFETY: handles that live; buffers are filled with the number of items that they are made
+        // for.
         unsafe {
             let geometry = (f.rtcNewGeometry)(device, GEOMETRY_TRIANGLE);
             let vertices =
@@ -306,8 +307,8 @@ impl Library4 {
     }
 }
 
-/// Takes in what a transparent surface stops, and lets those segments go on of which something is
-/// left.
+/// Multiplies the visibility of each segment by the fraction that a transparent surface lets pass,
+/// and rejects the hit if any visibility is left.
 ///
 /// # Safety
 /// To be called by Embree, with a [`Context`].
@@ -362,7 +363,7 @@ impl Traced<'_> {
         (context, arguments)
     }
 
-    /// Visibility of segments, in order: 0 where they are blocked.
+    /// Fills `visibility` with the visibility of each segment, in order: 0 if blocked.
     pub fn visibility(&self, segments: &[Segment], call: Call, visibility: &mut Vec<f32>) {
         let model = Model { scene: &self.scene, ids: &self.ids };
         let (mut context, mut arguments) = self.context(&model);
@@ -402,7 +403,8 @@ impl Traced<'_> {
         }
     }
 
-    /// Ray parameters of the closest hits, infinite where there is none. Holes are not asked for.
+    /// Fills `parameters` with the ray parameter of each closest hit, infinite if there is none.
+    /// Holes are ignored.
     pub fn closest_hits(&self, rays: &[Segment], parameters: &mut Vec<f32>) {
         parameters.clear();
         for s in rays {
@@ -432,14 +434,14 @@ impl Drop for Traced<'_> {
     }
 }
 
-/// A segment, or a ray to infinity, as a ray tracer is given it.
+/// Segment, or ray to infinity, in the form that ray tracers take.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment {
-    /// Where it starts (m).
+    /// Start of the segment or ray (m).
     pub origin: Vec3,
-    /// To its end, or the direction.
+    /// Vector to the end of a segment, or the direction of a ray.
     pub direction: Vec3,
-    /// Largest parameter.
+    /// Largest ray parameter, 1 at the end of a segment.
     pub t_max: f32,
 }
 

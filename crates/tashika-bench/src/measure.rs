@@ -2,13 +2,13 @@
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// Seconds of processor time that this thread has taken. (Other libraries' threads may spin beside
-/// it.)
+/// Processor time (s) of this thread, without that of other libraries' threads, which may spin
+/// beside it.
 pub fn cpu_seconds() -> f64 {
     seconds(ClockId::ThreadCPUTime)
 }
 
-/// Seconds of processor time that all threads have taken.
+/// Processor time (s) of all threads of this process.
 pub fn cpu_seconds_of_all() -> f64 {
     seconds(ClockId::ProcessCPUTime)
 }
@@ -18,35 +18,35 @@ fn seconds(clock: ClockId) -> f64 {
     t.tv_sec as f64 + t.tv_nsec as f64 * 1e-9
 }
 
-/// Something to be timed.
+/// Named piece of work to be timed.
 pub struct Variant<'a> {
-    /// What it is called.
+    /// Label in the table of results.
     pub name: String,
-    /// Does it once.
+    /// Closure that runs the variant once.
     pub work: Box<dyn FnMut() + 'a>,
 }
 
 impl<'a> Variant<'a> {
-    /// A variant.
+    /// Makes a variant from its label and its work.
     pub fn new(name: impl Into<String>, work: impl FnMut() + 'a) -> Self {
         Self { name: name.into(), work: Box::new(work) }
     }
 }
 
-/// What was measured of a variant.
+/// Measurements of one variant.
 #[derive(Clone, Debug)]
 pub struct Timed {
-    /// What it is called.
+    /// Label of the variant.
     pub name: String,
     /// Median of the processor time (s).
     pub seconds: f64,
-    /// Median, over the rounds, of the first variant's time over this one's in the same round.
+    /// Median over the rounds of the first variant's time divided by this one's in the same round.
     pub speed: f64,
-    /// Smallest and largest of these.
+    /// Smallest and largest of these ratios.
     pub range: [f64; 2],
 }
 
-/// Times variants in turns for that many rounds, after one that does not count.
+/// Times variants in turns for `rounds` rounds, after a first round that does not count.
 pub fn in_turns(variants: &mut [Variant<'_>], rounds: u32) -> Vec<Timed> {
     assert!(rounds > 0, "something has to be measured");
     let mut times = vec![Vec::with_capacity(rounds as usize); variants.len()];
@@ -70,7 +70,7 @@ pub fn in_turns(variants: &mut [Variant<'_>], rounds: u32) -> Vec<Timed> {
     variants.iter().zip(times).map(summary).collect()
 }
 
-/// The median; sorts.
+/// Median of the values, which are sorted.
 pub fn median(values: &mut [f64]) -> f64 {
     values.sort_unstable_by(f64::total_cmp);
     let middle = values.len() / 2;

@@ -1,20 +1,20 @@
-//! The rays and segments of a render, kept in the order in which they were asked for.
+//! Rays and segments of a render, in the order in which they were traced.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use tashika::accel::{Apex, Listener, SegmentBatch, Tracer};
 use tashika::math::Ray;
 
-/// What a tracer was asked.
+/// Queries that a tracer received.
 #[derive(Debug, Default)]
 pub struct Recording {
-    /// Batches of segments.
+    /// Batches of segments whose visibility was queried.
     pub batches: Vec<SegmentBatch>,
-    /// Rays, with the keys of their holes.
+    /// Rays whose closest hit was queried, with the keys of their holes.
     pub rays: Vec<(Ray, u64)>,
 }
 
-/// Keeps what it hears.
+/// Listener that stores every query.
 #[derive(Debug, Default)]
 struct Recorder(Mutex<Recording>);
 
@@ -31,7 +31,7 @@ impl Listener for Recorder {
 }
 
 impl Recording {
-    /// Records what `work` asks of the tracer that it is given.
+    /// Records the queries that `work` makes to the tracer that is passed to it.
     pub fn of(tracer: &Tracer, work: impl FnOnce(&Tracer)) -> Self {
         let recorder = Arc::new(Recorder::default());
         work(&tracer.with_listener(Arc::clone(&recorder) as Arc<dyn Listener>));
@@ -39,12 +39,12 @@ impl Recording {
         recorder.0.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// How many segments there are.
+    /// Number of segments in all batches.
     pub fn segments(&self) -> usize {
         self.batches.iter().map(SegmentBatch::len).sum()
     }
 
-    /// Asks for the visibility of all segments again, batch by batch; the sum of what is visible.
+    /// Traces all segments again, batch by batch, and returns the sum of their visibilities.
     pub fn trace_segments(&self, tracer: &Tracer) -> f64 {
         let mut visibility = Vec::new();
         let mut sum = 0.0;
@@ -55,14 +55,13 @@ impl Recording {
         sum
     }
 
-    /// Asks for all closest hits again; how many there are.
+    /// Traces all rays again and returns the number of hits.
     pub fn trace_rays(&self, tracer: &Tracer) -> usize {
         self.rays.iter().filter(|(ray, key)| tracer.closest_hit(ray, *key).is_some()).count()
     }
 }
 
-/// The ends of each segment of a batch, in order: where it starts, its direction, its largest
-/// parameter.
+/// Segments of a batch, in order, in the form that Embree takes.
 pub fn segments_of(batch: &SegmentBatch) -> Vec<crate::embree::Segment> {
     let mut segments = Vec::with_capacity(batch.len());
     for fan in batch.fans() {

@@ -1,4 +1,4 @@
-//! What is rendered: a scene, a view, lights, and a method.
+//! Subject of a benchmark: a scene, a view, lights, and a method.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ use tashika::scene::{Scene, builtin};
 use tashika::tree::LightTree;
 use tashika::vpl::VplSet;
 
-/// What is rendered, as it is typed. What is not said is as the program has it.
+/// Options of the subject; those that are not given have the program's defaults.
 #[derive(Args, Clone, Debug)]
 pub struct SubjectArgs {
     /// Scene file; the built-in room if none is given
@@ -25,36 +25,36 @@ pub struct SubjectArgs {
     /// Width and height of the image, e.g. 256x256
     #[arg(long, default_value = "256x256", value_parser = size)]
     pub size: [u32; 2],
-    /// Side of the square in the middle of the image that is rendered (pixels); all if not given
+    /// Side in pixels of the square in the middle of the image that is rendered; all if not given
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     pub crop: Option<u32>,
-    /// Gather points a pixel
+    /// Number of gather points a pixel
     #[arg(long)]
     pub points: Option<u64>,
-    /// VPLs
+    /// Number of VPLs to trace, to within a few percent
     #[arg(long)]
     pub vpls: Option<u64>,
-    /// Method
+    /// Method by its name, such as tashika or iwasaki2019
     #[arg(long, default_value = "tashika")]
     pub method: SumMethod,
-    /// What the error is the distance from: transport, clamped or vpl
+    /// Truth that the error is measured against: transport, clamped or vpl
     #[arg(long, value_parser = truth)]
     pub truth: Option<Truth>,
-    /// Relative error
+    /// Relative error of a pixel at which it is finished
     #[arg(long)]
     pub error: Option<f64>,
 }
 
-/// What every benchmark takes.
+/// Options that every benchmark has.
 #[derive(Args, Clone, Debug)]
 pub struct BenchArgs {
-    /// What is rendered.
+    /// Scene, view, lights and method.
     #[command(flatten)]
     pub subject: SubjectArgs,
-    /// Rounds that count
+    /// Number of rounds that are measured
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub rounds: u32,
-    /// What cargo adds
+    /// Flag that cargo adds
     #[arg(long, hide = true)]
     bench: bool,
 }
@@ -72,12 +72,12 @@ fn size(text: &str) -> Result<[u32; 2], String> {
 /// A scene that is ready to be rendered.
 pub struct Subject {
     args: SubjectArgs,
-    /// Rays.
+    /// Ray tracer over the scene.
     pub tracer: Tracer,
     prepared: Prepared<'static>,
 }
 
-/// Reads the scene that was typed.
+/// Reads the scene that the options name; the built-in room if they name none.
 pub fn scene(args: &SubjectArgs) -> Result<Arc<Scene>, Box<dyn Error>> {
     Ok(Arc::new(match &args.scene {
         None => builtin::room(),
@@ -86,15 +86,15 @@ pub fn scene(args: &SubjectArgs) -> Result<Arc<Scene>, Box<dyn Error>> {
 }
 
 impl Subject {
-    /// Makes everything that a render needs.
+    /// Reads the scene and prepares its render.
     pub fn new(args: &SubjectArgs) -> Result<Self, Box<dyn Error>> {
         Self::of(Tracer::new(scene(args)?), args)
     }
 
-    /// Makes everything that a render with this tracer needs.
+    /// Prepares a render with this tracer.
     pub fn of(tracer: Tracer, args: &SubjectArgs) -> Result<Self, Box<dyn Error>> {
         let SubjectArgs { method, truth, error, vpls, points, size, crop, .. } = *args;
-        // Sums are measured as they are estimated, however short: no cut is too large.
+        // With a largest cut given, short sums are estimated as well, not computed whole.
         let is_our_sum = matches!(method, SumMethod::Tashika(_)) && truth == Some(Truth::Vpl);
         let max_pairs = is_our_sum.then_some(MANY_PAIRS);
         let request = Request {
@@ -111,12 +111,12 @@ impl Subject {
         Ok(Self { args: args.clone(), tracer, prepared })
     }
 
-    /// What integrators need, with rays from this tracer.
+    /// Setting for integrators, with `tracer` for all rays.
     pub fn setting<'a>(&'a self, tracer: &'a Tracer) -> Setting<'a> {
         Setting { tracer, ..self.prepared.setting() }
     }
 
-    /// The one set of VPLs and its tree, if the render is a sum over it.
+    /// Set of VPLs and its tree, if the render is a sum over one set.
     pub fn set(&self) -> Option<(&VplSet, &LightTree)> {
         match self.prepared.lights() {
             Lights::Set(lights) => Some((lights.set(), lights.tree())),
@@ -124,22 +124,22 @@ impl Subject {
         }
     }
 
-    /// The part of the image that is rendered.
+    /// Part of the image that is rendered.
     pub fn window(&self) -> Window {
         self.prepared.window()
     }
 
-    /// Renders, with this tracer or one that has a listener.
+    /// Renders with `tracer`: the subject's own, or a copy that has a listener.
     pub fn render(&self, tracer: &Tracer) -> Rendered {
         self.prepared.on(tracer).render().expect("options are those of a render")
     }
 
-    /// How many VPLs there are.
+    /// Number of VPLs of the render.
     pub fn lights(&self) -> u64 {
         self.prepared.lights().provenance().map_or(0, |lights| lights.direct + lights.indirect)
     }
 
-    /// One line about it.
+    /// Describes scene, size, lights and method in one line.
     pub fn describe(&self) -> String {
         let [width, height] = self.args.size;
         let window = self.window();
@@ -164,7 +164,7 @@ impl Subject {
     }
 }
 
-/// A square of this side in the middle of an image; all of it if none is said.
+/// Window in the middle of an image, at most `side` pixels wide and high; all of it if `None`.
 fn middle([width, height]: [u32; 2], side: Option<u32>) -> Window {
     let side = side.unwrap_or(u32::MAX);
     let (w, h) = (side.min(width), side.min(height));

@@ -15,24 +15,23 @@ use crate::plan::ComparePlan;
 use crate::progress::{Meter, metered};
 use crate::summary::{Rows, typed_command, write_json};
 
-/// Everything that is told about a comparison; shares in 0 to 1, errors relative, `null` for
-/// infinite.
+/// Result of a comparison, as JSON; shares in 0 to 1, errors relative, `null` for infinite.
 #[derive(Debug, Serialize)]
 struct Report {
     image: PathBuf,
     reference: PathBuf,
     /// Tolerance, relative.
     error: f64,
-    /// Where it is from: `asked`, the `image` that was rendered to it, or `default`.
+    /// Origin of the tolerance: `asked`, `image` (rendered to this tolerance), or `default`.
     error_from: &'static str,
     /// Tolerance for dark pixels, luminance.
     absolute: f64,
     /// Pixels that have an error; all shares are of these.
     pixels: u64,
-    /// Of these, pixels where the image is not finite.
+    /// Pixels among them whose radiance is not finite in the image.
     failed: u64,
     within_tolerance: f64,
-    /// Of the finite errors.
+    /// Mean of the finite errors.
     mean: f64,
     median: f64,
     p95: f64,
@@ -45,12 +44,13 @@ struct Report {
     reference_error: Option<f64>,
     /// Mean distance over mean reference.
     relative_l1: f64,
-    /// Of linear RGB, unit of the images; this and what follows is none if all pixels failed.
+    /// RMSE of linear RGB, in the unit of the images. This number and those that follow are none if
+    /// all pixels failed.
     rmse: Option<f64>,
     relmse: Option<f64>,
-    /// Of the display picture (dB).
+    /// PSNR of the display picture (dB).
     psnr: Option<f64>,
-    /// None, too, of images of fewer than 11 pixels a side.
+    /// SSIM of the display picture; none, too, for images of fewer than 11 pixels a side.
     ssim: Option<f64>,
     flip: Option<f64>,
     /// Stops by which the display picture is exposed.
@@ -61,9 +61,10 @@ struct Report {
     /// Share of the claims that are certainly true; none if the image makes no claims.
     claims_kept: Option<f64>,
     claims: Option<ClaimsReport>,
-    /// None if nothing is claimed of the picture as a whole.
+    /// Verdict on the claim about the whole picture; none if there is no such claim.
     picture: Option<PictureReport>,
-    /// None if no pixel is claimed by both films, or they are about different truths or quantities.
+    /// Agreement of the intervals of both films; none if no pixel is claimed by both, or the films
+    /// have different truths or error metrics.
     intervals: Option<IntervalsReport>,
     files: Vec<PathBuf>,
 }
@@ -95,7 +96,7 @@ struct ClaimsReport {
     /// `kept`, `not_kept`, `reference_too_noisy` or `too_few_pixels`. None if nothing is promised,
     /// or if the reference estimates another truth.
     verdict: Option<&'static str>,
-    /// Whether the reference is of the same VPLs and gather points, which the claims are about.
+    /// True if the metadata of both films name the same truth.
     same_truth: bool,
 }
 
@@ -114,9 +115,9 @@ struct PictureReport {
 
 #[derive(Debug, Serialize)]
 struct IntervalsReport {
-    /// Pixels.
+    /// Pixels that have an interval in both films.
     claimed_in_both: u64,
-    /// Of these, pixels whose two intervals have no number in common.
+    /// Pixels among them whose two intervals have no number in common.
     disjoint: u64,
     share: f64,
     /// Ends of the Clopper–Pearson interval of the share.
@@ -125,7 +126,7 @@ struct IntervalsReport {
     confidence: f64,
 }
 
-/// Compares, writes what was asked for, and tells the numbers.
+/// Compares the images, writes the requested files, and prints the numbers.
 pub fn run(plan: &ComparePlan) -> Result<Outcome, Failure> {
     metered(&plan.common, |meter| work(plan, meter))
 }

@@ -26,7 +26,7 @@ const COLUMNS: &[Column] = &[
     Column::Seconds,
 ];
 
-/// Measures, and tells the rows.
+/// Runs the measurement and prints its rows.
 pub fn run(plan: &CoveragePlan) -> Result<Outcome, Failure> {
     interrupt::listen(&plan.measure.common);
     metered(&plan.measure.common, |meter| work(plan, meter))

@@ -1,14 +1,14 @@
-//! How the program ends: the exit codes that scripts rely on.
+//! Exit codes of the program, which scripts rely on.
 
 use std::fmt;
 use std::process::ExitCode;
 
 use tashika::error::Error;
 
-/// Files were written, and this is to be known of them; of several images the last of these counts.
+/// Exit code of a run that wrote its files; with several images, the worst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
-    /// Done (0).
+    /// All files are written, and there is nothing to report (0).
     Done,
     /// Done, but some pixels ran out of budget (4).
     BudgetHit,
@@ -16,12 +16,12 @@ pub enum Outcome {
     Contradicted,
     /// Done, but some pixels are infinite or not a number (6).
     NotFinite,
-    /// Ctrl-C: what was finished is written and says that it is not complete (130).
+    /// Ended by Ctrl-C: finished work is written and marked as incomplete (130).
     Interrupted,
 }
 
 impl Outcome {
-    /// The exit code.
+    /// Exit code of the process for this outcome.
     pub fn code(self) -> u8 {
         match self {
             Self::Done => 0,
@@ -47,10 +47,10 @@ pub fn typed(name: &str) -> String {
     }
 }
 
-/// What a shell says of a program that Ctrl-C ended: 128 and the number of the signal.
+/// Exit code by which shells mark a program that Ctrl-C ended: 128 and the number of the signal.
 pub const INTERRUPTED: u8 = 130;
 
-/// Nothing useful was written.
+/// Exit code and message of a run that wrote nothing useful.
 #[derive(Debug)]
 pub struct Failure {
     code: u8,
@@ -59,32 +59,32 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// The command line asks for what cannot be (2).
+    /// Failure for a command line that asks for something impossible (2).
     pub fn usage(message: impl Into<String>) -> Self {
         Self { code: 2, message: message.into(), told: false }
     }
 
-    /// An option has an unusable value (2); worded as the library words it.
+    /// Failure for an unusable value of an option (2), in the words of the library's errors.
     pub fn option(option: &str, value: impl fmt::Display, expected: impl Into<String>) -> Self {
         Error::option(option, value, expected).into()
     }
 
-    /// The exit code.
+    /// Exit code of the process for this failure.
     pub fn code(&self) -> u8 {
         self.code
     }
 
-    /// The same, after it was told where standard error goes.
+    /// Marks the failure as printed already, as JSON on standard error.
     pub fn told(self) -> Self {
         Self { told: true, ..self }
     }
 
-    /// Whether it was told already.
+    /// Returns true if the failure was printed already.
     pub fn is_told(&self) -> bool {
         self.told
     }
 
-    /// A file could not be used (3).
+    /// Failure for a file that could not be used (3).
     pub fn file(message: impl Into<String>) -> Self {
         Self { code: 3, message: message.into(), told: false }
     }

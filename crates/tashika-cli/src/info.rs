@@ -13,7 +13,7 @@ use crate::plan::InfoPlan;
 use crate::progress::{Meter, metered};
 use crate::summary::{Rows, Triangles, counted, write_json};
 
-/// Everything that is told about a scene.
+/// Description of a scene, as JSON.
 #[derive(Debug, Serialize)]
 struct Report {
     scene: String,
@@ -28,23 +28,23 @@ struct Report {
     load_seconds: f64,
     emitters: Emitters,
     environment: Option<EnvironmentReport>,
-    /// Whether emitters and environment are those that a scene without light gets.
+    /// True if emitters and environment are the defaults of a scene without light.
     default_light: bool,
-    /// What was asked for in place of the file's light.
+    /// Requested changes to the light of the file.
     changes: Vec<String>,
-    /// From when to when anything moves (s).
+    /// Times at which the motion in the file begins and ends (s).
     animated_seconds: Option<[f64; 2]>,
-    /// When the scene is as it is told of, if anything moves and a time was asked for (s).
+    /// Time of the described scene (s), if anything moves and a time was given.
     time_seconds: Option<f64>,
     /// Instances that move while the shutter is open.
     moving_instances: usize,
-    /// From when to when that is (s), if any do.
+    /// Times at which the shutter opens and closes (s), if any instances move.
     shutter_seconds: Option<[f64; 2]>,
     cameras: Vec<CameraReport>,
     media: Vec<MediumReport>,
-    /// Whether any view or light may meet a medium that does something: path tracing renders it.
+    /// True if any interface or camera names a medium that absorbs or scatters light.
     has_media: bool,
-    /// Whether media scatter light.
+    /// True if any medium scatters light.
     scatters: bool,
     /// Corners of the box around everything (m).
     bounds: [[f64; 3]; 2],
@@ -54,7 +54,7 @@ struct Report {
 #[derive(Debug, Default, Serialize)]
 struct Materials {
     count: usize,
-    /// How many of each kind, kinds that occur only.
+    /// Number of materials of each kind that occurs.
     kinds: BTreeMap<&'static str, usize>,
     textured: usize,
     emissive: usize,
@@ -67,7 +67,7 @@ struct Images {
     bytes: u64,
 }
 
-/// What the scene takes up, without the trees that rendering adds.
+/// Memory of the scene (bytes), without the trees that rendering adds.
 #[derive(Debug, Serialize)]
 struct Memory {
     meshes: u64,
@@ -82,7 +82,7 @@ struct Emitters {
     area_triangles: u64,
     point: u64,
     spot: u64,
-    /// By an image.
+    /// Emitters whose intensity is an image.
     image: u64,
     directional: u64,
 }
@@ -100,31 +100,32 @@ struct CameraReport {
     name: String,
     resolution: Option<[u32; 2]>,
     projection: &'static str,
-    /// Degrees of the field of view of perspectives and fisheyes, metres of the film of
-    /// orthographic cameras; none where all directions are seen.
+    /// Field of view (degrees) of perspectives and fisheyes, height of the film (m) of orthographic
+    /// cameras; none if all directions are seen.
     height: Option<f32>,
-    /// From when to when its shutter is open (s), if it moves meanwhile.
+    /// Times at which the camera's shutter opens and closes (s), if the camera moves meanwhile.
     shutter_seconds: Option<[f64; 2]>,
-    /// Name of what it stands in.
+    /// Name of the medium around the camera.
     medium: Option<String>,
 }
 
 #[derive(Debug, Serialize)]
 struct MediumReport {
     name: String,
-    /// RGB (m⁻¹).
+    /// Coefficient of absorption, RGB (m⁻¹).
     absorption: [f32; 3],
-    /// RGB (m⁻¹).
+    /// Coefficient of scattering, RGB (m⁻¹).
     scattering: [f32; 3],
     /// Mean cosine of the phase function.
     asymmetry: f32,
-    /// Cells along each axis of the grid that the coefficients are multiplied by, if they are.
+    /// Cells along each axis of the grid that multiplies the coefficients, if there is one.
     density_cells: Option<[u32; 3]>,
-    /// Cells along each axis of the grid of what is scattered, if there is one.
+    /// Cells along each axis of the grid of the albedo or of the scattering coefficient, if there
+    /// is one.
     scattering_cells: Option<[u32; 3]>,
 }
 
-/// Reads a scene and tells about it.
+/// Reads a scene and prints its description.
 pub fn run(plan: &InfoPlan) -> Result<Outcome, Failure> {
     metered(&plan.common, |meter| work(plan, meter))
 }

@@ -1,5 +1,5 @@
-//! Ctrl-C, and SIGTERM, by which schedulers and systems end programs: the first asks a running
-//! render to finish, the second ends the program.
+//! Ctrl-C, and SIGTERM, by which schedulers and systems end programs: the first signal asks a
+//! running render to finish, the second ends the program.
 
 use std::io::IsTerminal;
 use std::process;
@@ -10,9 +10,9 @@ use crate::exit::INTERRUPTED;
 use crate::plan::Common;
 use crate::progress::note_in_json;
 
-/// Whether a render runs that can be asked to finish.
+/// True while a render runs that can be asked to finish.
 static RENDERING: AtomicBool = AtomicBool::new(false);
-/// Whether it was asked.
+/// True once a signal has asked that render to finish.
 static ASKED: AtomicBool = AtomicBool::new(false);
 
 /// Takes over Ctrl-C and SIGTERM; to be called once. Outside [`with_flag`] they still end the
@@ -27,7 +27,7 @@ pub fn listen(common: &Common) {
     }
 }
 
-/// Somebody asked for an end.
+/// Sets the flag at the first signal during a render; otherwise ends the program.
 fn asked(json: bool) {
     if !RENDERING.load(Ordering::SeqCst) || ASKED.swap(true, Ordering::SeqCst) {
         process::exit(i32::from(INTERRUPTED));
@@ -37,7 +37,7 @@ fn asked(json: bool) {
         eprintln!("{}", note_in_json(ANSWER));
         return;
     }
-    // On a terminal there is a progress line to leave.
+    // On a terminal the cursor is in the line of progress.
     let leave = if std::io::stderr().is_terminal() { "\n" } else { "" };
     eprintln!("{leave}{ANSWER}");
 }
@@ -55,7 +55,7 @@ pub fn flag() -> &'static AtomicBool {
     &ASKED
 }
 
-/// From now on Ctrl-C sets the flag, or ends the program; which of them it did before.
+/// Chooses whether Ctrl-C sets the flag (`true`) or ends the program; returns the previous choice.
 pub fn heed(whether: bool) -> bool {
     RENDERING.swap(whether, Ordering::SeqCst)
 }

@@ -1,12 +1,12 @@
 //! The program `tashika`.
 //!
-//! In two steps: [`args`] is what was typed, [`plan`] what is to be done, with every value checked;
-//! then one module for each command. All computing is in the library: each of its public operations
-//! is one call here.
+//! Arguments are read in two steps: [`args`] has them as typed, [`plan`] the work to do, with every
+//! value checked. Each command then has one module. All computing is in the library: each of its
+//! public operations is one call here.
 //!
 //! Results go to standard output, progress and errors to standard error.
 #![forbid(unsafe_code)]
-// Printing is what a program is for; the lint keeps the library silent.
+// A program prints its results; the lint keeps the library silent.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;

@@ -1,5 +1,5 @@
-//! What `coverage` and the experiments have in common: exact sums, rows with their times, and what
-//! is told at the end.
+//! Common parts of `coverage` and the experiments: exact sums, rows with their times, and the
+//! output at the end.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -26,15 +26,17 @@ use crate::watcher::Watcher;
 
 /// Pixels of one view, and the lights that they are summed over.
 pub struct Subjects<'m> {
-    /// The view.
+    /// View of the scene, with its lights.
     pub prepared: Prepared<'m>,
-    /// The pixels.
+    /// All pixels of the view, or some at random.
     pub pixels: Pixels,
-    /// The lights.
+    /// Set of VPLs that pixels are summed over.
     pub lights: Arc<LightSet>,
 }
 
-/// Scene, pixels and lights of a measurement; all pixels if no number is said.
+/// Loads the scene, chooses the pixels, and traces the lights of a measurement.
+///
+/// * `pixels`: number of pixels, drawn at random; `None` for all.
 pub fn prepare<'m>(
     plan: &MeasurePlan,
     asked: &Asked,
@@ -51,7 +53,7 @@ pub fn prepare<'m>(
     Ok((stage, Subjects { prepared, pixels, lights }))
 }
 
-/// The one set of lights of what is measured against sums over it.
+/// Returns the set of lights of a prepared sum.
 pub fn light_set(prepared: &Prepared<'_>) -> Arc<LightSet> {
     match prepared.lights() {
         Lights::Set(lights) => Arc::clone(lights),
@@ -59,21 +61,21 @@ pub fn light_set(prepared: &Prepared<'_>) -> Arc<LightSet> {
     }
 }
 
-/// Measures, and stops when Ctrl-C says so.
+/// Runner of measurements, which Ctrl-C stops.
 pub struct Bench<'a> {
-    /// Tells how far it is.
+    /// Meter that receives the progress.
     pub meter: &'a Meter,
-    /// Whether to stop.
+    /// True once the measurement is to stop.
     pub cancel: &'a AtomicBool,
 }
 
 impl Bench<'_> {
-    /// Whether it is to stop.
+    /// Returns true if the measurement is to stop.
     pub fn interrupted(&self) -> bool {
         self.cancel.load(Ordering::SeqCst)
     }
 
-    /// The exact sums of some pixels; none if interrupted.
+    /// Computes the exact sums of `pixels`; `None` if interrupted.
     pub fn exact(
         &self,
         setting: &Setting<'_>,
@@ -87,12 +89,12 @@ impl Bench<'_> {
         Ok(rendered.complete.then_some(rendered.film))
     }
 
-    /// Runs a cell: the row of all pixels; none if interrupted.
+    /// Runs a cell and returns the row of all pixels; `None` if interrupted.
     pub fn row(&self, ground: &Ground<'_>, cell: &Cell) -> Result<Option<Row>, Failure> {
         Ok(self.run(ground, cell)?.and_then(|rows| rows.into_iter().next()))
     }
 
-    /// Runs a cell: the row of all pixels, then those of groups; none if interrupted.
+    /// Runs a cell and returns the row of all pixels, then those of groups; `None` if interrupted.
     pub fn run(&self, ground: &Ground<'_>, cell: &Cell) -> Result<Option<Vec<Row>>, Failure> {
         let trials = counted(ground.pixels.count(), "pixel", "pixels");
         let seeds = counted(cell.seeds, "seed", "seeds");
@@ -115,7 +117,7 @@ impl Bench<'_> {
     }
 }
 
-/// A cell in words.
+/// Description of a cell by method, error and confidence.
 pub fn told(cell: &Cell) -> String {
     let confidence = cell.confidence();
     let confidence =
@@ -123,7 +125,7 @@ pub fn told(cell: &Cell) -> String {
     format!("{}, error {}{confidence}", cell.method, percent_of_error(cell.options.error))
 }
 
-/// What cells are run on.
+/// Scene, lights and pixels that cells are run on.
 pub fn subject(setting: &Setting<'_>, lights: &LightSet, pixels: &Pixels) -> Subject {
     Subject {
         scene: setting.tracer.scene().name().to_owned(),
@@ -134,7 +136,7 @@ pub fn subject(setting: &Setting<'_>, lights: &LightSet, pixels: &Pixels) -> Sub
     }
 }
 
-/// What was measured on, in words.
+/// Description of the scene, its size, the camera and the pixels.
 pub fn scenery(stage: &Stage, pixels: &Pixels) -> String {
     let [width, height] = stage.framed.size;
     let chosen = match pixels {
@@ -144,33 +146,33 @@ pub fn scenery(stage: &Stage, pixels: &Pixels) -> String {
     format!("{}, {width}x{height}, camera {}: {chosen}", stage.scene.name(), stage.framed.camera.name)
 }
 
-/// Rows, and how they are shown.
+/// Rows of a measurement, with the lines and images that are shown with them.
 pub struct Findings<'a> {
-    /// What was measured, in a few words.
+    /// Name of the measurement, in a few words.
     pub title: String,
-    /// Lines above the table.
+    /// Lines of text above the table.
     pub above: Vec<String>,
-    /// The rows that are finished.
+    /// Rows of the finished cells.
     pub rows: Vec<Row>,
-    /// How many there were to be.
+    /// Number of rows of the whole measurement.
     pub of: usize,
-    /// Columns of the table.
+    /// Columns that the table shows.
     pub columns: &'a [Column],
-    /// Lines below the table.
+    /// Lines of text below the table.
     pub below: Vec<String>,
     /// Whole images, one a method, if there are any.
     pub images: Vec<(String, Film)>,
-    /// What they are held against.
+    /// Image that `images` are compared with.
     pub reference: Option<Film>,
 }
 
 impl Findings<'_> {
-    /// The rows as a table.
+    /// Table of the finished rows.
     pub fn table(&self) -> Table {
         Table::new(&self.rows, self.columns)
     }
 
-    /// What stands below the table.
+    /// Lines below the table, with a warning if rows are missing.
     fn below(&self) -> Vec<String> {
         let missing = self.of - self.rows.len();
         let of = counted(self.of as u64, "row", "rows");
@@ -199,7 +201,7 @@ impl Findings<'_> {
         page
     }
 
-    /// The rows for spreadsheets.
+    /// Rows as a CSV file, for spreadsheets.
     fn csv(&self) -> Vec<u8> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         for row in &self.rows {
@@ -208,7 +210,7 @@ impl Findings<'_> {
         writer.into_inner().expect("memory takes all bytes")
     }
 
-    /// Writes the page and the rows for spreadsheets, if a file is named for them.
+    /// Writes the page and the CSV file, each if a path is given.
     pub fn write(&self, html: Option<&Path>, csv: Option<&Path>) -> Result<(), Failure> {
         if let Some(path) = html {
             write_file(path, self.page().html().as_bytes())?;
@@ -219,7 +221,8 @@ impl Findings<'_> {
         Ok(())
     }
 
-    /// Writes the rows to the folder and for scripts, and tells them; says how the program ends.
+    /// Writes the rows to the folder and the JSON file, prints them, and returns the outcome of the
+    /// program.
     pub fn finish(
         &self,
         common: &Common,
@@ -247,7 +250,7 @@ impl Findings<'_> {
     }
 }
 
-/// What stands in parentheses.
+/// Explanation of the intervals in parentheses.
 pub fn about_intervals() -> Vec<String> {
     let confidence = percent_of_tolerance(Claims::CONFIDENCE);
     vec![format!(
@@ -255,7 +258,7 @@ pub fn about_intervals() -> Vec<String> {
     )]
 }
 
-/// That a method does not reach a share.
+/// Sentence about a method that does not reach the share.
 pub fn not_reached(row: &Row, share: f64) -> String {
     format!(
         "{} was not brought to {} within {}: it is at {} when told {}.",
@@ -267,7 +270,7 @@ pub fn not_reached(row: &Row, share: f64) -> String {
     )
 }
 
-/// How many VPLs and gather points, and which filter if not the box.
+/// Numbers of VPLs and of gather points, and the filter unless it is the box.
 pub fn quantities(vpls: u64, gather: &GatherOptions) -> String {
     format!(
         "{}, {} a pixel{}",

@@ -17,23 +17,23 @@ use crate::plan::MergePlan;
 use crate::progress::{Meter, metered};
 use crate::summary::{Rows, counted, typed_command, write_json};
 
-/// Everything that is told about a merge.
+/// Summary of a merge, as JSON.
 #[derive(Debug, Serialize)]
 struct Report {
     parts: usize,
-    /// Pixels that were rendered.
+    /// Number of pixels that were rendered.
     pixels: u64,
-    /// These by what they claim, and the ones that were not rendered.
+    /// Rendered pixels by their claims, and the number of pixels that were not rendered.
     tally: Tally,
-    /// What is claimed of the picture as a whole, if anything is.
+    /// Claim about the picture as a whole, if there is one.
     picture_claim: Option<PictureClaim>,
     /// Truth that the claims are about; none if there are no claims.
     truth: Option<String>,
-    /// Names of earlier versions for what `tally` has.
+    /// Counts of `tally`, by the names of earlier versions.
     promise_met: u64,
     budget_hit: u64,
     not_found: u64,
-    /// Shares that are missing, from 1, and how many there are.
+    /// Shares that are missing, from 1; `of` is the number of all shares.
     missing: Vec<u32>,
     of: u32,
     missing_pixels: u64,
@@ -84,7 +84,7 @@ fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
     })
 }
 
-/// The parts, read and joined one after the other.
+/// Reads the parts and joins them, one after the other.
 fn joined(parts: &[PathBuf], meter: &Meter) -> Result<Merged, Failure> {
     let read = |path: &Path| {
         meter.phase(&format!("reading {}", path.display()));

@@ -3,20 +3,20 @@
 use serde::Serialize;
 use tashika::scene::{Note, NoteKind, Scene};
 
-/// A note: how the scene that is rendered departs from what its file says.
+/// A difference between the rendered scene and its file.
 #[derive(Debug, Serialize)]
 pub struct NoteReport {
-    /// What was done.
+    /// Effect on the scene, such as `approximated`.
     pub kind: NoteKind,
-    /// In words.
+    /// Description of the difference.
     pub message: String,
-    /// Where it was met first.
+    /// Place in the file where the difference occurred first.
     pub first: String,
-    /// How often.
+    /// Number of occurrences.
     pub count: u64,
 }
 
-/// The notes on a scene, in their order.
+/// Notes on a scene, in the scene's order.
 pub fn notes(scene: &Scene) -> Vec<NoteReport> {
     let told = |Note { kind, message, first, count }: Note| NoteReport {
         kind,

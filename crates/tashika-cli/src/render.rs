@@ -68,7 +68,7 @@ fn tell_options(plan: &RenderPlan, stage: &Stage, meter: &Meter) -> Result<(), F
     Ok(())
 }
 
-/// Renders what the chosen cameras see of one scene, perhaps as a frame of that number.
+/// Renders the images of the chosen cameras in one scene; `frame` is the number of a frame, if any.
 fn pictures(
     plan: &RenderPlan,
     stage: &StagePlan,
@@ -104,7 +104,7 @@ fn pictures(
     let mut worst = Outcome::Done;
     for (k, (stage, outputs)) in stages.iter().zip(&outputs).enumerate() {
         let mut seconds = seconds.clone();
-        // Read again rather than kept beside the trees over it.
+        // Read again for each camera, so that the set is not held beside the trees over it.
         let stored = match stored.take() {
             None => stored_lights(plan.asked.vpl_file(), meter, &mut seconds)?,
             read => read,
@@ -164,7 +164,8 @@ fn image(
             lights: lights_report(plan, &prepared),
             method: prepared.method().clone(),
             gather: prepared.setting().view.gather.points,
-            // Nothing was told if no tile was finished; then only the window is known.
+            // Without a finished tile there is no progress, and the window has the number of
+            // pixels.
             pixels_asked: if pixels_asked > 0 { pixels_asked } else { prepared.window().area() },
             rendered,
             other_set,
@@ -204,7 +205,7 @@ fn image(
     Ok(ended)
 }
 
-/// What goes beside an image that is written could not be.
+/// Failure to write a file beside the image, after the image itself was written.
 fn beside(exr: &Path, trouble: &Error) -> Failure {
     Failure::file(format!("cannot write {trouble}; the image is in {}", exr.display()))
 }
@@ -234,7 +235,7 @@ struct Done {
     exposure_stops: f32,
 }
 
-/// What is told about the lights.
+/// Description of the lights; `None` if the method has no VPLs.
 fn lights_report(plan: &RenderPlan, prepared: &Prepared<'_>) -> Option<LightsReport> {
     let of = prepared.lights().provenance()?;
     Some(LightsReport {

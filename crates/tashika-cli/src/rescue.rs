@@ -1,4 +1,4 @@
-//! A finished image whose file cannot be written is not lost: it goes to the folder for temporary
+//! Rescue of a finished image whose file cannot be written: it is saved in the folder for temporary
 //! files.
 
 use std::fs::{self, DirBuilder};
@@ -12,10 +12,11 @@ use tashika::io::{ExrLayout, write_exr_as};
 
 use crate::exit::Failure;
 
-/// Folders of this program that are tried before it gives up.
+/// Number of folders that are tried before the program gives up.
 const FOLDERS: u32 = 100;
 
-/// Saves a film that could not be written to `exr` because of `trouble`; says where it is.
+/// Saves a film that could not be written to `exr` because of `trouble`; the failure names the
+/// place.
 ///
 /// * `kept`: the checkpoint that has the finished tiles, if there is one.
 pub fn rescued(film: &Film, layout: &ExrLayout, exr: &Path, trouble: &Error, kept: Option<&Path>) -> Failure {
@@ -38,14 +39,14 @@ fn save(film: &Film, layout: &ExrLayout, exr: &Path) -> Result<PathBuf, Error> {
     let folder = own_folder(&temporary).map_err(|e| Error::io(&temporary, e))?;
     let path = folder.join(exr.file_name().unwrap_or("image.exr".as_ref()));
     write_exr_as(&path, film, layout).inspect_err(|_| {
-        // What is left is an empty folder.
+        // The folder is empty.
         let _ = fs::remove_dir(&folder);
     })?;
     Ok(path)
 }
 
-/// A new folder, of nobody else: where all may write, others could have put links in the way of a
-/// file.
+/// Makes a new folder of this user alone: in a folder that all may write to, others could have put
+/// links at the path of a file.
 fn own_folder(temporary: &Path) -> io::Result<PathBuf> {
     let mut builder = DirBuilder::new();
     #[cfg(unix)]

@@ -1,4 +1,4 @@
-//! A page that is served to this machine: of a file, or of a render while it goes on.
+//! A page that is served to this machine: of a file, or of a render in progress.
 
 use std::sync::Arc;
 use std::thread;
@@ -15,20 +15,20 @@ use crate::plan::{RenderPlan, Serving};
 use crate::progress::Meter;
 use crate::summary::typed_command;
 
-/// Time between looks at whether anybody is watching.
+/// Time between checks for viewers of the page.
 const PAUSE: Duration = Duration::from_millis(100);
-/// How long a browser that was started may take until it shows the page.
+/// Longest wait until a started browser shows the page.
 const START: Duration = Duration::from_secs(10);
 
 /// A page that is being served.
 pub struct Served {
     server: Server,
-    /// Whether a browser was asked to open it.
+    /// True if a browser was started.
     opened: bool,
 }
 
 impl Served {
-    /// Serves images on a page, and opens it if that is wanted.
+    /// Serves images on a page, and opens a browser if `serving.browser` is true.
     pub fn start(
         images: Vec<(String, Arc<dyn Shown>)>,
         page: Page<'static>,
@@ -40,25 +40,25 @@ impl Served {
         let options = Options { port: serving.port };
         let server = Server::start(images, Box::new(html), &options)
             .map_err(|e| Failure::file(format!("cannot serve a page on port {}: {e}", serving.port)))?;
-        // On machines without a browser the address, which is told, has to do.
+        // On machines without a browser, the printed address has to do.
         let opened = serving.browser && open::that_detached(server.address()).is_ok();
         Ok(Self { server, opened })
     }
 
-    /// Where the page is.
+    /// Address at which the page is served.
     pub fn address(&self) -> String {
         self.server.address()
     }
 }
 
-/// A render that can be watched.
+/// Page of a render that can be watched.
 pub struct LivePage {
     film: Arc<LiveFilm>,
     served: Served,
 }
 
 impl LivePage {
-    /// Serves the page of a render that has not begun, and tells where.
+    /// Serves the page of a render that has not begun, and reports its address.
     pub fn open(plan: &RenderPlan, serving: &Serving, meter: &Meter) -> Result<Self, Failure> {
         let film = Arc::new(LiveFilm::new());
         let name = plan.outputs.exr.display().to_string();
@@ -72,7 +72,7 @@ impl LivePage {
         Ok(Self { film, served })
     }
 
-    /// Shows a tile, and how far the render is in words.
+    /// Shows a tile, and the progress of the render in words.
     pub fn show(&self, done: &Finished<'_>, text: String) {
         self.film.update(done.film, done.tile);
         let progress = &done.progress;
@@ -80,7 +80,7 @@ impl LivePage {
         self.film.progress(Headline { text, pixels, of: progress.of, claiming, promise_met: claiming });
     }
 
-    /// Shows the film as it was written, as long as anybody watches and Ctrl-C does not end it.
+    /// Shows the film as it was written, until nobody watches or Ctrl-C ends it.
     pub fn end(self, film: Film, meter: &Meter) {
         self.film.finish(film);
         let begun = Instant::now();

@@ -1,5 +1,5 @@
-//! What helps at a shell: completions, and pages for `man`, both made from what the program
-//! understands.
+//! Help for shells: completions, and pages for `man`, both made from the definition of the
+//! arguments.
 
 use clap::{Command, CommandFactory};
 use clap_complete::{Shell, generate};
@@ -9,7 +9,7 @@ use crate::args::{Args, ManArgs};
 use crate::exit::{Failure, Outcome};
 use crate::summary::print;
 
-/// Prints what a shell completes commands and options by.
+/// Prints the script by which a shell completes commands and options.
 pub fn completions(shell: Shell) -> Result<Outcome, Failure> {
     let mut script = Vec::new();
     generate(shell, &mut Args::command(), "tashika", &mut script);

@@ -1,5 +1,4 @@
-//! What is looked at, made once and timed: scene, cameras, the tree for rays, and lights from a
-//! file.
+//! Scene, cameras, tree for rays and lights from a file, which are made once and timed.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -19,20 +18,20 @@ use crate::plan::{Asked, StagePlan};
 use crate::progress::Meter;
 use crate::summary::{Seconds, counted};
 
-/// A scene that is ready for rays, and who looks at it.
+/// A scene that is ready for rays, and one of its cameras.
 pub struct Stage {
-    /// The scene.
+    /// Scene, shared with the tracer.
     pub scene: Arc<Scene>,
     /// The camera as the scene has it.
     camera: Camera,
     change: CameraChange,
     /// The camera, the size and the part of the image, as they are rendered.
     pub framed: Framed,
-    /// Rays.
+    /// Ray tracer over the scene.
     pub tracer: Tracer,
 }
 
-/// Returns an error at a camera with the file of the scene.
+/// Adds the file of the scene to an error about a camera.
 fn of_scene(plan: &StagePlan, error: Error) -> Error {
     match error {
         Error::Invalid { mut at, found, expected } => {
@@ -59,7 +58,7 @@ impl Stage {
         meter.phase(&format!("reading {}", plan.scene.label()));
         let scene = Arc::new(timed(&mut seconds.load, || plan.scene.load())?);
         tell_notes(plan, &scene, meter)?;
-        // What is wrong with a camera is told before the work on the trees.
+        // Errors about a camera are reported before the work on the trees.
         let mut seen = Vec::new();
         for camera in plan.cameras.of(&scene)? {
             let framed = plan.framing.of(&plan.change.of(camera)?);
@@ -74,7 +73,7 @@ impl Stage {
         Ok(seen.into_iter().map(stage).collect())
     }
 
-    /// Renders what is asked for, with the lights of the file if there is one.
+    /// Makes the renderer of a request, with the lights of the file if there is one.
     pub fn renderer<'o>(
         &self,
         asked: &Asked,
@@ -102,7 +101,7 @@ impl Stage {
         }
     }
 
-    /// Makes what a render needs; says what is odd about its lights.
+    /// Prepares a render; reports peculiarities of its lights.
     pub fn prepare<'o>(
         &self,
         asked: &Asked,
@@ -124,8 +123,8 @@ impl Stage {
     }
 }
 
-/// The lights of a file, if they come from one: it is small beside most scenes, so that what is
-/// wrong with it is told first.
+/// Reads the lights from a file, if one is given. The file is small beside most scenes: it is read
+/// first, so that its errors are reported early.
 pub fn stored_lights(
     path: Option<&Path>,
     meter: &Meter,
@@ -136,10 +135,10 @@ pub fn stored_lights(
     Ok(Some(timed(&mut seconds.vpls, || load_vpls(path))?))
 }
 
-/// Notes on the scene that are told; `info` tells all.
+/// Largest number of notes on the scene that are printed; `info` prints all.
 const NOTES_TOLD: usize = 3;
 
-/// Says how the picture may differ from what the file's author saw, or refuses.
+/// Reports how the picture may differ from the file; with `--strict`, a departure is an error.
 fn tell_notes(plan: &StagePlan, scene: &Scene, meter: &Meter) -> Result<(), Failure> {
     if let (true, Some(first)) = (plan.strict, scene.notes().first_departure()) {
         let (at, what) = (&first.first, &first.message);
@@ -148,7 +147,7 @@ fn tell_notes(plan: &StagePlan, scene: &Scene, meter: &Meter) -> Result<(), Fail
     for note in scene.notes().iter().take(NOTES_TOLD) {
         meter.note(&format!("{}: {}", note.first, note.message));
     }
-    // Whoever did not ask for light is told of it, whatever else there is.
+    // Default light is always reported, however many notes there are.
     if scene.has_default_light() && scene.notes().iter().count() > NOTES_TOLD {
         meter.note("no light in the scene: the program's own sky and sun are used; --environment and --light give others");
     }
@@ -160,7 +159,7 @@ fn tell_notes(plan: &StagePlan, scene: &Scene, meter: &Meter) -> Result<(), Fail
     Ok(())
 }
 
-/// Runs `work` and adds the seconds it took.
+/// Runs `work` and adds its time.
 pub fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
     let begun = Instant::now();
     let result = work();

@@ -1,4 +1,4 @@
-//! What a command says at its end: rows for people, JSON for scripts, both of the same numbers.
+//! Summary of a command: rows for people, JSON for scripts, both of the same numbers.
 
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ impl Rows {
         self.0.push((label, text.into()));
     }
 
-    /// The rows as a page has them; rows that continue are one.
+    /// Rows for a page; a row that continues another is joined to it.
     pub fn for_page(self) -> Vec<(String, String)> {
         let mut rows: Vec<(String, String)> = Vec::new();
         for (label, text) in self.0 {
@@ -54,7 +54,7 @@ impl Rows {
     }
 }
 
-/// A word in a form that a shell takes as one.
+/// Quotes a word for a shell, if necessary.
 pub fn shell_word(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,%+@".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -64,7 +64,7 @@ pub fn shell_word(word: &str) -> String {
     }
 }
 
-/// What was typed to start the program.
+/// Command that started the program, quoted for a shell.
 pub fn typed_command() -> String {
     let words = std::env::args_os().skip(1).map(|word| shell_word(&word.to_string_lossy()));
     std::iter::once("tashika".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
@@ -73,7 +73,7 @@ pub fn typed_command() -> String {
 /// Prints to standard output.
 pub fn print(text: &str) -> Result<(), Failure> {
     match std::io::stdout().write_all(text.as_bytes()) {
-        // Whoever reads may have seen enough: `tashika info | head`.
+        // The reader may have closed the pipe: `tashika info | head`.
         Err(e) if e.kind() != ErrorKind::BrokenPipe => {
             Err(Failure::file(format!("cannot write to standard output: {e}")))
         }
@@ -91,46 +91,46 @@ pub fn write_json(path: &Path, report: &impl Serialize) -> Result<(), Failure> {
     Ok(write_file(path, json.as_bytes())?)
 }
 
-/// A count with separators, and its noun in the right number.
+/// Formats a count with separators, and its noun in the right number.
 pub fn counted(n: u64, one: &str, many: &str) -> String {
     format!("{} {}", HumanCount(n), if n == 1 { one } else { many })
 }
 
-/// The filter, if it is another than the default.
+/// Names the filter, unless it is the default.
 pub fn but_box(filter: Filter) -> String {
     if filter == Filter::default() { String::new() } else { format!(", {filter} filter") }
 }
 
-/// Where the lights of a render came from.
+/// Origin of the lights of a render.
 #[derive(Clone, Debug, Serialize)]
 pub struct LightsReport {
-    /// How many.
+    /// Number of VPLs in all.
     pub count: u64,
-    /// On or towards emitters.
+    /// VPLs on or towards emitters.
     pub direct: u64,
-    /// Left by light paths.
+    /// VPLs of indirect light, at the vertices of light paths.
     pub indirect: u64,
-    /// Distance below which they grow no brighter (m); zero for no clamp.
+    /// Distance below which lights grow no brighter (m); zero for no clamp.
     pub clamp_m: f32,
-    /// Seed of their paths.
+    /// Seed of the light paths.
     pub seed: u64,
-    /// The file that they were read from.
+    /// File that the lights were read from, if they were.
     pub file: Option<PathBuf>,
 }
 
-/// Triangles of a scene.
+/// Numbers of triangles of a scene.
 #[derive(Debug, Serialize)]
 pub struct Triangles {
-    /// In memory.
+    /// Number in memory.
     pub stored: u64,
-    /// In the picture.
+    /// Number in the picture.
     pub instanced: u64,
-    /// Left out, as no picture shows them.
+    /// Number of triangles without area, which are ignored because no picture shows them.
     pub without_area: u64,
 }
 
 impl Triangles {
-    /// Those of a scene.
+    /// Counts the triangles of a scene.
     pub fn of(scene: &tashika::scene::Scene) -> Self {
         Self {
             stored: scene.stored_triangles(),
@@ -140,7 +140,7 @@ impl Triangles {
     }
 }
 
-/// Seconds that each part took.
+/// Time of each part of the work (s).
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Seconds {
     /// Reading the scene.
@@ -149,17 +149,17 @@ pub struct Seconds {
     pub ray_tree: f64,
     /// Tracing or reading the VPLs.
     pub vpls: f64,
-    /// Building light trees.
+    /// Building the trees over VPLs.
     pub trees: f64,
     /// Rendering.
     pub render: f64,
-    /// Pixels by another set of VPLs, with the tracing of it.
+    /// Tracing another set of VPLs, and rendering pixels with it.
     pub other_set: f64,
     /// Exact sums of the audit.
     pub audit: f64,
     /// The reconstruction of a picture.
     pub reconstruction: f64,
-    /// The mattes of objects and materials, and planes of what camera rays meet first.
+    /// Adding mattes, and planes of the first surfaces of camera rays.
     pub mattes: f64,
     /// Writing the files.
     pub write: f64,
@@ -169,80 +169,82 @@ fn by_name<S: Serializer>(filter: &Filter, serializer: S) -> Result<S::Ok, S::Er
     serializer.serialize_str(filter.name())
 }
 
-/// Everything that is told about a render.
+/// Summary of a render.
 #[derive(Debug, Serialize)]
 pub struct RenderReport {
-    /// Version of the program.
+    /// Version of the program, such as `0.3.0`.
     pub version: &'static str,
-    /// Name of the scene.
+    /// Name of the rendered scene.
     pub scene: String,
-    /// Its triangles.
+    /// Number of triangles in memory and in the picture.
     pub triangles: Triangles,
-    /// What was repaired, approximated, ignored or defaulted.
+    /// Items that were repaired, approximated, ignored or defaulted.
     pub notes: Vec<NoteReport>,
-    /// Whether the scene has no light and is lit by the program's own sky and sun.
+    /// True if the scene has no light and is lit by the program's own sky and sun.
     pub default_light: bool,
-    /// Lights that were asked for in place of what the file says.
+    /// Requested changes to the light of the file.
     pub light_changes: Vec<String>,
-    /// When the scene is as it was rendered (s), if a time was asked for and anything in it moves.
+    /// Time of the rendered scene (s), if a time was given and anything in it moves.
     pub time_seconds: Option<f64>,
-    /// From when to when the shutter is open (s), if the camera or anything else moves meanwhile.
+    /// Times at which the shutter opens and closes (s), if the camera or anything else moves
+    /// meanwhile.
     pub shutter_seconds: Option<[f64; 2]>,
-    /// Name of the camera.
+    /// Name of the scene's camera.
     pub camera: String,
     /// Size of the full image (pixels).
     pub size: [u32; 2],
     /// The part that was rendered: x, y, width, height.
     pub window: [u32; 4],
-    /// Share of the tiles.
+    /// Share of the tiles, such as `1/2`.
     pub tiles: String,
-    /// Method.
+    /// Name of the method that was used.
     pub method: String,
     /// Paths a pixel, if the method traces them.
     pub paths: Option<u32>,
     /// Gather points a pixel, if the method has them.
     pub gather: Option<u32>,
-    /// The pixel filter.
+    /// Distribution of gather points, or paths, around a pixel.
     #[serde(serialize_with = "by_name")]
     pub filter: Filter,
     /// The lights, if the method has them.
     pub lights: Option<LightsReport>,
-    /// Seed.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// Pixels rendered.
+    /// Number of pixels that were rendered.
     pub pixels: u64,
-    /// Pixels that were to be rendered.
+    /// Number of pixels that were to be rendered.
     pub pixels_asked: u64,
-    /// Whether all of them were.
+    /// True if all `pixels_asked` pixels were rendered.
     pub complete: bool,
-    /// What the program exits with because of this image.
+    /// Exit code of the program for this image.
     pub exit_code: u8,
-    /// The pixels by what they claim.
+    /// Rendered pixels by their claims.
     pub tally: Tally,
-    /// Whether something is to be claimed of the picture as a whole.
+    /// True if a claim about the picture as a whole was requested.
     #[serde(skip)]
     pub is_audited: bool,
-    /// What is claimed of the picture as a whole, if anything is.
+    /// Claim about the picture as a whole, if there is one.
     pub picture_claim: Option<PictureClaim>,
-    /// Pixels that claim something within their budget, by its name in earlier versions.
+    /// Pixels that claim something within their budget, by the name of earlier versions.
     pub promise_met: u64,
-    /// Whether nobody asked for an error, so that pixels may run out of budget.
+    /// True if no error was requested, so that pixels may run out of budget.
     pub picture: bool,
-    /// Whether the PNG is a reconstruction.
+    /// True if the PNG is a reconstruction.
     pub reconstructed: bool,
-    /// Pixels that ran out of budget, by its name in earlier versions.
+    /// Pixels that ran out of budget, by the name of earlier versions.
     pub budget_hit: u64,
-    /// Pixels of which too much light cannot be found, by its name in earlier versions.
+    /// Pixels that claim nothing because too much of their light is unsampled, by the name of
+    /// earlier versions.
     pub not_found: u64,
-    /// What pairs are, by the method.
+    /// Name of the terms that the method counts as pairs.
     pub pairs_are: Option<String>,
-    /// What the promise is about, if there is one.
+    /// Truth that the claims are about, if there are claims.
     pub truth: Option<String>,
-    /// What the half-widths are made of, if intervals are claimed.
+    /// Parts of the half-widths, if intervals are claimed.
     pub error_budget: Option<ErrorBudget>,
-    /// Mean over the pixels rendered.
+    /// Mean number of rays of a rendered pixel.
     pub rays_per_pixel: f64,
-    /// Mean over the pixels rendered.
+    /// Mean number of pairs of a rendered pixel.
     pub pairs_per_pixel: f64,
     /// Mean radiance, RGB (W·m⁻²·sr⁻¹).
     pub mean_radiance: [f32; 3],
@@ -252,24 +254,24 @@ pub struct RenderReport {
     pub light: Option<FoundLight>,
     /// Rays a second while rendering.
     pub rays_per_second: f64,
-    /// Threads.
+    /// Number of threads that were used.
     pub threads: usize,
-    /// Time.
+    /// Time of each part of the work.
     pub seconds: Seconds,
-    /// What another set of VPLs would change, if one was traced.
+    /// Change of pixels by another set of VPLs, if one was traced.
     pub other_set: Option<OtherSet>,
-    /// The audit, if one was asked for.
+    /// Result of the audit, if one was requested.
     pub audit: Option<Audit>,
     /// Stops by which the picture was exposed.
     pub exposure_stops: f32,
     /// Tone mapping of the picture.
     pub tonemap: &'static str,
-    /// Files written.
+    /// Files that the render wrote.
     pub files: Vec<PathBuf>,
 }
 
 impl RenderReport {
-    /// The same for people.
+    /// Rows with the summary for people.
     pub fn rows(&self) -> Rows {
         let mut rows = Rows::default();
         let Triangles { stored, instanced, .. } = self.triangles;

@@ -1,4 +1,4 @@
-//! Values of options as people type them; each error says what would be accepted.
+//! Parsers of typed values of options; each error names the accepted values.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use tashika::io::Exposure;
 use tashika::request::{ProjectionName, Quality};
 use tashika::vpl::Clamp;
 
-/// A count: `10000`, `55_000`, `10k`, `1.5M`.
+/// Parses a whole number: `10000`, `55_000`, `10k`, `1.5M`.
 pub fn count(typed: &str) -> Result<u64, String> {
     let wrong = || "expected a whole number, such as 55000, 55_000 or 55k".to_owned();
     let (digits, unit) = match typed.char_indices().last() {
@@ -24,12 +24,12 @@ pub fn count(typed: &str) -> Result<u64, String> {
         return Err(wrong());
     }
     let number = digits.parse::<f64>().map_err(|_| wrong())? * unit;
-    // Up to here every whole number has its own `f64`.
+    // Below 2⁵³ every whole number has its own `f64`.
     let exact = number.fract() == 0.0 && number < (1_u64 << 53) as f64;
     if exact { Ok(number as u64) } else { Err(wrong()) }
 }
 
-/// A share: `2%`, `0.02`.
+/// Parses a share: `2%`, `0.02`.
 pub fn percentage(typed: &str) -> Result<f64, String> {
     let wrong = || "expected a percentage or a share, such as 2% or 0.02".to_owned();
     let (number, unit) = match typed.strip_suffix('%') {
@@ -40,12 +40,12 @@ pub fn percentage(typed: &str) -> Result<f64, String> {
     if number.is_finite() { Ok(number / unit) } else { Err(wrong()) }
 }
 
-/// A quality, by its name.
+/// Parses a quality by its name.
 pub fn quality(typed: &str) -> Result<Quality, String> {
     typed.parse().map_err(|_| format!("expected {}", Quality::ALL.map(Quality::name).join(", ")))
 }
 
-/// Two times: `0,0.02`.
+/// Parses the times at which a shutter opens and closes (s): `0,0.02`.
 pub fn shutter(typed: &str) -> Result<[f64; 2], String> {
     let wrong = || "expected two times in seconds, the first not above the second, such as 0,0.02".to_owned();
     let (open, close) = typed.split_once(',').ok_or_else(wrong)?;
@@ -55,7 +55,7 @@ pub fn shutter(typed: &str) -> Result<[f64; 2], String> {
     if valid { Ok(shutter) } else { Err(wrong()) }
 }
 
-/// The first and the last of some frames: `1..48`.
+/// Parses the first and the last number of a range of frames: `1..48`.
 pub fn frames(typed: &str) -> Result<[u32; 2], String> {
     let wrong = || "expected two numbers of frames, the first not above the second, such as 1..48".to_owned();
     let (first, last) = typed.split_once("..").ok_or_else(wrong)?;
@@ -64,7 +64,7 @@ pub fn frames(typed: &str) -> Result<[u32; 2], String> {
     if frames[0] <= frames[1] { Ok(frames) } else { Err(wrong()) }
 }
 
-/// A time: `60s`, `5m`, `1.5h`.
+/// Parses a time: `60s`, `5m`, `1.5h`.
 pub fn duration(typed: &str) -> Result<Duration, String> {
     const MOST: f64 = 365.0 * 86_400.0;
     let wrong = || "expected a time above zero, such as 60s, 5m or 1h".to_owned();
@@ -78,7 +78,7 @@ pub fn duration(typed: &str) -> Result<Duration, String> {
     if seconds > 0.0 && seconds <= MOST { Ok(Duration::from_secs_f64(seconds)) } else { Err(wrong()) }
 }
 
-/// A size: `640x480`.
+/// Parses width and height (pixels): `640x480`.
 pub fn size(typed: &str) -> Result<[u32; 2], String> {
     let sides = typed.split_once(['x', 'X', '×']);
     sides
@@ -86,13 +86,14 @@ pub fn size(typed: &str) -> Result<[u32; 2], String> {
         .ok_or_else(|| "expected WIDTHxHEIGHT in pixels, such as 640x480".to_owned())
 }
 
-/// A part of the image: `X,Y,W,H`.
+/// Parses a part of the image (pixels): `X,Y,W,H`.
 pub fn crop(typed: &str) -> Result<Window, String> {
     let wrong = || "expected X,Y,W,H in pixels from the top left, such as 0,0,320,240".to_owned();
     typed.parse().map_err(|_| wrong())
 }
 
-/// Where a program listens: `127.0.0.1:14158`, `render-node:14158`, `[::1]:14158`.
+/// Parses the address at which a program listens: `127.0.0.1:14158`, `render-node:14158`,
+/// `[::1]:14158`.
 pub fn address(typed: &str) -> Result<String, String> {
     let port = typed.rsplit_once(':').filter(|(host, _)| !host.is_empty()).map(|(_, port)| port.parse());
     match port {
@@ -101,7 +102,7 @@ pub fn address(typed: &str) -> Result<String, String> {
     }
 }
 
-/// A clamp: `auto`, `off` or metres.
+/// Parses the distance of a clamp: `auto`, `off` or metres.
 pub fn clamp(typed: &str) -> Result<Clamp, String> {
     match typed {
         "auto" => Ok(Clamp::Auto),
@@ -113,7 +114,7 @@ pub fn clamp(typed: &str) -> Result<Clamp, String> {
     }
 }
 
-/// An exposure: `auto` or stops.
+/// Parses the brightness of a picture: `auto` or stops.
 pub fn exposure(typed: &str) -> Result<Exposure, String> {
     match typed {
         "auto" => Ok(Exposure::Auto),
@@ -124,27 +125,27 @@ pub fn exposure(typed: &str) -> Result<Exposure, String> {
     }
 }
 
-/// What is controlled.
+/// Parses an error metric by its name.
 pub fn controlled(typed: &str) -> Result<Controlled, String> {
     named(&Controlled::ALL, typed)
 }
 
-/// What an error is the distance from.
+/// Parses the truth that errors are measured from, by its name.
 pub fn truth(typed: &str) -> Result<Truth, String> {
     named(&Truth::ALL, typed)
 }
 
-/// A pixel filter.
+/// Parses a pixel filter by its name.
 pub fn filter(typed: &str) -> Result<Filter, String> {
     named(&Filter::ALL, typed)
 }
 
-/// A projection.
+/// Parses a projection by its name.
 pub fn projection(typed: &str) -> Result<ProjectionName, String> {
     named(&ProjectionName::ALL, typed)
 }
 
-/// What pixels are grouped by.
+/// Parses a grouping of pixels by its name.
 pub fn grouping(typed: &str) -> Result<Grouping, String> {
     named(&Grouping::ALL, typed)
 }
@@ -156,7 +157,7 @@ fn named<T: Copy + ToString>(all: &[T], typed: &str) -> Result<T, String> {
     })
 }
 
-/// A method that is measured: any but the exact one, by which the others are judged.
+/// Parses the name of a measured method: any except the exact one, by which the others are judged.
 pub fn method(typed: &str) -> Result<SumMethod, String> {
     let method = measured().find(|method| method.name() == typed.trim());
     method.ok_or_else(|| format!("expected {}, or several of them with commas between", method_names()))

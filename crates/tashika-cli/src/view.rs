@@ -13,7 +13,7 @@ use crate::progress::{Meter, metered};
 use crate::serve::Served;
 use crate::summary::{print, typed_command, write_json};
 
-/// Where the page is, for scripts.
+/// Address of the page, for scripts.
 #[derive(Debug, Serialize)]
 struct Report {
     address: String,

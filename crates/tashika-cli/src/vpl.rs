@@ -15,12 +15,12 @@ use crate::plan::{Common, VplPlan, VplTask};
 use crate::progress::{Meter, metered};
 use crate::summary::{Rows, counted, write_json};
 
-/// Everything that is told about a set of VPLs.
+/// Summary of a set of VPLs, as JSON.
 #[derive(Debug, Serialize)]
 struct Report<'a> {
     count: u64,
     kinds: Kinds,
-    /// Times that the lights are of.
+    /// Number of times at which there are lights.
     instants: usize,
     provenance: &'a Provenance,
     /// Seconds for tracing or reading.
@@ -33,14 +33,14 @@ struct Kinds {
     omni: u64,
     oriented: u64,
     spot: u64,
-    /// By an image.
+    /// Lights whose intensity is an image.
     image: u64,
     directional: u64,
-    /// In media.
+    /// Lights in participating media.
     volume: u64,
 }
 
-/// Traces and writes, or reads, a set, and tells about it.
+/// Traces and writes a set of VPLs, or reads one, and prints its summary.
 pub fn run(plan: &VplPlan) -> Result<Outcome, Failure> {
     metered(&plan.common, |meter| work(plan, meter))
 }
@@ -68,7 +68,7 @@ fn work(plan: &VplPlan, meter: &Meter) -> Result<Outcome, Failure> {
     tell(&plan.common, &set, seconds, file.as_deref())
 }
 
-/// Tells about a set that took so many seconds to trace or to read.
+/// Prints the summary of a set that took `seconds` to trace or to read.
 pub fn tell(common: &Common, set: &VplSet, seconds: f64, file: Option<&Path>) -> Result<Outcome, Failure> {
     let report = Report {
         count: set.len() as u64,

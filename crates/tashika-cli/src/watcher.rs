@@ -1,5 +1,5 @@
-//! Follows a render: tells the meter how far it is, takes the seconds of each part, keeps finished
-//! tiles, and shows them to whoever looks on.
+//! Observer of a render, which passes progress to the meter, measures the seconds of each part,
+//! keeps finished tiles, and shows them in viewers.
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -18,42 +18,42 @@ use crate::serve::LivePage;
 use crate::summary::{Seconds, counted};
 use crate::tev::Viewer;
 
-/// Follows a render.
+/// Observer of one render.
 pub struct Watcher<'a> {
     meter: &'a Meter,
     clock: Mutex<Clock>,
     kept: KeptTiles,
     viewer: Option<Viewer>,
     page: Option<LivePage>,
-    /// When the work is to be done, if that was said.
+    /// Time at which the work is to end, if there is a limit.
     end: Option<Instant>,
 }
 
 struct Clock {
     begun: Instant,
     seconds: Seconds,
-    /// Whether Ctrl-C was heeded before the phase.
+    /// True if [`interrupt::heed`] was on before the phase.
     heeded: bool,
 }
 
 impl<'a> Watcher<'a> {
-    /// Tells the meter alone.
+    /// Makes a watcher that reports to the meter alone.
     pub fn new(meter: &'a Meter, seconds: Seconds) -> Self {
         let clock = Mutex::new(Clock { begun: Instant::now(), seconds, heeded: false });
         Self { meter, clock, kept: KeptTiles::default(), viewer: None, page: None, end: None }
     }
 
-    /// Keeps finished tiles, too, and shows them.
+    /// Adds a file for finished tiles, and viewers that show them.
     pub fn with(self, kept: KeptTiles, viewer: Option<Viewer>, page: Option<LivePage>) -> Self {
         Self { kept, viewer, page, ..self }
     }
 
-    /// Lets the work end in about that time, from now on.
+    /// Limits the work to about `time` from now on; `None` is no limit.
     pub fn ending_in(self, time: Option<Duration>) -> Self {
         Self { end: time.map(|time| Instant::now() + time), ..self }
     }
 
-    /// What the render that begins with this film goes on from.
+    /// Returns the state from which the render that begins with this film resumes.
     pub fn begin_film(&self, film: Film) -> tashika::error::Result<Begun> {
         let (begun, damage) = self.kept.begin(film)?;
         let path = || self.kept.path().map_or_else(String::new, |path| path.display().to_string());
@@ -67,17 +67,17 @@ impl<'a> Watcher<'a> {
         Ok(begun)
     }
 
-    /// The file that has the finished tiles, if there is one.
+    /// Returns the file that has the finished tiles, if there is one.
     pub fn checkpoint(&self) -> Option<&Path> {
         self.kept.path().filter(|_| self.kept.is_open())
     }
 
-    /// The seconds so far.
+    /// Returns the seconds of each part so far.
     pub fn seconds(&self) -> Seconds {
         self.clock().seconds.clone()
     }
 
-    /// Does `work` and adds its seconds.
+    /// Runs `work` and adds its seconds to a part.
     pub fn timed<T>(&self, of: fn(&mut Seconds) -> &mut f64, work: impl FnOnce() -> T) -> T {
         let begun = Instant::now();
         let result = work();
@@ -85,15 +85,15 @@ impl<'a> Watcher<'a> {
         result
     }
 
-    /// The render has ended for the viewer.
+    /// Closes the connection to tev, and reports its error if there is one.
     pub fn close_viewer(&mut self) {
         if let Some(trouble) = self.viewer.take().and_then(Viewer::finish) {
             self.meter.note(&trouble);
         }
     }
 
-    /// The files are written: removes finished tiles of a complete render, says what to do with
-    /// those of another, and gives back the page.
+    /// Ends a render whose files are written: removes the finished tiles of a complete render,
+    /// reports those of an incomplete one, and returns the page.
     pub fn end(self, complete: bool) -> Result<Option<LivePage>, Failure> {
         if complete {
             self.kept.remove()?;
@@ -185,7 +185,7 @@ impl Observer for Watcher<'_> {
     }
 }
 
-/// How good a picture in passes is so far.
+/// Predicted error of a picture in passes, in words; `None` for other films.
 fn of_pass(film: &Film) -> Option<String> {
     let metadata = film.metadata();
     let (passes, foreseen) = (metadata.number(keys::PASSES)?, metadata.number(keys::FORESEEN)?);
@@ -200,8 +200,8 @@ fn of_pass(film: &Film) -> Option<String> {
     ))
 }
 
-/// Whether the phase looks at the flag that Ctrl-C sets, or is not to be lost by it; elsewhere Ctrl-C
-/// ends the program.
+/// Returns true if the phase reads the flag that Ctrl-C sets, or must not be lost by it; in other
+/// phases Ctrl-C ends the program.
 fn can_be_ended(phase: &Phase) -> bool {
     matches!(
         phase,

@@ -1,4 +1,4 @@
-//! The program's audited pictures: what is told of them, what they exit with, what `compare` says.
+//! Audited pictures of the program: output, exit codes, and comparison with a reference.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use assert_cmd::Command;
 use serde_json::Value;
 use tashika::film::planes;
 
-/// A small picture of the built-in box, of which little is asked.
+/// A small audited picture of the built-in box.
 const RENDER: &str = "render builtin:tiny --size 48x36 --claim audited --vpls 5000";
 const EASY: &str = "--share 90% --assurance 90% --audit 60";
 /// A picture in parts, of six tiles.
@@ -32,7 +32,7 @@ fn a_picture_says_what_share_of_it_is_certain() {
     let (code, told, err) = run(folder, &format!("{RENDER} {EASY} --error 25% -o a.exr --json a.json"));
     assert_eq!(code, Some(0), "{told}{err}");
     let claim = &json(folder, "a.json")["picture_claim"];
-    // Where the first look leaves hope, twice as many are checked.
+    // If the first interim analysis leaves hope, twice as many pixels are checked.
     let audited = claim["audited"].as_u64().unwrap();
     assert!([60, 120].contains(&audited) && claim["reached"].as_bool() == Some(true), "{claim}");
     let said = format!("{audited} pixels were checked");
@@ -47,7 +47,7 @@ fn a_picture_says_what_share_of_it_is_certain() {
     assert_eq!(json(folder, "c.json")["picture"]["held"].as_bool(), Some(true));
 }
 
-/// What is asked for is out of reach; the answer is there all the same.
+/// Test of an error that is out of reach: the picture is written all the same.
 #[test]
 fn there_is_an_answer_when_the_time_is_up() {
     let folder = tempfile::tempdir().unwrap();
@@ -63,7 +63,7 @@ fn there_is_an_answer_when_the_time_is_up() {
     assert!(!page.contains("do not rely on"), "what shows nothing is known");
 }
 
-/// Parts claim nothing; joined they are the same files, whatever their number.
+/// Test that parts claim nothing, and that merged files do not depend on the number of parts.
 #[test]
 fn audited_parts_are_merged_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
@@ -94,7 +94,7 @@ fn audited_parts_are_merged_to_the_same_bytes() {
         let bytes = |name: &str| std::fs::read(folder.join(format!("{name}.{ending}"))).unwrap();
         assert!(bytes("two") == bytes("three"), "{ending}");
     }
-    // The joined picture stays what it is, and is none of its parts.
+    // Merging the joined picture alone changes nothing; with one of its parts it is refused.
     succeeds("merge two.exr -o again.exr");
     assert!(
         std::fs::read(folder.join("again.exr")).unwrap() == std::fs::read(folder.join("two.exr")).unwrap()
@@ -107,7 +107,7 @@ fn audited_parts_are_merged_to_the_same_bytes() {
     assert!(code == Some(3) && err.contains("seed = 2"), "{err}");
 }
 
-/// A part whose picture was changed is found out when all are joined.
+/// Test that merging detects a part whose picture was changed.
 #[test]
 fn merging_ends_with_4_where_the_share_was_not_reached() {
     let folder = tempfile::tempdir().unwrap();

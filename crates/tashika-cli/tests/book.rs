@@ -1,15 +1,16 @@
-//! Every command of the book, run in small.
+//! Every command of the book, run at small sizes.
 //!
 //! In a block of `sh` each line is a command; those of `tashika` are run in the order of the
-//! chapter, in a folder of the chapter that has the book's room and the scenes of its gallery. Sizes, tolerances and times are made
-//! small; all else is as it is printed. A picture may run out of its budget (exit code 4).
+//! chapter, in a folder of the chapter that has the book's room and the scenes of its gallery.
+//! Sizes, tolerances and times are made small; all else is as printed. A picture may run out of its
+//! budget (exit code 4).
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 
-/// What is made small: the option, and what it becomes.
+/// Options that are made small, with their small values.
 const SMALL: [(&str, &str); 5] =
     [("--size", "12x12"), ("--paths", "4"), ("--error", "20%"), ("--time", "2s"), ("--audit", "2")];
 
@@ -17,14 +18,14 @@ fn source() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/book/src")
 }
 
-/// The chapters, by their place below the source.
+/// Chapters, by their place below the source.
 fn chapters() -> Vec<PathBuf> {
     let summary = fs::read_to_string(source().join("SUMMARY.md")).unwrap();
     let links = summary.split("](").skip(1).filter_map(|rest| rest.split_once(')'));
     links.map(|(link, _)| PathBuf::from(link)).collect()
 }
 
-/// The commands of the blocks of `sh`, without comments.
+/// Commands of the blocks of `sh`, without comments.
 fn commands(chapter: &str) -> Vec<String> {
     let blocks = chapter.split("\n```").collect::<Vec<_>>();
     let blocks = blocks.iter().filter_map(|block| block.strip_prefix("sh\n"));
@@ -32,7 +33,7 @@ fn commands(chapter: &str) -> Vec<String> {
     lines.filter(|line| !line.is_empty()).map(str::to_owned).collect()
 }
 
-/// The words of a command with what makes it small; the first is the program.
+/// Words of a command with small values of options; the first is the program.
 fn small(command: &str) -> Vec<String> {
     let mut words: Vec<String> = command.split_whitespace().map(str::to_owned).collect();
     for at in 1..words.len() {
@@ -90,8 +91,8 @@ fn commands_are_found_and_made_small() {
     assert_eq!(small(&found[0]).join(" "), "tashika render a --size 12x12 --paths 4");
 }
 
-/// Images of the chapter's commands: merged shares have the same bits and the same truth as one
-/// piece.
+/// Images of the chapter's commands: merged shares have the bits and the truth of an image that is
+/// rendered in one piece.
 #[test]
 fn shares_of_the_chapter_on_farms_are_joined_to_what_one_machine_renders() {
     let text = fs::read_to_string(source().join("farm.md")).unwrap();

@@ -21,7 +21,7 @@ impl Folder {
         self.0.path().join(name)
     }
 
-    /// Runs the program in the folder: its exit code, and what it printed on both streams.
+    /// Runs the program in the folder; returns its exit code and the text of both streams.
     fn run(&self, line: &str) -> (Option<i32>, String) {
         let mut command = Command::new(env!("CARGO_BIN_EXE_tashika"));
         let output = command.current_dir(self.0.path()).args(line.split_whitespace()).output().unwrap();
@@ -81,7 +81,7 @@ fn several_cameras_give_an_image_each_that_is_the_one_of_a_call_of_its_own() {
         assert_eq!(all.metadata().text("camera"), Some(*camera));
         assert_eq!(pixels(&one), pixels(&all), "{camera}");
     }
-    // In the order that was typed, by commas or again; the scene is read once.
+    // Cameras have the typed order, by commas or repeated options; the scene is read once.
     let both = format!("--camera {1},{0} --camera {1}", cameras[0], cameras[1]);
     let told =
         folder.succeeds(&format!("render builtin:room --method path --paths 1 --size 8x4 {both} -o b.exr"));
@@ -132,7 +132,7 @@ fn projections_and_lenses_are_chosen_and_named_in_the_film() {
     }
 }
 
-/// Parts of two views of one camera are not one image.
+/// Test that parts of two views of one camera are not joined.
 #[test]
 fn parts_of_other_projections_are_not_joined() {
     let folder = Folder::new();
@@ -148,8 +148,8 @@ fn parts_of_other_projections_are_not_joined() {
     folder.succeeds("merge part-1.exr part-2.exr -o whole.exr --quiet");
 }
 
-/// The made camera of a file without one shows the whole scene, whatever the proportions: no object
-/// touches an edge, and in one direction it comes near both.
+/// Test that the default camera of a file without one shows the whole scene, whatever the
+/// proportions: no object touches an edge, and in one direction the scene comes near both edges.
 #[test]
 fn a_file_without_a_camera_is_framed_in_any_proportions() {
     let folder = Folder::new();

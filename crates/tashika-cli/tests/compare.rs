@@ -1,4 +1,4 @@
-//! Two renders of the same scene: what their intervals say of each other.
+//! Comparison of two renders of a scene, by their intervals.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use serde_json::Value;
 use tashika::film::{Film, Samples, planes};
 use tashika::io::{read_exr, write_exr};
 
-/// Runs the program in a folder; what it printed.
+/// Runs the program in a folder; returns its standard output.
 #[track_caller]
 fn run(folder: &Path, line: &str) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_tashika"));
@@ -17,7 +17,7 @@ fn run(folder: &Path, line: &str) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Compares two films of a folder; what was printed, and the numbers.
+/// Compares two films of a folder; returns the printed text and the numbers.
 #[track_caller]
 fn compared(folder: &Path, image: &str, reference: &str) -> (String, Value) {
     let said = run(folder, &format!("compare {image}.exr {reference}.exr --json numbers.json"));
@@ -38,8 +38,8 @@ fn intervals_of_two_seeds_are_held_against_each_other() {
         run(folder, &format!("{path} --error 30% --seed {seed} -o {seed}.exr"));
     }
     let films = ["1.exr", "2.exr"].map(|name| read_exr(&folder.join(name)).unwrap());
-    // The second film, brighter: further from the first than intervals of 30 % reach, wherever
-    // there is light.
+    // The second film, nine times as bright: farther from the first than intervals of 30 % reach,
+    // wherever there is light.
     let mut brighter = films[1].clone();
     for (x, y) in brighter.window().pixels() {
         let color = brighter.plane("").unwrap().f32_at(x, y).iter().map(|c| 9.0 * c).collect::<Vec<_>>();
@@ -74,7 +74,7 @@ fn intervals_of_two_seeds_are_held_against_each_other() {
         assert_eq!(disjoint == lit, name == "brighter", "{disjoint} of {lit} that are lit");
     }
 
-    // A reference that claims nothing, and sums over VPLs of which each seed has its own.
+    // A reference without claims, and sums over VPLs that differ between seeds.
     run(folder, &format!("{path} --paths 4 -o count.exr"));
     let sums = "render builtin:tiny --size 8x6 --truth vpl --vpls 100 --gather 1 -q";
     run(folder, &format!("{sums} --seed 1 -o sum.exr"));
@@ -131,7 +131,7 @@ fn pixels_that_are_not_finite_have_failed_and_measures_are_of_the_others() {
     for (pixel, value) in spoiled.into_iter().zip([f32::NAN, f32::INFINITY, f32::NEG_INFINITY]) {
         samples[3 * pixel] = value;
     }
-    // Of the pixels that are left one is off, by 0.5 in green.
+    // One of the other pixels is off, by 0.5 in green.
     samples[3 * 100 + 1] += 0.5;
     let mut image = Film::new(film.size(), window, &[]).unwrap();
     image.add_plane(&planes::RADIANCE, Samples::F32(samples));
@@ -147,11 +147,11 @@ fn pixels_that_are_not_finite_have_failed_and_measures_are_of_the_others() {
     assert!(number("flip") > 0.0 && number("flip") < 0.1 && number("exposure_stops").is_finite(), "{json}");
     assert!(said.contains("3 pixels: not finite, outside of any tolerance"), "{said}");
     assert!(said.contains("RMSE") && said.contains("FLIP"), "{said}");
-    // As the reference they are left out.
+    // Such pixels of a reference are not counted.
     let (_, json) = compared(folder, "whole", "spoiled");
     assert_eq!((&json["pixels"], &json["failed"]), (&189.into(), &0.into()));
     assert_eq!(json["left_out"]["not_finite"], 3);
-    // Of equal pictures the ratio is infinite, which JSON cannot say.
+    // The ratio of equal pictures is infinite, which JSON cannot represent.
     let (said, json) = compared(folder, "whole", "whole");
     assert_eq!((&json["psnr"], &json["rmse"], &json["flip"]), (&Value::Null, &0.0.into(), &0.0.into()));
     assert!(said.contains("PSNR infinite"), "{said}");

@@ -36,7 +36,7 @@ fn options_that_contradict_each_other_are_refused() {
     ] {
         refused(&format!("{small} {options}"), &said);
     }
-    // Only the scene decides that it needs no paths.
+    // The scene alone decides whether it needs paths.
     refused(&format!("{small} --paths 7"), &["--paths = 7", "none with method tashika"]);
     let (code, said, error) = run(&format!("{small} --method path --paths 2"));
     assert!(code == Some(0) && said.contains("2 paths a pixel"), "{said}{error}");

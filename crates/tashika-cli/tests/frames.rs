@@ -9,7 +9,7 @@ use tashika::color::Rgb;
 use tashika::io::read_exr;
 use tempfile::TempDir;
 
-/// A white square that goes from `x = 0` to `x = 4` in two seconds, before two cameras.
+/// A white square that moves from `x = 0` to `x = 4` in two seconds, before two cameras.
 const SCENE: &str = r#"<scene version="3.0.0">
   <sensor type="orthographic" id="a"><film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="2"/></film>
     <transform name="to_world"><scale x="4"/><lookat origin="0,0,5" target="0,0,0" up="0,1,0"/></transform></sensor>
@@ -61,7 +61,7 @@ fn frames_are_the_scene_at_their_times_in_files_of_their_numbers() {
     assert_eq!(found.collect::<BTreeSet<_>>(), expected);
     let json: serde_json::Value = serde_json::from_slice(&bytes(folder.join("n-0011.json"))).unwrap();
     assert_eq!(json["time_seconds"], 1.1);
-    // Each is the picture of a call of its own, to the byte.
+    // Each file has the bytes of a separate call.
     for (number, at) in [("0009", "0.9"), ("0010", "1"), ("0011", "1.1")] {
         succeeds(folder, &format!("{SMALL} --at {at} -o alone.exr -q"));
         assert!(bytes(folder.join("alone.exr")) == bytes(folder.join(format!("walk-{number}.exr"))), "{at}");
@@ -69,7 +69,7 @@ fn frames_are_the_scene_at_their_times_in_files_of_their_numbers() {
     assert_ne!(bytes(folder.join("walk-0009.exr")), bytes(folder.join("walk-0011.exr")));
     let film = read_exr(&folder.join("walk-0009.exr")).unwrap();
     assert_eq!(film.metadata().number("scene.time"), Some(0.9));
-    // Parts of pictures at other times are not joined.
+    // Parts of pictures at different times are not joined.
     for (tiles, at) in [("1/2", "1"), ("2/2", "1.1")] {
         succeeds(folder, &format!("{SMALL} --size 64x64 --at {at} --tiles {tiles} -o {at}.exr -q"));
     }
@@ -134,7 +134,7 @@ fn cameras_are_blurred_while_the_shutter_is_open() {
     assert_eq!(json["time_seconds"], 1.125);
     let film = read_exr(&folder.join("b.exr")).unwrap();
     assert_eq!(film.metadata().text("camera.shutter"), Some("0.75,1.5"));
-    // About the time of each frame.
+    // Shutter times are relative to the time of each frame.
     succeeds(folder, &format!("{SMALL} --frames 1..1 --fps 1 --shutter -0.25,0.5 -o f.exr -q"));
     assert!(bytes(folder.join("f-0001.exr")) == bytes(folder.join("b.exr")));
     let told = succeeds(folder, "info s.xml --shutter 0,1");
@@ -150,7 +150,7 @@ fn cameras_are_blurred_while_the_shutter_is_open() {
     );
     let still = succeeds(folder, &format!("{SMALL} --at 1 -o s.exr"));
     assert!(!still.contains("shutter"), "{still}");
-    // The shape moves too, which is for path tracing, or sums at instants.
+    // The shape moves too, so that path tracing renders it, or a sum at instants.
     assert_eq!(film.metadata().text("method"), Some("path"));
     succeeds(folder, "render s.xml --shutter 0,1 --method mdlc --vpls 200 --instants 4 -o m.exr");
     let film = read_exr(&folder.join("m.exr")).unwrap();
@@ -198,7 +198,7 @@ fn frames_without_anything_visible_show_the_background() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     fs::write(folder.join("h.usda"), HIDDEN).unwrap();
-    // Every way to render.
+    // Frames by every way to render.
     for way in ["--method path --paths 1", "--method exact --vpls 10", "--quality draft --share 50%"] {
         succeeds(folder, &format!("render h.usda {way} --size 4x4 --frames 11..20 --fps 24 -o w.exr"));
         for number in [12, 19] {

@@ -1,4 +1,4 @@
-//! What is told while a command works: `--log` and `--log-file`.
+//! Progress of a command: `--log` and `--log-file`.
 
 use std::fs;
 use std::path::Path;
@@ -6,14 +6,14 @@ use std::path::Path;
 use assert_cmd::Command;
 use serde_json::Value;
 
-/// Runs the program in `folder`; exit code and standard error.
+/// Runs the program in `folder`; returns exit code and standard error.
 fn run(folder: &Path, line: &str) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_tashika"));
     let output = command.current_dir(folder).args(line.split_whitespace()).output().unwrap();
     (output.status.code(), String::from_utf8(output.stderr).unwrap())
 }
 
-/// The objects, one a line and nothing else; each has a name.
+/// Reads events, one JSON object a line and nothing else, and returns them with their names.
 fn events(lines: &str) -> Vec<(String, Value)> {
     let read = |line: &str| {
         let object: Value = serde_json::from_str(line).unwrap_or_else(|e| panic!("{e}: {line}"));

@@ -70,7 +70,8 @@ fn pixels_that_are_not_finite_are_said_and_no_success() {
     }
 }
 
-/// Parts report such pixels themselves; shares of a job leave the report to the merged image.
+/// Parts report pixels that are not finite themselves; shares of a job leave the report to the
+/// merged image.
 #[test]
 fn parts_and_what_is_merged_from_them_say_it() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Images in parts: shares of the tiles on several machines, and what becomes of them.
+//! Images in parts: shares of the tiles on several machines, and their merging.
 
 use std::fs;
 use std::path::Path;
@@ -35,7 +35,7 @@ fn shares_are_merged_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     succeeds(folder, &format!("{RENDER} -o whole.exr -q"));
-    // The lights once, for all; the same as traced by each.
+    // Lights that are traced once for all parts are the same as those that each part traces.
     succeeds(folder, "vpl builtin:tiny --vpls 200 -o lights.vpl -q");
     let shared = RENDER.replace("--vpls 200", "--vpl-file lights.vpl");
     for (number, threads) in [(1, 1), (2, 2), (3, 1)] {
@@ -81,7 +81,7 @@ fn planes_of_light_groups_are_merged_and_kept_in_checkpoints() {
     let output = run(folder, "render builtin:tiny --size 8x6 --truth vpl --groups each -o a.exr");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.code() == Some(2) && said.contains("method path"), "{said}");
-    // Beside pixels that claim, by paths of their own, which are not said in vain.
+    // Beside pixels that claim something, groups have paths of their own: `--paths` is not ignored.
     let render =
         "render builtin:tiny --size 20x15 --error 50% --vpls 2000 --paths 4 --groups each --accept-budget -q";
     for (options, name) in [("", "all"), ("--tiles 1/2", "one"), ("--tiles 2/2", "two")] {
@@ -114,7 +114,8 @@ fn layouts_of_files_do_not_enter() {
     assert!(output.status.code() == Some(2) && said.contains("keeps all bits"), "{said}");
 }
 
-/// A picture is made after the image, of which it changes nothing; parts give the picture of the whole.
+/// Test that tone mapping changes the picture alone, and that merged parts give the picture of the
+/// whole.
 #[test]
 fn tone_mappings_change_the_picture_alone() {
     let temporary = tempfile::tempdir().unwrap();
@@ -182,12 +183,12 @@ fn parts_of_another_render_are_refused_by_name() {
     assert!(!folder.join("c.exr").exists());
 }
 
-/// A render of some seconds, in tiles of which hundreds are finished in one.
+/// A render of some seconds, which finishes hundreds of tiles in a second.
 const LONG: &str =
     "render builtin:tiny --size 160x90 --truth vpl --vpls 2k --gather 16 --error 2% --threads 2 --checkpoint";
 
-/// Begins a render, and ends it by force once its checkpoint has grown to that many bytes; false if
-/// it was too fast.
+/// Begins a render, and ends it by force once its checkpoint has `bytes` bytes; returns false if it
+/// was too fast.
 fn killed(folder: &Path, bytes: u64) -> bool {
     let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_tashika"))
         .current_dir(folder)
@@ -207,7 +208,7 @@ fn killed(folder: &Path, bytes: u64) -> bool {
     true
 }
 
-/// The same bytes as in one go, which `whole.exr` is.
+/// Asserts that image and picture have the bytes of those rendered in one go.
 #[track_caller]
 fn same_as_whole(folder: &Path, name: &str) {
     for ending in ["exr", "png"] {
@@ -247,7 +248,7 @@ fn a_render_that_was_killed_goes_on_to_the_same_bytes() {
         assert_eq!(report("a.json")[key], report("whole.json")[key], "{key}");
     }
 
-    // Damage in the middle is told, and what comes after it is rendered again.
+    // Damage in the middle is reported, and tiles after it are rendered again.
     assert!(killed(folder, 400_000));
     let mut bytes = fs::read(&checkpoint).unwrap();
     bytes[200_000] ^= 1;
@@ -258,7 +259,7 @@ fn a_render_that_was_killed_goes_on_to_the_same_bytes() {
     same_as_whole(folder, "a");
 }
 
-/// A limit on the size of files stands for a disk that is full.
+/// Test with a limit on the size of files, which stands for a full disk.
 #[cfg(unix)]
 #[test]
 fn what_is_finished_survives_a_full_disk() {
@@ -282,7 +283,7 @@ fn what_is_finished_survives_a_full_disk() {
     same_as_whole(folder, "a");
 }
 
-/// Stands for Slurm: runs what is submitted at once, each task of an array once, the second of them
+/// Stand-in for Slurm: runs submitted scripts at once, each task of an array once, the second task
 /// after it was lost halfway.
 #[cfg(unix)]
 const SBATCH: &str = r#"#!/bin/sh
@@ -299,7 +300,7 @@ fi
 echo 7
 "#;
 
-/// Runs the job in a folder by what stands for Slurm.
+/// Runs the job in a folder by the script that stands for Slurm.
 #[cfg(unix)]
 fn submit(folder: &Path) {
     use std::os::unix::fs::PermissionsExt;
@@ -316,7 +317,7 @@ fn submit(folder: &Path) {
 fn a_job_for_slurm_gives_the_same_bytes() {
     let folder = tempfile::Builder::new().prefix("it's a job ").tempdir().unwrap();
     let folder = folder.path();
-    // Pixels that run out of budget are no lost worker.
+    // Pixels that run out of budget must not count as a lost worker.
     let render = format!("{RENDER} --max-pairs 3");
     assert_eq!(run(folder, &format!("{render} -o whole.exr -q")).status.code(), Some(4));
     let program = env!("CARGO_BIN_EXE_tashika");
@@ -327,8 +328,8 @@ fn a_job_for_slurm_gives_the_same_bytes() {
     assert!(folder.join("job/part-3.exr").exists() && !folder.join("job/part-3.exr.checkpoint").exists());
 }
 
-/// The default: the large set is traced once for all shares, and that pixels ran out of budget is
-/// no failure of a picture.
+/// Test of the default method: the large set is traced once for all shares, and pixels that ran out
+/// of budget are no failure of a picture.
 #[cfg(unix)]
 #[test]
 fn a_picture_is_shared_with_the_lights_of_one() {
@@ -368,7 +369,7 @@ fn a_scene_in_fog_is_shared_without_lights() {
     assert!(!folder.join("job/lights.sh").exists());
 }
 
-/// Its last step audits the picture; what is asked of it goes to all shares.
+/// Test that the last step audits the picture, and that its options go to all shares.
 #[cfg(unix)]
 #[test]
 fn an_audited_picture_is_a_job_too() {
@@ -462,7 +463,7 @@ fn parts_of_a_scene_that_was_changed_are_refused() {
     succeeds(folder, &format!("{render} --tiles 1/2 -o a.exr"));
     succeeds(folder, &format!("{render} --tiles 2/2 -o b.exr"));
     succeeds(folder, "merge a.exr b.exr -o c.exr");
-    // A file beside the scene's: the lights are as many as before.
+    // A changed file beside that of the scene; the number of lights is the same.
     fs::write(folder.join("a.mtl"), "newmtl a\nKd 0.5 0.5 0.4\n").unwrap();
     succeeds(folder, &format!("{render} --tiles 2/2 -o b.exr"));
     fails(folder, "merge a.exr b.exr -o c.exr", &["b.exr: scene.digest = "]);

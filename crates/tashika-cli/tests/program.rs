@@ -1,4 +1,4 @@
-//! The program as its users meet it: what it prints, what it writes, how it ends.
+//! The program as its users meet it: output, files and exit codes.
 
 use std::fs;
 use std::path::PathBuf;
@@ -85,7 +85,7 @@ struct Run {
 }
 
 impl Run {
-    /// It failed with this code and said this.
+    /// Asserts that the run failed with this code and printed these words.
     #[track_caller]
     fn fails(&self, code: i32, said: &[&str]) {
         assert_eq!(self.code, Some(code), "{}", self.stderr);
@@ -101,7 +101,7 @@ impl Run {
     }
 }
 
-/// Pixels whose plane `stop` says that they were rendered.
+/// Returns true for each pixel that was rendered, by the plane `stop`.
 fn rendered(film: &Film) -> Vec<bool> {
     film.plane("stop").unwrap().u32_samples().unwrap().iter().map(|&reason| reason != 0).collect()
 }
@@ -190,7 +190,7 @@ fn a_render_writes_image_picture_and_numbers() {
     assert_eq!(png[16..24], [0, 0, 0, 9, 0, 0, 0, 5], "width and height of the PNG header");
 
     let json = folder.json("a.json");
-    // What is said by default: light transport, and what was reached of it.
+    // The default is light transport, made as a picture.
     let [pixels, kept, out] = ["pixels", "promise_met", "budget_hit"].map(|key| json[key].as_u64().unwrap());
     assert_eq!(
         (pixels, kept + out, &json["truth"], &json["picture"]),
@@ -200,7 +200,7 @@ fn a_render_writes_image_picture_and_numbers() {
     let sum_of_rays: f64 =
         film.plane("rays").unwrap().f32_samples().unwrap().iter().map(|r| f64::from(*r)).sum();
     assert!(sum_of_rays > 0.0);
-    // The last bit of a decimal number may be read otherwise than it was written.
+    // A decimal number may be read with another last bit than it was written.
     let told = 45.0 * json["rays_per_pixel"].as_f64().unwrap();
     assert!((told - sum_of_rays).abs() < 1e-9 * sum_of_rays, "{told} rays, {sum_of_rays}");
     assert!(json["pairs_per_pixel"].as_f64().unwrap() > 0.0);
@@ -233,7 +233,7 @@ fn an_audit_says_what_was_kept() {
     assert!(audit["within"].as_u64().unwrap() < 54, "{audit}");
     assert!(audit["contradicts"] == false && audit["claiming"].as_u64().unwrap() < 30, "{audit}");
     assert_eq!(audit["claiming_within"], audit["claiming"]);
-    // The published rule claims what 16 pixels of 384 do not keep.
+    // Claims by the published rule are false for 16 pixels of 384.
     let published = "render builtin:tiny --size 24x16 --truth vpl --vpls 3000 --gather 64 --error 10%";
     let rule = "--method iwasaki2019 --confidence 99% --audit 384 --json d.json";
     let run = folder.run(&format!("{published} {rule}"));
@@ -243,8 +243,8 @@ fn an_audit_says_what_was_kept() {
     folder.run(exact).fails(2, &["--audit = 9", "none with method exact"]);
 }
 
-/// The promise of a sum is told together with what the choice of its lights is worth; few lights
-/// are worth less than many.
+/// Test that the claim of a sum comes with the change by another set of lights, which is larger for
+/// few lights than for many.
 #[test]
 fn a_promise_about_one_set_of_lights_says_what_another_would_change() {
     let folder = Folder::new();
@@ -282,7 +282,7 @@ fn light_transport_is_promised_and_audited() {
     let json = folder.json("a.json");
     assert_eq!(json["truth"], "transport");
     let audit = &json["audit"];
-    // Pixels whose truth cannot be told are left out.
+    // Pixels whose truth is too uncertain are not counted.
     assert!(audit["of"].as_u64() > Some(30) && audit["contradicts"] == false, "{audit}");
     assert!(json["error_budget"]["compensation"].as_f64() > Some(0.0), "{}", json["error_budget"]);
     let film = folder.film("render.exr");
@@ -314,13 +314,13 @@ fn light_transport_is_measured_against_a_path_tracer() {
     for row in rows.as_array().unwrap() {
         assert!(row["pixels"].as_u64() > Some(10) && row["within_tolerance"].as_f64() > Some(0.6), "{row}");
     }
-    // The truth is there to be used again.
+    // The truth was written, and can be used again.
     let again = folder.run(&format!("{command} --out again --paths 20k --reference reference.exr"));
     again.succeeds();
     for (a, b) in folder.json("again/table.json").as_array().unwrap().iter().zip(rows.as_array().unwrap()) {
         assert_eq!(a["within_tolerance"], b["within_tolerance"]);
     }
-    // Other seeds have other lights, and are held against each other.
+    // Other seeds have other lights, and are compared with each other.
     let seeds =
         folder.run(&format!("{command} --out seeds --methods tashika --seeds 2 --reference reference.exr"));
     assert!(
@@ -373,7 +373,7 @@ fn lights_are_shared_by_a_file() {
     folder.run(&format!("{common} --vpls 80 -o own.exr")).succeeds();
     folder.run(&format!("{common} --vpl-file lights.vpl -o file.exr")).succeeds();
     assert_eq!(folder.film("own.exr"), folder.film("file.exr"));
-    // The same lights, as some of all that there could be.
+    // The same lights, as a sample of all possible lights.
     let command = "render scene.obj --size 6x6 --truth transport --max-pairs 200 --vpl-file lights.vpl";
     folder.run(&format!("{command} -o transport.exr --json t.json")).succeeds();
     let json = folder.json("t.json");
@@ -400,7 +400,7 @@ fn info_counts_what_is_there() {
     assert!(folder.run("info builtin:tiny").succeeds().stdout.contains("36 stored"));
 }
 
-/// Media are told, and rendered by paths, or by VPLs where that is asked for.
+/// Test that media are listed, and rendered by paths, or by VPLs if requested.
 #[test]
 fn media_are_told_and_rendered_by_paths_and_as_sums() {
     let folder = Folder::new();
@@ -447,8 +447,8 @@ fn media_are_told_and_rendered_by_paths_and_as_sums() {
     assert_eq!((&json["method"], &json["picture_claim"]["reached"]), (&"path".into(), &true.into()));
 }
 
-/// A scene without light says whose light it has, whatever else there is to say; light that is
-/// asked for takes its place, is told, and parts of pictures in different light do not go together.
+/// Test that default light is reported, however many notes there are, and that requested light
+/// replaces it and is reported. Parts of pictures in different light are not merged.
 #[test]
 fn light_that_is_asked_for_is_told_and_not_mixed() {
     let folder = Folder::new();
@@ -491,7 +491,7 @@ fn light_that_is_asked_for_is_told_and_not_mixed() {
     folder.run("render dark.obj --environment scene.mtl").fails(3, &["scene.mtl", "HDR"]);
 }
 
-/// All that is missing in one message; with the option, notes.
+/// Test that one message names all missing files; with the option they are notes.
 #[test]
 fn missing_files_are_all_told_and_refused_unless_allowed() {
     let folder = Folder::new();
@@ -678,7 +678,7 @@ fn what_cannot_be_compared_is_told() {
     assert_eq!(folder.names(), before, "nothing was written");
 }
 
-/// What every row of a measurement holds.
+/// Keys that every row of a measurement has.
 const KEYS: [&str; 13] = [
     "method",
     "scene",
@@ -695,7 +695,7 @@ const KEYS: [&str; 13] = [
     "seconds",
 ];
 
-/// The rows of a table for scripts, each with all keys and numbers that agree with each other.
+/// Rows of a table for scripts, each with all keys and consistent numbers.
 #[track_caller]
 fn sound_rows(json: Value) -> Vec<Value> {
     let Value::Array(rows) = json else { panic!("not rows: {json}") };
@@ -754,7 +754,7 @@ fn coverage_is_measured_by_error_confidence_and_seed() {
     assert!(lines[0].contains("claims kept") && lines[6].contains("iwasaki2019"), "{}", run.stdout);
     assert!(run.stderr.contains("exact sums of 15 pixels"), "{}", run.stderr);
 
-    // The same numbers from one thread, but for the time.
+    // The same numbers from one thread, except the time.
     folder.run(&format!("{common} --json again.json --threads 1 -q")).succeeds();
     let timeless = |mut rows: Vec<Value>| {
         rows.iter_mut().for_each(|row| row["seconds"] = Value::Null);
@@ -833,7 +833,7 @@ fn methods_are_brought_to_the_same_quality() {
     for row in &rows {
         assert!(row["within_tolerance"].as_f64().unwrap() >= 0.9 && row["error"] == 0.02, "{row}");
     }
-    // A cut of one pair stays far off, whatever it is told.
+    // A cut of one pair has a large error, whatever its target.
     let run = folder.run(
         "experiment equal-quality builtin:tiny --size 20x12 --out . --vpls 200 --pixels 10 --max-pairs 1 --methods mdlc",
     );

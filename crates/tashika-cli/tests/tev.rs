@@ -12,14 +12,14 @@ use assert_cmd::Command;
 use tashika::film::{Film, Samples, Window, channel_name};
 use tashika::io::read_exr;
 
-/// A viewer that does with the first connection what it is told, and its address.
+/// Starts a viewer that calls `act` with its first connection; returns its address.
 fn server<T: Send + 'static>(act: fn(TcpStream) -> T) -> (String, JoinHandle<T>) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
     (address, thread::spawn(move || act(listener.accept().unwrap().0)))
 }
 
-/// Renders the small built-in scene in `folder`; exit code and what was said.
+/// Renders the small built-in scene in `folder`; returns exit code and standard error.
 fn render(folder: &Path, more: &str) -> (Option<i32>, String) {
     let line = format!("render builtin:tiny --method path --paths 2 -o seen.exr {more}");
     let mut command = Command::new(env!("CARGO_BIN_EXE_tashika"));
@@ -57,7 +57,7 @@ impl<'a> Bytes<'a> {
         usize::try_from(self.number(i32::from_le_bytes)).expect("no negative size")
     }
 
-    /// A count of channels and as many names, all different.
+    /// Reads a count of channels and their names, which all differ.
     fn channels(&mut self) -> Vec<String> {
         let names: Vec<String> = (0..self.size()).map(|_| self.text()).collect();
         assert!(!names.is_empty() && names.iter().all(|name| !name.is_empty()));
@@ -77,7 +77,7 @@ struct Shown {
 }
 
 impl Shown {
-    /// What these bytes make, all of which must belong to packets.
+    /// Reads an image from bytes, all of which must belong to packets.
     fn read(bytes: &[u8]) -> Self {
         let mut shown = Self::default();
         let mut bytes = Bytes(bytes);
@@ -127,7 +127,7 @@ impl Shown {
         self.tiles += 1;
     }
 
-    /// Every sample of the file was shown, and nothing else.
+    /// Asserts that every sample of the file was shown, and nothing else.
     fn is(&self, film: &Film) {
         assert_eq!(self.size, film.size().map(|side| side as usize));
         let mut count = 0;
@@ -188,7 +188,7 @@ fn a_viewer_that_goes_or_sleeps_disturbs_nothing() {
     let said = check(&address);
     gone.join().unwrap();
     assert_eq!(said.matches(&format!("note: tev at {address} shows no more")).count(), 1, "{said}");
-    // Its connection stays open, but nobody reads.
+    // The connection stays open, but nobody reads.
     let (address, asleep) = server(|stream| stream);
     check(&address);
     drop(asleep.join().unwrap());

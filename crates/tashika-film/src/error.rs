@@ -1,4 +1,4 @@
-//! What can go wrong, and whose fault it is.
+//! The error type of all crates: a fault of the system, of the input, or of the caller.
 
 mod nearest;
 
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 pub use nearest::nearest_name;
 
-/// Result of everything that reads or writes files.
+/// Result of functions that read or write files or check options.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Returns the text with an escape, as `\u{1b}`, for each control character, each line break, and
@@ -40,7 +40,7 @@ fn shown(path: &Path) -> String {
     visible(&path.to_string_lossy()).into_owned()
 }
 
-/// Where in the input something was found.
+/// Place in the input.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Location {
     /// File as the user named it, or as another file refers to it; empty if only the item is known.
@@ -49,12 +49,12 @@ pub struct Location {
     pub line: Option<u32>,
     /// Column in that line, from 1, in characters.
     pub column: Option<u32>,
-    /// Item inside the file: `meshes[3].primitives[0]`, `newmtl floor`.
+    /// Name of an item inside the file: `meshes[3].primitives[0]`, `newmtl floor`.
     pub item: Option<String>,
 }
 
 impl Location {
-    /// A whole file.
+    /// A whole file, without a line or an item.
     pub fn file(file: impl Into<PathBuf>) -> Self {
         Self { file: file.into(), line: None, column: None, item: None }
     }
@@ -64,14 +64,14 @@ impl Location {
         Self { file: file.into(), line: Some(line), column: None, item: None }
     }
 
-    /// The same line, at a column counted from 1.
+    /// Adds a column, counted from 1, to a line.
     #[must_use]
     pub fn column(mut self, column: u32) -> Self {
         self.column = Some(column);
         self
     }
 
-    /// The same place, naming the item there.
+    /// Adds the name of the item at this place.
     #[must_use]
     pub fn item(mut self, item: impl Into<String>) -> Self {
         self.item = Some(item.into());
@@ -96,7 +96,7 @@ impl fmt::Display for Location {
     }
 }
 
-/// Everything that the library refuses. Messages have no line breaks but those between the files of
+/// All errors of the library. Messages have no line breaks except those between the files of
 /// [`Error::Missing`], and names in them are [`visible`].
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -104,49 +104,49 @@ pub enum Error {
     /// The system could not read or write a file.
     #[error("{}: {}", shown(path), visible(&source.to_string()))]
     Io {
-        /// The file.
+        /// File that was to be read or written.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// The input says something that cannot be.
+    /// The input contains an invalid value.
     #[error("{at}: {}; expected {}", visible(found), visible(expected))]
     Invalid {
-        /// Where.
+        /// Place of the value.
         at: Location,
         /// Field and value as found.
         found: String,
-        /// What would be accepted.
+        /// Description of accepted values.
         expected: String,
     },
-    /// The input is sound, but asks for what this program does not do.
+    /// The input is valid, but uses a feature that this program does not support.
     #[error("{at}: {} is not supported; {}", visible(what), visible(instead))]
     Unsupported {
-        /// Where.
+        /// Place of the feature.
         at: Location,
-        /// The feature.
+        /// Name of the feature.
         what: String,
-        /// What the user can do.
+        /// Remedy for the user.
         instead: String,
     },
-    /// The input names a file outside of its folder, where none is read.
+    /// The input refers to a file outside of its folder, where no file is read.
     #[error("{at}: {reference:?} is outside of the folder of the scene file; --allow-outside permits it")]
     Outside {
-        /// Where.
+        /// Place of the reference.
         at: Location,
-        /// The file as it is named.
+        /// The file as the input names it.
         reference: String,
     },
-    /// The input names files that are not there or must not be read.
+    /// The input refers to files that do not exist or must not be read.
     #[error(
         "{}: names files that cannot be had (--allow-missing goes on without them):{}",
         shown(scene),
         in_lines(files)
     )]
     Missing {
-        /// The scene that names them.
+        /// The scene that refers to them.
         scene: PathBuf,
-        /// Of each the place, the file, and what would be used instead.
+        /// One entry for each file: the place, the file, and its replacement.
         files: Vec<String>,
     },
     /// An option of the caller is out of range.
@@ -154,9 +154,9 @@ pub enum Error {
     Option {
         /// Name of the option as the caller writes it.
         option: String,
-        /// Value as given.
+        /// Value as the caller gave it.
         value: String,
-        /// What would be accepted.
+        /// Description of accepted values.
         expected: String,
     },
 }
@@ -166,12 +166,12 @@ fn in_lines(all: &[String]) -> String {
 }
 
 impl Error {
-    /// The system could not read or write `path`.
+    /// Returns the error of the system for a file at `path` that it could not read or write.
     pub fn io(path: impl Into<PathBuf>, source: std::io::Error) -> Self {
         Self::Io { path: path.into(), source }
     }
 
-    /// The input at `at` says `found` where `expected` was expected.
+    /// Returns the error of an input at `at` that contains `found` instead of `expected`.
     pub fn invalid(at: Location, found: impl Into<String>, expected: impl Into<String>) -> Self {
         Self::Invalid { at, found: found.into(), expected: expected.into() }
     }
@@ -182,12 +182,13 @@ impl Error {
         Self::invalid(at, format!("{kind} {found:?}"), format!("a known name: did you mean {known:?}?"))
     }
 
-    /// The input at `at` asks for `what`; the user can do `instead`.
+    /// Returns the error of an input at `at` that uses the feature `what`; the user can do
+    /// `instead`.
     pub fn unsupported(at: Location, what: impl Into<String>, instead: impl Into<String>) -> Self {
         Self::Unsupported { at, what: what.into(), instead: instead.into() }
     }
 
-    /// The caller's `option` has an unusable `value`.
+    /// Returns the error of an `option` of the caller that has an unusable `value`.
     pub fn option(option: impl Into<String>, value: impl fmt::Display, expected: impl Into<String>) -> Self {
         Self::Option { option: option.into(), value: value.to_string(), expected: expected.into() }
     }

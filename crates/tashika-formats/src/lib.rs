@@ -1,13 +1,13 @@
 //! Files of [tashika](https://github.com/tashika-render/tashika), a many-light renderer: scenes from
 //! pbrt, Mitsuba, glTF, USD and Wavefront OBJ, films to and from OpenEXR, pictures to PNG.
 //!
-//! All is in [`io`]; users of the renderer find it as `tashika::io`, together with the files of
-//! lights.
+//! Everything is in [`io`], which users of the renderer see as `tashika::io`, together with the
+//! files of VPL sets.
 #![forbid(unsafe_code)]
 
 pub mod io;
 
-// Modules of the crates below, so that `crate::math` is the same wherever code stands.
+// Modules of the lower crates, so that paths such as `crate::math` are valid in every crate.
 use tashika_film::{color, error, film, reconstruction};
 use tashika_math::math;
 #[cfg(test)]

@@ -2,10 +2,10 @@
 //! [tashika](https://github.com/tashika-render/tashika), a many-light renderer: the same bits on
 //! every machine and any number of threads.
 //!
-//! * [`math`]: boxes, cones, frames and rays, elementary functions, what rounding can do, and
+//! * [`math`]: boxes, cones, frames and rays, elementary functions, bounds of rounding errors, and
 //!   formulas for one number or for vectors.
-//! * [`rng`]: streams of random numbers, keyed by what they are for.
-//! * [`warp`]: uniform squares to disks, spheres, triangles.
+//! * [`rng`]: streams of random numbers, keyed by their purpose.
+//! * [`warp`]: maps from uniform squares to disks, spheres, triangles.
 //!
 //! Users of the renderer find these as `tashika::math`, `tashika::rng` and `tashika::warp`.
 #![deny(unsafe_code)]

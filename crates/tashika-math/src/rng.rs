@@ -1,4 +1,4 @@
-//! Random numbers that are a function of *what they are for*.
+//! Random numbers that are a function of their *purpose*.
 //!
 //! A [`Stream`] is keyed by (seed, purpose, index): the same key gives the same numbers on any
 //! thread, tile or machine, and different keys give independent ones. The key is hashed into the
@@ -7,7 +7,7 @@
 use rand_core::Rng;
 use rand_pcg::Pcg32;
 
-/// What a stream of random numbers is used for; part of its key.
+/// Purpose of a stream of random numbers; part of its key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u64)]
 pub enum Purpose {
@@ -27,23 +27,23 @@ pub enum Purpose {
     Test = 7,
     /// Shapes of the built-in scene.
     Modelling = 8,
-    /// Whether a ray meets a surface that is partly transparent.
+    /// Random decisions whether a ray meets a partly transparent surface.
     Opacity = 9,
-    /// Terms drawn of the pairs of a cut.
+    /// Terms drawn from the pairs of a cut.
     Cut = 11,
-    /// What only guides where work goes.
+    /// Heuristics that guide where work goes, and nothing else.
     Guidance = 13,
-    /// Independent repetitions of the same: sets of VPLs, gather points.
+    /// Independent repetitions: sets of VPLs, gather points.
     Replicate = 14,
-    /// Paths of what VPLs do not carry.
+    /// Paths of the light that VPLs do not carry.
     Compensation = 15,
     /// Paths of pictures that are reconstructed.
     Picture = 16,
-    /// Pixels that an audit looks at, and their truth.
+    /// Pixels that an audit draws, and their reference values.
     Audit = 17,
-    /// When a camera sample is seen, while the shutter is open.
+    /// Times of camera samples while the shutter is open.
     Shutter = 18,
-    /// What media that vary leave of light between two places.
+    /// Transmittance of heterogeneous media between two points.
     Transmittance = 19,
 }
 
@@ -117,7 +117,7 @@ mod tests {
     fn streams_are_stable() {
         let mut s = Stream::new(1, Purpose::Test, 2);
         let got: Vec<u32> = (0..4).map(|_| (s.uniform() * (1 << 24) as f32) as u32).collect();
-        // Any other numbers here change every image: a value change.
+        // If these numbers change, every image changes: a value change.
         assert_eq!(got, [4_253_212, 53_849, 6_634_636, 15_927_962]);
     }
 
@@ -132,7 +132,7 @@ mod tests {
             .collect();
         let mean = pairs.iter().map(|p| p.0).sum::<f64>() / n as f64;
         let covariance = pairs.iter().map(|p| (p.0 - 0.5) * (p.1 - 0.5)).sum::<f64>() / n as f64;
-        // Standard errors are 0.0020 and 0.00059; five of them, two comparisons.
+        // Standard errors are 0.0020 and 0.00059; the limits are five of them.
         assert!((mean - 0.5).abs() < 0.0102, "mean {mean}");
         assert!(covariance.abs() < 0.003, "covariance {covariance}");
     }

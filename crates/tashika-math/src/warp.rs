@@ -1,5 +1,4 @@
-//! Uniform squares to the shapes that a renderer samples, and the weight of one way to draw among
-//! several.
+//! Maps from uniform squares to the shapes that a renderer samples, and the balance heuristic.
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -7,9 +6,9 @@ use glam::{Vec2, Vec3};
 
 use crate::math::elementary::{atan2, sin_cos};
 
-/// Weight of a strategy of density `this` beside another of density `other`: the balance heuristic
-/// (Veach 1997, section 9.2). It is 1 if `this` is infinite, and 1/2 if both densities underflow to
-/// zero.
+/// Weight of a strategy with density `this` that is combined with one of density `other`, by the
+/// balance heuristic (Veach 1997, section 9.2). It is 1 if `this` is infinite, and 1/2 if both
+/// densities underflow to zero.
 #[inline]
 pub fn balance(this: f32, other: f32) -> f32 {
     let sum = this + other;
@@ -37,12 +36,13 @@ pub fn disk(u: [f32; 2]) -> Vec2 {
     }
 }
 
-/// Regular polygon of `corners` (at least 3) on the unit circle, uniform by area. Turned by
-/// `rotation` (radians) counter-clockwise from where a corner is at `+y`.
+/// Regular polygon with `n = corners` corners (at least 3) on the unit circle, uniform by area. It
+/// is turned by `rotation` (radians) counter-clockwise from the position with a corner at `+y`.
 /// Density `1 / (n/2 · sin(2π/n))`.
 pub fn polygon(u: [f32; 2], corners: u32, rotation: f32) -> Vec2 {
     let n = corners as f32;
-    // One of the triangles between the centre and a side, and what is left of the number.
+    // The integer part chooses a triangle between the centre and a side; the fraction is used
+    // again.
     let scaled = u[0] * n;
     let side = scaled.floor().min(n - 1.0);
     let [_, to_first, to_second] = triangle([scaled - side, u[1]]);
@@ -53,14 +53,14 @@ pub fn polygon(u: [f32; 2], corners: u32, rotation: f32) -> Vec2 {
     corner(side) * to_first + corner(side + 1.0) * to_second
 }
 
-/// The numbers that [`disk`] takes to a point of the unit disk.
+/// Inverse of [`disk`]: the two numbers for a point of the unit disk.
 #[inline]
 pub fn disk_inverse(p: Vec2) -> [f32; 2] {
     let r = p.length();
     if r == 0.0 {
         return [0.5; 2];
     }
-    // The sector that the point lies in tells which of the two numbers is its radius.
+    // The sector of the point determines which of the two numbers is its radius.
     let (a, b) = if p.x.abs() > p.y.abs() {
         let r = r.copysign(p.x);
         (r, r * (4.0 / PI) * atan2(p.y.copysign(p.y * p.x), p.x.abs()))
@@ -77,7 +77,7 @@ fn unit(u: f32) -> f32 {
     u.clamp(0.0, 1.0 - f32::EPSILON)
 }
 
-/// Upper hemisphere about `+z`, density `cos θ / π` per steradian.
+/// Upper hemisphere around `+z`, density `cos θ / π` per steradian.
 #[inline]
 pub fn cosine_hemisphere(u: [f32; 2]) -> Vec3 {
     let d = disk(u);
@@ -100,14 +100,14 @@ pub fn sphere(u: [f32; 2]) -> Vec3 {
     Vec3::new(r * cos, r * sin, z)
 }
 
-/// The numbers that [`sphere`] takes to a unit vector.
+/// Inverse of [`sphere`]: the two numbers for a unit vector.
 #[inline]
 pub fn sphere_inverse(d: Vec3) -> [f32; 2] {
     let turn = atan2(d.y, d.x) / (2.0 * PI);
     [unit(0.5 - 0.5 * d.z), unit(if turn < 0.0 { turn + 1.0 } else { turn })]
 }
 
-/// Cone about `+z` with half-angle `acos(cos_max)`, uniform. Density `1/(2π(1 − cos_max))`.
+/// Cone around `+z` with half-angle `acos(cos_max)`, uniform. Density `1/(2π(1 − cos_max))`.
 #[inline]
 pub fn cone(u: [f32; 2], cos_max: f32) -> Vec3 {
     let z = 1.0 - u[0] * (1.0 - cos_max);
@@ -116,7 +116,7 @@ pub fn cone(u: [f32; 2], cos_max: f32) -> Vec3 {
     Vec3::new(r * cos, r * sin, z)
 }
 
-/// The numbers that [`cone`] takes to a unit vector inside the cone.
+/// Inverse of [`cone`]: the two numbers for a unit vector inside the cone.
 #[inline]
 pub fn cone_inverse(d: Vec3, cos_max: f32) -> [f32; 2] {
     [unit((1.0 - d.z) / (1.0 - cos_max)), sphere_inverse(d)[1]]
@@ -129,7 +129,7 @@ pub fn triangle(u: [f32; 2]) -> [f32; 3] {
     [1.0 - r, r * (1.0 - u[1]), r * u[1]]
 }
 
-/// The tent `1 − |x|` on `[−1, 1]`.
+/// Number in `[−1, 1]` with the tent density `1 − |x|`.
 #[inline]
 pub fn tent(u: f32) -> f32 {
     if u < 0.5 { (2.0 * u).sqrt() - 1.0 } else { 1.0 - (2.0 - 2.0 * u).sqrt() }
@@ -145,8 +145,8 @@ mod tests {
         (0..n).map(|_| f64::from(f(s.uniform_2()))).sum::<f64>() / f64::from(n)
     }
 
-    /// Weights of two strategies sum to 1 and are never NaN, at both ends of the range of numbers
-    /// as well.
+    /// Weights of two strategies sum to 1 and are never NaN, even for the smallest and largest
+    /// numbers.
     #[test]
     fn weights_of_two_strategies_sum_to_one() {
         let densities = [0.0, f32::from_bits(1), f32::MIN_POSITIVE, 1e-20, 0.3, 7.0, 1e20, f32::MAX];
@@ -168,8 +168,8 @@ mod tests {
             let mut s = Stream::new(4, Purpose::Test, u64::from(corners));
             for _ in 0..n {
                 let p = polygon(s.uniform_2(), corners, rotation);
-                // Found without the map: the angle tells the side, the distance along its normal
-                // the ring.
+                // Computed without the map: the side from the angle, the ring from the distance
+                // along its normal.
                 let angle = 2.0 * PI / corners as f32;
                 let from_corner = (atan2(-p.x, p.y) - rotation).rem_euclid(2.0 * PI);
                 let side = ((from_corner / angle) as usize).min(k - 1);
@@ -184,7 +184,7 @@ mod tests {
             }
             let expected = f64::from(n) / counts.len() as f64;
             let chi_squared: f64 = counts.iter().map(|c| (c - expected) * (c - expected) / expected).sum();
-            // Of so many degrees of freedom: mean k, standard deviation √2k.
+            // With k degrees of freedom the statistic has mean k and standard deviation √2k.
             let freedom = counts.len() as f64 - 1.0;
             let deviations = (chi_squared - freedom) / (2.0 * freedom).sqrt();
             assert!(deviations.abs() < 4.5, "{corners} corners: {deviations} standard deviations");

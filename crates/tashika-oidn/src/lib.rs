@@ -1,17 +1,16 @@
-//! Intel's Open Image Denoise (OIDN) 2, loaded at run time: another
-//! [smoother](tashika_film::reconstruction::Smoother) of pictures than our own.
+//! Intel's Open Image Denoise (OIDN) 2, loaded at run time, as a
+//! [smoother](tashika_film::reconstruction::Smoother) that replaces the built-in reconstruction.
 //!
-//! Nothing of it is needed to build. PyPI's package `pyoidn` carries the library for Linux and
-//! Windows; distributions call it `libOpenImageDenoise.so.2`. Declarations follow the documentation of
-//! its C interface (OIDN 2, `oidn.h`; Apache-2.0).
+//! The library is not needed to build. PyPI's package `pyoidn` carries it for Linux and Windows;
+//! distributions call it `libOpenImageDenoise.so.2`. Declarations follow the documentation of its C
+//! interface (OIDN 2, `oidn.h`; Apache-2.0).
 //!
 //! # Guarantee
-//! None: a picture is worth what its audit says. The bits are those of the library, of the device
-//! and of the number of threads.
+//! None: only an audit can make a claim about a picture. The bits depend on the library, on the
+//! device and on the number of threads.
 //!
 //! # Held to this by
-//! The test below, where a library is named by `TASHIKA_OIDN`; the Python package's
-//! `test_denoiser.py`.
+//! The test below, if `TASHIKA_OIDN` names a library; `test_denoiser.py` of the Python package.
 
 mod library;
 
@@ -25,7 +24,7 @@ use tashika_film::error::{Error, Result};
 use tashika_film::film::{Film, PlaneSpec, planes};
 use tashika_film::reconstruction::Smoother;
 
-/// Name of the library where the system has it.
+/// File name of an installed library, by operating system.
 pub const SYSTEM: &str = if cfg!(target_os = "macos") {
     "libOpenImageDenoise.2.dylib"
 } else if cfg!(windows) {
@@ -34,14 +33,13 @@ pub const SYSTEM: &str = if cfg!(target_os = "macos") {
     "libOpenImageDenoise.so.2"
 };
 
-/// The environment variable that says where the library is.
+/// Environment variable with the path of the library.
 const VARIABLE: &str = "TASHIKA_OIDN";
 
-/// Luminance that the mean of a picture has for the network, which knows pictures that people look
-/// at.
+/// Mean luminance of the pictures that the network receives: it expects exposed pictures.
 const MIDDLE_GRAY: f32 = 0.18;
 
-/// The library, ready to smooth pictures.
+/// The library with a device, ready to denoise pictures.
 pub struct Oidn {
     device: Device,
 }
@@ -53,25 +51,25 @@ impl fmt::Debug for Oidn {
 }
 
 impl Oidn {
-    /// Loads the library, a file or a [name](SYSTEM) that the system finds, and a device on the
-    /// processor with so many threads; 0: as many as there are.
+    /// Loads the library from a file, or by a [name](SYSTEM) that the system resolves, and makes a
+    /// device on the processor with `threads` threads; 0 stands for all that there are.
     ///
     /// # Errors
-    /// It is not there, or not OIDN 2; the message says how to get it.
+    /// If the library is missing, or is not OIDN 2; the message has installation instructions.
     pub fn load(library: &Path, threads: usize) -> Result<Self> {
         let failed = |why: String| {
             let expected = "Open Image Denoise 2, as `pip install pyoidn` has it in pyoidn/oidn/lib, or a \
                             distribution's package";
             Error::option("denoiser", format!("{} ({why})", library.display()), expected)
         };
-        // SAFETY: what is loaded is what the user names as that library.
+        // SAFETY: the user guarantees that the named file is this library.
         let device = unsafe { Device::load(library, threads) }.map_err(failed)?;
         Ok(Self { device })
     }
 
-    /// The smoother that a user calls by `name`: none for `own`, our own reconstruction; for `oidn` the
-    /// library that the environment variable `TASHIKA_OIDN` names, else `found`, else
-    /// [the system's](SYSTEM); else the library in the file of that name.
+    /// Returns the denoiser that a user selects by `name`. `own`: `None`, the built-in
+    /// reconstruction. `oidn`: the library that the environment variable `TASHIKA_OIDN` names, else
+    /// `found`, else [the system's](SYSTEM). Any other name: the library in that file.
     ///
     /// # Errors
     /// As [`Oidn::load`].
@@ -132,7 +130,7 @@ mod tests {
     fn what_is_not_there_is_said_with_how_to_get_it() {
         let refused = Oidn::load(Path::new("/nowhere/libOpenImageDenoise.so.2"), 1).unwrap_err().to_string();
         assert!(refused.contains("/nowhere/") && refused.contains("pip install pyoidn"), "{refused}");
-        // Another library than that.
+        // A different library.
         let other = Oidn::load(Path::new("libm.so.6"), 1).unwrap_err().to_string();
         assert!(other.contains("pyoidn"), "{other}");
     }
@@ -150,7 +148,7 @@ mod tests {
         }
     }
 
-    /// Noise is mostly taken away, an edge stays, and the picture is as bright as it was.
+    /// Noise is mostly removed, an edge stays, and the brightness does not change.
     #[test]
     fn noise_is_smoothed() {
         let Some(library) = std::env::var_os(VARIABLE) else { return };

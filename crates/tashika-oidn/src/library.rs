@@ -1,4 +1,4 @@
-//! The C interface: a device on the processor, and a filter for each picture.
+//! The C interface of OIDN: a device on the processor, and a filter for each picture.
 
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::path::Path;
@@ -14,7 +14,7 @@ const ERROR_NONE: c_int = 0;
 
 macro_rules! functions {
     ($($name:ident: fn($($argument:ty),*) $(-> $result:ty)?;)*) => {
-        /// The functions that are used.
+        /// Functions of the library that are called.
         #[expect(non_snake_case, reason = "as the library names them")]
         struct Functions {
             $($name: unsafe extern "C" fn($($argument),*) $(-> $result)?,)*
@@ -22,7 +22,7 @@ macro_rules! functions {
 
         impl Functions {
             /// # Safety
-            /// `library` must be OIDN 2, and outlive what is loaded.
+            /// `library` must be OIDN 2, and outlive the functions.
             unsafe fn load(library: &Library) -> Result<Self, libloading::Error> {
                 // SAFETY: the types are those of the documentation.
                 unsafe { Ok(Self { $($name: *library.get(concat!(stringify!($name), "\0").as_bytes())?,)* }) }
@@ -48,49 +48,53 @@ functions! {
     oidnReleaseFilter: fn(Handle);
 }
 
-/// A noisy picture, row by row, three numbers a pixel.
+/// A noisy picture and its features, row by row, three numbers a pixel.
 pub struct Images {
-    /// Width, height.
+    /// Width and height (pixels).
     pub size: [usize; 2],
     pub color: Vec<f32>,
     pub albedo: Vec<f32>,
     pub normal: Vec<f32>,
-    /// By what colours are multiplied for the network.
+    /// Factor that colours are multiplied by for the network.
     pub scale: f32,
 }
 
-/// A device of the library.
+/// A device of the library, on the processor.
 pub struct Device {
     handle: Handle,
     functions: Functions,
-    /// Behind what it is needed for, since it is dropped last.
+    /// Last field, so that the library is unloaded after everything that needs it.
     _library: Library,
 }
 
-// SAFETY: "all API calls are thread-safe" with one exception that is not used here, objects that are
-// released while they are in use (OIDN 2, documentation, "Open Image Denoise API").
+// SAFETY: "all API calls are thread-safe" with one exception that does not occur here, objects that
+// are released while they are in use (OIDN 2, documentation, "Open Image Denoise API").
 unsafe impl Send for Device {}
 // SAFETY: as above.
 unsafe impl Sync for Device {}
 
 impl Device {
+    /// Loads the library from a file, or by a name that the system resolves, and makes a device on
+    /// the processor.
+    ///
     /// # Safety
-    /// The file must be what it is taken for.
+    /// The file must be OIDN 2.
     pub unsafe fn load(path: &Path, threads: usize) -> Result<Self, String> {
-        // SAFETY: see above; the functions live no longer than the library beside them.
+        // SAFETY: by the contract of this function; the functions live no longer than the library
+        // beside them.
         let (library, functions) = unsafe {
             let library = Library::new(path).map_err(|error| error.to_string())?;
             let functions = Functions::load(&library).map_err(|error| error.to_string())?;
             (library, functions)
         };
-        // SAFETY: a call as documented.
+        // SAFETY: the call is as documented.
         let handle = unsafe { (functions.oidnNewDevice)(DEVICE_TYPE_CPU) };
         if handle.is_null() {
             return Err("it has no device on the processor".to_owned());
         }
         let device = Self { handle, functions, _library: library };
         let Functions { oidnSetDeviceInt, oidnSetDeviceBool, oidnCommitDevice, .. } = &device.functions;
-        // SAFETY: the device lives, and names end with a zero.
+        // SAFETY: the device is alive, and names end with a zero.
         unsafe {
             oidnSetDeviceInt(handle, c"numThreads".as_ptr(), threads.min(c_int::MAX as usize) as c_int);
             oidnSetDeviceBool(handle, c"setAffinity".as_ptr(), false);
@@ -103,15 +107,15 @@ impl Device {
         }
     }
 
-    /// Major, minor, patch.
+    /// Major, minor and patch version of the library.
     pub fn version(&self) -> [i32; 3] {
         [c"versionMajor", c"versionMinor", c"versionPatch"].map(|name| {
-            // SAFETY: the device lives, and the name ends with a zero.
+            // SAFETY: the device is alive, and the name ends with a zero.
             unsafe { (self.functions.oidnGetDeviceInt)(self.handle, name.as_ptr()) }
         })
     }
 
-    /// The picture without its noise.
+    /// Returns the picture without its noise.
     pub fn denoise(&self, mut images: Images) -> Result<Vec<f32>, String> {
         let [width, height] = images.size;
         let samples = 3 * width * height;
@@ -119,8 +123,8 @@ impl Device {
         assert!(planes.iter().all(|plane| plane.len() == samples), "planes have the size of the picture");
         let mut output = vec![0.0f32; samples];
         let f = &self.functions;
-        // SAFETY: the device lives; each image has three floats for each of width × height pixels, and
-        // outlives the filter; names end with a zero.
+        // SAFETY: the device is alive; each image has three floats for each of width × height
+        // pixels, and outlives the filter; names end with a zero.
         unsafe {
             let filter = (f.oidnNewFilter)(self.handle, c"RT".as_ptr());
             if filter.is_null() {
@@ -154,10 +158,10 @@ impl Device {
         self.check().map(|()| output)
     }
 
-    /// What went wrong since this was asked last.
+    /// Returns the error since the last check, if there was one.
     fn check(&self) -> Result<(), String> {
         let mut message: *const c_char = null_mut();
-        // SAFETY: the device lives; the message lives until the next error, and is copied.
+        // SAFETY: the device is alive; the message lives until the next error, and is copied.
         unsafe {
             if (self.functions.oidnGetDeviceError)(self.handle, &raw mut message) == ERROR_NONE {
                 return Ok(());
@@ -172,7 +176,7 @@ impl Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
-        // SAFETY: it lives, and nobody uses it any more.
+        // SAFETY: the device is alive and not in use.
         unsafe { (self.functions.oidnReleaseDevice)(self.handle) }
     }
 }

@@ -1,4 +1,4 @@
-"""The table of `tashika experiment seed`, from Python: how many pixels each method keeps within the error.
+"""The table of `tashika experiment seed`, from Python: pixels of each method within the error.
 
 python seed_table.py kitchen.glb --size 320 180 --vpls 10000 --gather 16 --pixels 500
 """

@@ -1,8 +1,8 @@
 //! NumPy arrays in and out, by NumPy's own functions.
 //!
-//! Out: the samples are copied once, into an immutable bytes object that the array looks at, so
-//! that arrays are read-only and in row-major order. In: whatever NumPy makes an array of, checked
-//! for its shape; `n` rows of `N` numbers.
+//! Out: the samples are copied once, into an immutable bytes object that backs the array, so that
+//! arrays are read-only and in row-major order. In: anything that NumPy converts to an array,
+//! checked for its shape; `n` rows of `N` numbers.
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -13,7 +13,7 @@ use crate::errors::option;
 pub trait Number: Copy {
     /// NumPy's name of the type.
     const TYPE: &'static str;
-    /// Its bytes, on this machine.
+    /// Bytes of the number, in the order of this machine.
     fn bytes(self) -> impl AsRef<[u8]>;
 }
 
@@ -38,14 +38,14 @@ impl Number for u32 {
     }
 }
 
-/// An array of that shape, whose product is the number of samples.
+/// Array of the given shape, whose product is the number of samples.
 pub fn array<'py, T: Number>(
     py: Python<'py>,
     samples: impl ExactSizeIterator<Item = T>,
     shape: &[usize],
 ) -> PyResult<Bound<'py, PyAny>> {
     let numpy = py.import("numpy")?;
-    // `frombuffer` refuses to look at nothing.
+    // `frombuffer` refuses an empty buffer.
     if samples.len() == 0 {
         return numpy.call_method1("zeros", (shape, T::TYPE));
     }
@@ -58,7 +58,7 @@ pub fn array<'py, T: Number>(
     numpy.call_method1("frombuffer", (bytes, T::TYPE))?.call_method1("reshape", (shape,))
 }
 
-/// `n` rows of three numbers.
+/// Returns `n` rows of three numbers in single precision.
 pub fn vectors<'py>(
     py: Python<'py>,
     rows: impl ExactSizeIterator<Item = [f32; 3]>,
@@ -80,22 +80,22 @@ pub fn wide_vectors<'py>(
 
 /// An array of any shape, in row-major order.
 pub struct Array {
-    /// Its shape.
+    /// Size along each axis.
     pub shape: Vec<usize>,
-    /// Its numbers.
+    /// Numbers, in row-major order.
     pub content: Content,
 }
 
 /// The numbers of an array.
 pub enum Content {
-    /// Of an array of `uint8`.
+    /// Numbers of an array of `uint8`.
     Bytes(Vec<u8>),
-    /// Of any other.
+    /// Numbers of an array of any other type.
     Floats(Vec<f32>),
 }
 
 impl Array {
-    /// Whatever NumPy makes an array of numbers of; `name` is that of the argument.
+    /// Reads anything that NumPy converts to an array of numbers; `name` is that of the argument.
     pub fn read(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         let numpy = value.py().import("numpy")?;
         let array = numpy.call_method1("asarray", (value,))?;
@@ -117,7 +117,7 @@ impl Array {
     }
 }
 
-/// The numbers of `(n, N)`; `name` is that of the argument.
+/// Returns the numbers of shape `(n, N)` in single precision; `name` is that of the argument.
 pub fn float_rows<const N: usize>(name: &str, rows: &Bound<'_, PyAny>) -> PyResult<Vec<[f32; N]>> {
     let numbers = |b: [u8; 4]| Ok(f32::from_ne_bytes(b));
     read_rows(name, rows, "float32", numbers)
@@ -137,7 +137,7 @@ pub fn wide_numbers(array: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     Ok(bytes.as_chunks().0.iter().map(|bytes| f64::from_ne_bytes(*bytes)).collect())
 }
 
-/// The indices of `(n, N)`: whole numbers from 0.
+/// Returns the indices of shape `(n, N)`: whole numbers from 0.
 pub fn index_rows<const N: usize>(name: &str, rows: &Bound<'_, PyAny>) -> PyResult<Vec<[u32; N]>> {
     let numpy = rows.py().import("numpy")?;
     let found = numpy.call_method1("asarray", (rows,))?;
@@ -153,7 +153,7 @@ pub fn index_rows<const N: usize>(name: &str, rows: &Bound<'_, PyAny>) -> PyResu
     })
 }
 
-/// `n` numbers from 0; `name` is that of the argument.
+/// Returns `n` whole numbers from 0; `name` is that of the argument.
 pub fn index_column(name: &str, column: &Bound<'_, PyAny>) -> PyResult<Vec<u32>> {
     let column = column.py().import("numpy")?.call_method1("asarray", (column,))?;
     let rows = column.call_method1("reshape", (-1, 1))?;

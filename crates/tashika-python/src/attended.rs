@@ -1,9 +1,9 @@
-//! Work that the interpreter attends to: on threads of its own, while the caller's thread tells of
-//! progress and looks for Ctrl-C.
+//! Work during which the interpreter keeps responding: it runs on threads of its own, while the
+//! caller's thread reports progress and checks for Ctrl-C.
 //!
 //! The work never waits for the interpreter. The caller's thread lets other Python threads run, and
-//! ten times a second calls `progress` and lets Python handle signals. What either raises asks the
-//! work to stop, and is raised again when it has stopped.
+//! ten times a second calls `progress` and lets Python handle signals. An exception from either
+//! cancels the work, and is raised again when the work has stopped.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -16,10 +16,10 @@ use tashika::render::{Progress, with_threads};
 
 use crate::errors::raised;
 
-/// Time between two looks.
+/// Time between two checks.
 const PACE: Duration = Duration::from_millis(100);
 
-/// What the work tells, and what it is told.
+/// State that the work and the caller's thread share.
 #[derive(Default)]
 pub struct Watch {
     cancel: AtomicBool,
@@ -28,12 +28,12 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Tells how far the work is.
+    /// Stores the progress of the work.
     pub fn tell(&self, progress: &Progress) {
         *self.latest.lock().unwrap_or_else(PoisonError::into_inner) = Some(*progress);
     }
 
-    /// Becomes true when the work is to stop.
+    /// Flag that becomes true when the work is to stop.
     pub fn cancel(&self) -> &AtomicBool {
         &self.cancel
     }
@@ -47,7 +47,7 @@ impl Watch {
     }
 }
 
-/// Says that the work is over, also when it panics.
+/// Marks the work as over when dropped, also when the work panics.
 struct End<'a> {
     watch: &'a Watch,
     caller: Thread,
@@ -60,11 +60,11 @@ impl Drop for End<'_> {
     }
 }
 
-/// Runs `work` on a pool of so many threads, zero being one a core; `progress` is called with
-/// pixels, pixels in all, those that claim something within their budget, and rays.
+/// Runs `work` on a pool of `threads` threads; zero stands for one a core. `progress` is called
+/// with finished pixels, all pixels, pixels with a claim within their budget, and rays.
 ///
 /// # Errors
-/// What the work returns, as an exception; what `progress` or a signal's handler raises.
+/// Errors of the work, as exceptions; exceptions of `progress` or of a signal's handler.
 pub fn attended<T: Send>(
     py: Python<'_>,
     threads: usize,

@@ -1,7 +1,7 @@
 //! Scenes built from arrays: meshes, lights, a sky, a camera.
 //!
-//! What a scene may be made of is a part of what files may say. Lengths in metres, colours linear
-//! Rec. 709 as three numbers or as one for gray, angles in degrees.
+//! The parts are a subset of those that files can have. Lengths are in metres, colours are linear
+//! Rec. 709 as three numbers or as one for gray, angles are in degrees.
 
 use std::collections::BTreeMap;
 
@@ -20,14 +20,15 @@ use crate::errors::{option, raised};
 use crate::materials::{Color, Material, Palette, image};
 use crate::media::{Media, Medium};
 
-/// Triangles of one material: `vertices` of shape (n, 3) in metres, `triangles` of shape (m, 3)
-/// with indices of vertices, and for each vertex, if they are given, `normals` (n, 3) and texture
-/// coordinates `uvs` (n, 2), of which (0, 0) is the top left of an image and (1, 1) its bottom
+/// Triangles of one material. `vertices` has shape (n, 3), in metres, and `triangles` shape (m, 3),
+/// with indices of vertices. Each vertex may have a normal, `normals` (n, 3), and texture
+/// coordinates, `uvs` (n, 2), of which (0, 0) is the top left of an image and (1, 1) its bottom
 /// right. `material` is a `Material`, or the name of one of the scene's. `transforms` of shape (k,
-/// 4, 4) place it k times, by matrices whose columns are the images of the axes and of the origin;
-/// without them it stands once, as it is. The arrays are copied. `inside` and `outside` are what
-/// `Medium` is on either side: the outside is where triangles run counter-clockwise. If only one is
-/// said the other is vacuum; if neither is, the mesh stands in whatever there is.
+/// 4, 4) place the mesh k times, by matrices whose columns are the images of the axes and of the
+/// origin; without them it stands once, untransformed. The arrays are copied. `inside` and
+/// `outside` are the `Medium` of either side: the outside is where triangles run counter-clockwise.
+/// If only one is given the other is vacuum; if neither is, the mesh stands in the surrounding
+/// medium.
 ///
 /// ```python
 /// >>> import numpy as np
@@ -41,9 +42,9 @@ use crate::media::{Media, Medium};
 pub struct Mesh {
     data: MeshData,
     material: Py<PyAny>,
-    /// Where it stands.
+    /// Transforms to the world, one for each placement.
     places: Vec<DAffine3>,
-    /// What is inside, and what outside.
+    /// Media inside and outside, if given.
     media: [Option<Py<Medium>>; 2],
 }
 
@@ -88,9 +89,9 @@ impl Mesh {
     }
 }
 
-/// The transforms of an array of shape (k, 4, 4), or of one of shape (4, 4).
+/// Returns the transforms of an array of shape (k, 4, 4), or of one of shape (4, 4).
 ///
-/// * `name`: of the argument.
+/// * `name`: name of the argument.
 pub fn placements(name: &str, transforms: &Bound<'_, PyAny>) -> PyResult<Vec<DAffine3>> {
     let array = Array::read(name, transforms)?;
     if matches!(array.content, Content::Bytes(_)) {
@@ -111,8 +112,8 @@ pub fn placements(name: &str, transforms: &Bound<'_, PyAny>) -> PyResult<Vec<DAf
     wide_numbers(transforms)?.as_chunks::<16>().0.iter().map(place).collect()
 }
 
-/// A light without surface; made by `Light.point`, `Light.spot` or `Light.directional`. Surfaces
-/// shine by their material.
+/// A light without a surface, made by `Light.point`, `Light.spot` or `Light.directional`. Surfaces
+/// emit light by their material.
 #[pyclass(frozen, module = "tashika")]
 pub struct Light(Emitter, DVec3);
 
@@ -125,8 +126,9 @@ impl Light {
         Self(Emitter::Point { position: place.as_vec3(), intensity: intensity.into() }, place)
     }
 
-    /// Light in a cone about a direction: of equal intensity (W/sr) up to `inner` degrees from it,
-    /// and fading to nothing at `outer` (the square of the cosine's share of the way, as in glTF).
+    /// Light in a cone around a direction. The intensity (W/sr) is constant up to `inner` degrees
+    /// from it, and falls to zero at `outer` (the square of the cosine's share of the way, as in
+    /// glTF).
     #[staticmethod]
     #[pyo3(signature = (position, direction, intensity, *, inner=0.0, outer=45.0))]
     fn spot(
@@ -154,8 +156,8 @@ impl Light {
         Ok(Self(emitter, place))
     }
 
-    /// Parallel light that goes in that direction, such as the sun's, with the irradiance (W/m²) of
-    /// a surface that faces it.
+    /// Parallel light that travels in the given direction, such as the sun's, with the irradiance
+    /// (W/m²) of a surface that faces it.
     #[staticmethod]
     fn directional(direction: [f32; 3], irradiance: Color) -> Self {
         let direction = Vec3::from(direction).normalize_or_zero();
@@ -168,16 +170,16 @@ impl Light {
 }
 
 /// A camera at `eye` that looks at `target`: a pinhole, or a thin lens of `lens_radius` (m) that is
-/// sharp at `focus_distance` (m; that of the target if not said). The lens is round, or a polygon
-/// of `blades` (3 to 100) with corners on the circle of the radius, turned by `blade_rotation`
+/// sharp at `focus_distance` (m; by default that of the target). The lens is round, or a polygon of
+/// `blades` (3 to 100) with corners on the circle of the radius, turned by `blade_rotation`
 /// (degrees, counter-clockwise as the camera sees it; at 0 a corner is up). `vertical_fov` is in
-/// degrees, `size` the (width, height) in pixels of its images unless a render says another.
+/// degrees. `size` is the (width, height) in pixels of its images unless a render sets another.
 #[pyclass(frozen, module = "tashika")]
 pub struct Camera {
     camera: scene::Camera,
     /// Position (m).
     eye: DVec3,
-    /// In which it stands.
+    /// Medium in which the camera stands.
     medium: Option<Py<Medium>>,
 }
 
@@ -203,7 +205,7 @@ impl Camera {
     ) -> PyResult<Self> {
         let (eye, target) = (DVec3::from(eye), DVec3::from(target));
         let distance = eye.distance(target) as f32;
-        // Also refuses what is not a number.
+        // Refuses NaN as well.
         if distance.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
             return Err(option("target", target, "a point other than the eye"));
         }
@@ -214,12 +216,12 @@ impl Camera {
         Ok(Self { camera: scene::Camera { lens, resolution: size, ..camera }, eye, medium: None })
     }
 
-    /// The same camera, standing in that medium.
+    /// This camera, placed in a medium.
     fn within(&self, medium: Py<Medium>) -> Self {
         Self { camera: self.camera.clone(), eye: self.eye, medium: Some(medium) }
     }
 
-    /// A camera without perspective, whose film is `height` metres high; it looks along the way
+    /// A camera without perspective, whose film is `height` metres high; it looks in the direction
     /// from `eye` to `target`.
     #[staticmethod]
     #[pyo3(signature = (eye, target, height, *, up=[0.0, 1.0, 0.0], size=None, name="camera"))]
@@ -252,8 +254,8 @@ impl Camera {
     }
 
     /// A camera that sees all directions: by latitude and longitude, with `target` in the middle of
-    /// the image, or of `equal_area` in a square whose middle is up and whose lower edge's middle
-    /// is `target`.
+    /// the image; or, with `equal_area`, in a square whose middle is up and whose lower edge has
+    /// `target` in its middle.
     #[staticmethod]
     #[pyo3(signature = (eye, target, *, equal_area=false, up=[0.0, 1.0, 0.0], size=None, name="camera"))]
     fn spherical(
@@ -288,7 +290,7 @@ impl Camera {
     }
 }
 
-/// What `Scene.build` was given.
+/// Arguments of `Scene.build`.
 pub struct Parts<'py> {
     pub meshes: Vec<Bound<'py, Mesh>>,
     pub materials: BTreeMap<String, Bound<'py, Material>>,
@@ -297,7 +299,7 @@ pub struct Parts<'py> {
     pub sky: Option<Bound<'py, PyAny>>,
 }
 
-/// The scene of these parts.
+/// Builds the scene of these parts.
 pub fn build(name: &str, parts: Parts<'_>) -> PyResult<scene::Scene> {
     let Parts { meshes, materials, lights, camera, sky } = parts;
     let mut builder = SceneBuilder::new(name, Location::file(name));
@@ -350,11 +352,11 @@ pub fn build(name: &str, parts: Parts<'_>) -> PyResult<scene::Scene> {
         let to_world = DAffine3 { translation: *eye, ..standing.to_world.as_daffine3() };
         builder.add_camera_at(scene::Camera { medium, ..standing.clone() }, to_world).map_err(raised)?;
     }
-    // By which a changed scene is told when parts of an image are joined, or one goes on.
+    // Merges and checkpoints compare this digest to detect a changed scene.
     builder.build().map(scene::Scene::with_digest_of_contents).map_err(raised)
 }
 
-/// A radiance from everywhere, or a map of it.
+/// Sky of constant radiance, or a map of the radiance.
 fn environment(sky: &Bound<'_, PyAny>) -> PyResult<Environment> {
     if let Some(color) = Color::of(sky) {
         return Ok(Environment::constant(color.into()));

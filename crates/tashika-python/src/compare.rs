@@ -17,8 +17,8 @@ use crate::image::{Image, ending};
 use crate::json::from_json;
 use crate::notebook;
 
-/// How far an image is from a reference. Shares are in 0 to 1, errors relative; the names are those
-/// of `tashika compare --json`.
+/// Errors of an image against a reference. Shares are in 0 to 1, errors relative; the names are
+/// those of `tashika compare --json`.
 #[pyclass(frozen, module = "tashika")]
 pub struct Comparison {
     found: report::Comparison,
@@ -35,7 +35,7 @@ impl Comparison {
         self.found.tolerance.relative
     }
 
-    /// Where it is from: "asked", the "image" that was rendered to it, or "default".
+    /// Origin of the tolerance: "asked", the "image" that was rendered to it, or "default".
     #[getter]
     fn error_from(&self) -> &'static str {
         self.error_from.name()
@@ -47,13 +47,14 @@ impl Comparison {
         self.found.tolerance.absolute
     }
 
-    /// Pixels that have an error; all shares are of these.
+    /// Number of pixels that have an error; all shares are of these pixels.
     #[getter]
     pub(crate) fn pixels(&self) -> u64 {
         self.found.pixels
     }
 
-    /// Of these, pixels where the image is not finite: outside of any tolerance, and in no mean.
+    /// Number of `pixels` at which the image is not finite: outside of any tolerance, and in no
+    /// mean.
     #[getter]
     fn failed(&self) -> u64 {
         self.found.failed
@@ -133,8 +134,8 @@ impl Comparison {
         self.found.measures.map(|m| m.psnr)
     }
 
-    /// Structural similarity of the sRGB pictures' luma; None, too, of images of fewer than 11 pixels
-    /// a side.
+    /// Structural similarity of the sRGB pictures' luma; None also for images of fewer than 11
+    /// pixels a side.
     #[getter]
     fn ssim(&self) -> Option<f64> {
         self.found.measures.and_then(|m| m.ssim)
@@ -146,13 +147,13 @@ impl Comparison {
         self.found.measures.map(|m| m.flip)
     }
 
-    /// Stops by which both are exposed in their sRGB pictures: the reference's own.
+    /// Exposure (stops) of both sRGB pictures: the reference's own.
     #[getter]
     fn exposure_stops(&self) -> Option<f64> {
         self.found.measures.map(|m| m.exposure_stops)
     }
 
-    /// Pixels whose error is infinite: lit, where the reference is black.
+    /// Number of pixels whose error is infinite: lit, where the reference is black.
     #[getter]
     fn infinite(&self) -> u64 {
         self.found.infinite
@@ -217,10 +218,11 @@ impl Comparison {
         Ok(Some(picture))
     }
 
-    /// Intervals of both images: how many pixels are "claimed_in_both", how many of these have
-    /// intervals that are "disjoint", so that one of the two is wrong, the "share", and the ends
-    /// "low" and "high" of its interval at "confidence"; None if no pixel is claimed in both, or
-    /// the images are about different truths.
+    /// Comparison of the intervals of both images, as a dict. "claimed_in_both" counts the pixels
+    /// with a claim in both, "disjoint" those of them whose intervals do not overlap, so that one
+    /// of the two is wrong. "share" is the disjoint share, "low" and "high" are the ends of its
+    /// interval at "confidence". None if no pixel is claimed in both, or if the images are about
+    /// different truths.
     #[getter]
     fn intervals<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(found) = &self.found.intervals else { return Ok(None) };
@@ -234,15 +236,15 @@ impl Comparison {
         Ok(Some(intervals))
     }
 
-    /// Error of each pixel, float64 of shape (height, width); NaN for those left out.
+    /// Error of each pixel, float64 of shape (height, width); NaN for pixels without an error.
     #[getter]
     fn errors<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let window = self.found.window;
         array(py, self.found.errors.iter().copied(), &[window.height as usize, window.width as usize])
     }
 
-    /// Writes the picture of the error (`.png`), or a page with both images (`.html`), which begins with
-    /// the tone mapping `tonemap`, as that of `Image.save`.
+    /// Writes the picture of the error (`.png`), or a page with both images (`.html`). `tonemap` is
+    /// the tone mapping that the page begins with, as that of `Image.save`.
     #[pyo3(signature = (path, *, tonemap="natural"))]
     fn save(&self, py: Python<'_>, path: PathBuf, tonemap: &str) -> PyResult<()> {
         let tone: Tone = tonemap.parse().map_err(raised)?;
@@ -282,9 +284,10 @@ fn named(image: &Image) -> Named<'_> {
     Named { name: image.name(), film: image.film() }
 }
 
-/// Holds an image against a reference of the same size: errors are distances of luminance, relative
-/// to the reference, or to `absolute` over `error` where that is more. Without `error` it is what the
-/// image was rendered to, with its absolute tolerance unless `absolute` is given, or 2 %.
+/// Compares an image with a reference of the same size. Errors are distances of luminance, relative
+/// to the reference, or to `absolute` over `error` where that is more. The default of `error` is
+/// the error that the image was rendered to, with its absolute tolerance unless `absolute` is
+/// given, or else 2 %.
 ///
 /// ```python
 /// >>> scene = tashika.builtin("tiny")

@@ -1,4 +1,4 @@
-//! What smooths audited pictures, by its name in Python.
+//! Smoothers of audited pictures, by their names in Python.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,12 +9,12 @@ use tashika_oidn::{Oidn, SYSTEM};
 
 use crate::errors::raised;
 
-/// The smoother of this name or file; none for our own.
+/// Returns the smoother of this name or file; none for our own.
 pub fn of(py: Python<'_>, name: &Path, threads: usize) -> PyResult<Option<Arc<dyn Smoother>>> {
     Oidn::by_name(name, || of_package(py), threads).map_err(raised)
 }
 
-/// The library that the package `pyoidn` carries, if it is installed.
+/// Library in the package `pyoidn`, if that is installed.
 fn of_package(py: Python<'_>) -> Option<PathBuf> {
     let spec = py.import("importlib.util").ok()?.call_method1("find_spec", ("pyoidn",)).ok()?;
     let origin: PathBuf = spec.getattr("origin").ok()?.extract().ok()?;

@@ -26,7 +26,7 @@ pub fn in_python(message: &str) -> String {
     keywords.iter().fold(message.to_owned(), |said, (option, keyword)| said.replace(option, keyword))
 }
 
-/// What is raised for an error of the library.
+/// Converts an error of the library to an exception.
 pub fn raised(error: Error) -> PyErr {
     let message = in_python(&error.to_string());
     match error {
@@ -35,12 +35,12 @@ pub fn raised(error: Error) -> PyErr {
         }
         Error::Invalid { .. } => classes::InputError::new_err(message),
         Error::Unsupported { .. } => classes::UnsupportedError::new_err(message),
-        // The enum may grow; what is not known here is about what the caller asked for.
+        // The enum may grow; an unknown error is taken to be about an argument.
         _ => classes::OptionError::new_err(message),
     }
 }
 
-/// What is raised for an argument that has an unusable value.
+/// Exception for an argument that has an unusable value.
 pub fn option(name: &str, value: impl std::fmt::Display, expected: impl Into<String>) -> PyErr {
     raised(Error::option(name, value, expected))
 }

@@ -21,16 +21,15 @@ use crate::errors::{option, raised};
 use crate::json::from_json;
 use crate::notebook;
 
-/// What the plane without a name is called here.
+/// Name of the unnamed plane in Python.
 const MAIN: &str = "radiance";
 
 /// An image: a mapping from names of planes to read-only NumPy arrays.
 ///
 /// "radiance" is the main plane, float32 of shape (height, width, 3) in W/m²/sr, linear Rec. 709.
-/// Planes of one channel have the shape (height, width): "half_width" and "standard_error" of what
-/// is controlled, "claim" and "stop" as uint32 codes, "pairs", "rays", "depth" and so on; `planes` says
-/// what each means. Rows go down from the top. An array is made when it is first asked for, and
-/// kept.
+/// Planes of one channel have the shape (height, width): "half_width" and "standard_error" of the
+/// error metric, "claim" and "stop" as uint32 codes, "pairs", "rays", "depth" and so on; `planes`
+/// describes each. Rows go down from the top. An array is made at its first use, and stored.
 ///
 /// ```python
 /// >>> image = tashika.render(tashika.builtin("tiny"), size=(8, 6), vpls=200)
@@ -42,15 +41,15 @@ const MAIN: &str = "radiance";
 #[pyclass(frozen, mapping, module = "tashika")]
 pub struct Image {
     film: Film,
-    /// For messages and titles: its file, or its method.
+    /// File or method, for messages and titles.
     name: PathBuf,
-    /// What another set of lights would change, if that is known.
+    /// Effect of another set of lights, if it was measured.
     other_set: Option<OtherSet>,
     arrays: Mutex<BTreeMap<String, Py<PyAny>>>,
 }
 
 impl Image {
-    /// An image that was rendered.
+    /// Wraps a rendered film.
     pub(crate) fn new(film: Film) -> Self {
         let name = film.metadata().text(keys::METHOD).unwrap_or("image").into();
         Self::named(film, name)
@@ -60,12 +59,12 @@ impl Image {
         Self { film, name, other_set: None, arrays: Mutex::default() }
     }
 
-    /// The same, with what another set of lights would change.
+    /// Adds the effect of another set of lights.
     pub(crate) fn beside(self, other_set: Option<OtherSet>) -> Self {
         Self { other_set, ..self }
     }
 
-    /// What is promised, in a sentence.
+    /// Claim of the image, in a sentence.
     fn headline(&self) -> String {
         let other_set = self.other_set.map_or_else(String::new, |other| {
             format!("; the promise is about the sum over these VPLs: {}", other.words())
@@ -77,12 +76,12 @@ impl Image {
         &self.film
     }
 
-    /// What it calls itself in messages.
+    /// File or method, for messages.
     pub(crate) fn name(&self) -> &Path {
         &self.name
     }
 
-    /// The main plane goes by its word, unless another plane has that name.
+    /// Key of a plane: that of the main plane is [`MAIN`], unless another plane has that name.
     fn key<'a>(&self, plane: &'a Plane) -> &'a str {
         if plane.name().is_empty() && self.film.plane(MAIN).is_none() { MAIN } else { plane.name() }
     }
@@ -104,7 +103,7 @@ impl Image {
         }
     }
 
-    /// The error that it was told to keep to.
+    /// Tolerance that the image was rendered to.
     fn tolerance(&self) -> Tolerance {
         Tolerance::of(&self.film).unwrap_or_default()
     }
@@ -126,8 +125,8 @@ impl Image {
         (window.x, window.y, window.width, window.height)
     }
 
-    /// Whether every pixel that was asked for was rendered; pixels of other `tiles` are 0 in the
-    /// plane "stop".
+    /// True if every requested pixel was rendered; pixels of other `tiles` are 0 in the plane
+    /// "stop".
     #[getter]
     fn complete(&self) -> bool {
         self.film.metadata().bool(keys::COMPLETE).unwrap_or(true)
@@ -142,15 +141,15 @@ impl Image {
         from_json(py, &RenderFilm::of(&self.film).tally())
     }
 
-    /// What is claimed of the picture as a whole, or None: a dict with "error", "share", "assurance",
-    /// "audited" and "outside" (pixels), "upper_outside" (the share that is outside at most),
-    /// "reached", "population", "looks" and "passes".
+    /// Claim about the picture as a whole, or None: a dict with "error", "share", "assurance",
+    /// "audited" and "outside" (pixels), "upper_outside" (upper bound of the share that is
+    /// outside), "reached", "population", "looks" and "passes".
     #[getter]
     fn picture_claim<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         PictureClaim::of(self.film.metadata()).map(|claim| from_json(py, &claim)).transpose()
     }
 
-    /// How the image was made: names and values, sorted.
+    /// Record of how the image was made: names and values, sorted.
     #[getter]
     fn metadata<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let metadata = PyDict::new(py);
@@ -165,7 +164,7 @@ impl Image {
         Ok(metadata)
     }
 
-    /// What the planes are: by name, a dict of "channels", "unit" and "doc".
+    /// Description of the planes: by name, a dict of "channels", "unit" and "doc".
     #[getter]
     fn planes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let planes = PyDict::new(py);
@@ -222,7 +221,7 @@ impl Image {
         self.keys_in_order().into_iter().map(item).collect()
     }
 
-    /// The array of that name, or `default`.
+    /// Array of the plane with that name, or `default`.
     #[pyo3(signature = (name, default=None))]
     fn get<'py>(
         &self,
@@ -233,8 +232,8 @@ impl Image {
         if self.keys_in_order().contains(&name) { self.__getitem__(py, name).map(Some) } else { Ok(default) }
     }
 
-    /// How this image does against a reference: "within", the share of the pixels whose error is at
-    /// most `error` (its own if not said), and "claims", the claims whose interval holds the
+    /// Coverage against a reference: "within", the share of the pixels whose error is at most
+    /// `error` (by default that of this image), and "claims", the claims whose interval holds the
     /// reference, with the ends of the interval of their share at 95 %; None without claims.
     ///
     /// ```python
@@ -261,15 +260,16 @@ impl Image {
         Ok(found)
     }
 
-    /// Writes the image, whole or not at all, as its ending says: `.exr` has everything, `.png` is
-    /// a picture, `.html` a page to look into.
+    /// Writes the image, whole or not at all, in the format of its ending: `.exr` has everything,
+    /// `.png` is a picture, `.html` an interactive page.
     ///
-    /// `tonemap` and `exposure` say how the picture is made, and how a page begins: "natural",
-    /// "linear", "filmic", "aces" or "agx", and stops, the log-average at middle gray if not said. An
-    /// OpenEXR file knows nothing of either.
+    /// `tonemap` and `exposure` are those of the picture, and those that a page begins with:
+    /// "natural", "linear", "filmic", "aces" or "agx", and stops, by default the log-average at
+    /// middle gray. An OpenEXR file stores neither.
     ///
-    /// `exr`: how an OpenEXR file is laid out, words with commas between them: "parts", one for each
-    /// plane; "tiles" of 64×64 pixels; and a compression, "none", "rle", "zips", "zip" or "piz".
+    /// `exr` is the layout of an OpenEXR file, words with commas between them: "parts", one for
+    /// each plane; "tiles" of 64×64 pixels; and a compression, "none", "rle", "zips", "zip" or
+    /// "piz".
     #[pyo3(signature = (path, exr="zip", *, tonemap="natural", exposure=None))]
     fn save(
         &self,
@@ -323,17 +323,17 @@ pub fn read(py: Python<'_>, path: PathBuf) -> PyResult<Image> {
     Ok(Image::named(film, path))
 }
 
-/// Joins parts of an image that were rendered with `tiles`: of all shares, the image that one
-/// machine renders, bit by bit.
+/// Joins parts of an image that were rendered with `tiles`. All shares together give the image that
+/// one machine renders, bit by bit.
 ///
 /// `parts` is any iterable; each part is taken when the one before is joined, so that a generator
-/// that reads files needs memory for one at a time. A share that is there twice has to be the same
-/// twice. Pixels that no part has are zero, and `complete` is false then. Raises `InputError`,
+/// that reads files needs memory for one at a time. A share that occurs twice has to be equal both
+/// times. Pixels that no part has are zero, and `complete` is then false. Raises `InputError`,
 /// naming the part, for parts of different renders.
 ///
 /// Parts of an audited picture claim nothing. When none is missing the joined picture is
-/// reconstructed and audited, as `picture_claim` says: by the `denoiser` that its parts were rendered
-/// for, "own" if not said.
+/// reconstructed and audited, with `picture_claim` as its claim, by the `denoiser` that its parts
+/// were rendered for; default: "own".
 ///
 /// ```python
 /// >>> scene = tashika.builtin("tiny")

@@ -1,7 +1,7 @@
 //! The extension module `tashika._tashika`: the library for Python, with images as NumPy arrays.
 //!
-//! Arguments are checked and handed on, results are handed back; nothing is computed here. The
-//! package around it, in `python/`, says in types what is here.
+//! Arguments are checked and passed on, results are passed back; nothing is computed here. The
+//! package around it, in `python/`, declares the types.
 #![forbid(unsafe_code)]
 
 mod arrays;

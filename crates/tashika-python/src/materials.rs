@@ -1,5 +1,4 @@
-//! Materials from numbers and arrays: colours and roughnesses that are the same everywhere, or
-//! images.
+//! Materials from numbers and arrays: constant colours and roughnesses, or images.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -26,7 +25,7 @@ pub enum Color {
 }
 
 impl Color {
-    /// The colour that a value is; none if it is an image, or nothing of the kind.
+    /// Reads a colour; none if the value is an image, or of another kind.
     pub fn of(value: &Bound<'_, PyAny>) -> Option<Self> {
         let dimensions = value.getattr("ndim").and_then(|n| n.extract::<usize>()).unwrap_or(0);
         // An array of one texel would pass for a number.
@@ -43,7 +42,7 @@ impl From<Color> for Rgb {
     }
 }
 
-/// Values on a surface: the same everywhere, or an image's at its texture coordinates.
+/// Values on a surface: constant, or an image's at its texture coordinates.
 #[derive(Clone)]
 enum Paint {
     Flat(Rgb),
@@ -65,7 +64,7 @@ impl Paint {
         }
     }
 
-    /// Of a number; bytes are shares of 255.
+    /// Reads a number; bytes are shares of 255.
     fn number(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         match Color::of(value) {
             Some(Color::Gray(number)) => Ok(Self::Flat(Rgb::gray(number))),
@@ -74,8 +73,8 @@ impl Paint {
     }
 }
 
-/// The image of an array of shape (height, width) or (height, width, 3), from the top row; of bytes
-/// as `of_bytes` takes them.
+/// Image of an array of shape (height, width) or (height, width, 3), from the top row; `of_bytes`
+/// makes pixels of bytes.
 pub fn image(
     name: &str,
     value: &Bound<'_, PyAny>,
@@ -99,25 +98,25 @@ pub fn image(
     Ok(Image { name: name.to_owned(), width: side(width)?, height: side(height)?, pixels })
 }
 
-/// Puts paints into a scene, each image once.
+/// Adds paints to a scene, each image once.
 pub struct Palette<'b> {
     builder: &'b mut SceneBuilder,
-    /// By the address of the image.
+    /// Textures by the address of their image.
     known: BTreeMap<usize, TextureId>,
 }
 
 impl<'b> Palette<'b> {
-    /// For that scene.
+    /// Palette that adds to the scene of `builder`.
     pub fn new(builder: &'b mut SceneBuilder) -> Self {
         Self { builder, known: BTreeMap::new() }
     }
 
-    /// The scene.
+    /// The scene that paints are added to.
     pub fn builder(&mut self) -> &mut SceneBuilder {
         self.builder
     }
 
-    /// Adds a material.
+    /// Adds a material, and its images.
     pub fn add(&mut self, name: &str, material: &Material) -> Result<MaterialId> {
         let surface = (material.surface)(self)?;
         let emission = match &material.emission {
@@ -157,15 +156,15 @@ impl<'b> Palette<'b> {
     }
 }
 
-/// A surface, once its images are in a scene.
+/// Makes a surface, adding its images to a scene.
 type Recipe = Arc<dyn Fn(&mut Palette<'_>) -> Result<Surface> + Send + Sync>;
 
-/// What a mesh is made of; made by `Material.diffuse` and its like.
+/// Material of a mesh, made by `Material.diffuse` and the like.
 ///
 /// Colours are linear Rec. 709: a number for gray, three, or an image: an array of shape (height,
 /// width, 3), or (height, width) for gray, at the texture coordinates of the mesh, repeated. Arrays
-/// of `uint8` are taken as sRGB, as pictures are stored, others as linear. Roughness may be an
-/// array of shape (height, width) too. Arrays are copied.
+/// of `uint8` are read as sRGB, as pictures are stored, others as linear. Roughness may be an array
+/// of shape (height, width) too. Arrays are copied.
 ///
 /// ```python
 /// >>> tashika.Material.diffuse(0.8), tashika.Material.diffuse(0).emitting((5, 5, 4))
@@ -179,7 +178,7 @@ type Recipe = Arc<dyn Fn(&mut Palette<'_>) -> Result<Surface> + Send + Sync>;
 pub struct Material {
     kind: &'static str,
     surface: Recipe,
-    /// Radiance, and whether both sides send it out.
+    /// Emitted radiance, and true if both sides emit it.
     emission: Option<(Paint, bool)>,
 }
 
@@ -194,7 +193,7 @@ impl Material {
 
 #[pymethods]
 impl Material {
-    /// Ideal diffuse reflection; `reflectance` 0 to 1.
+    /// Ideal diffuse (Lambertian) reflection; `reflectance` is from 0 to 1.
     #[staticmethod]
     fn diffuse(reflectance: &Bound<'_, PyAny>) -> PyResult<Self> {
         let reflectance = Paint::color("reflectance", reflectance)?;
@@ -203,7 +202,7 @@ impl Material {
         }))
     }
 
-    /// Diffuse plus a modified Phong lobe of that exponent about the mirror direction.
+    /// Diffuse plus a modified Phong lobe of that exponent around the mirror direction.
     #[staticmethod]
     fn phong(diffuse: &Bound<'_, PyAny>, specular: &Bound<'_, PyAny>, exponent: f32) -> PyResult<Self> {
         let (diffuse, specular) = (Paint::color("diffuse", diffuse)?, Paint::color("specular", specular)?);
@@ -213,8 +212,8 @@ impl Material {
         }))
     }
 
-    /// Metal with GGX microfacets of roughness `alpha` (0: smooth) that reflects `f0`, a colour
-    /// without image, at normal incidence.
+    /// Metal with GGX microfacets of roughness `alpha` (0: smooth). `f0` is the reflectance at
+    /// normal incidence, a colour without image.
     #[staticmethod]
     fn conductor(f0: Color, alpha: &Bound<'_, PyAny>) -> PyResult<Self> {
         let (f0, alpha) = (f0.into(), Paint::number("alpha", alpha)?);
@@ -227,8 +226,8 @@ impl Material {
         }))
     }
 
-    /// A dielectric coat of that refractive index and GGX roughness (0: smooth) over a diffuse
-    /// base.
+    /// A dielectric coat of refractive index `ior` and GGX roughness `alpha` (0: smooth; default:
+    /// 0.1) over a diffuse base.
     #[staticmethod]
     #[pyo3(signature = (reflectance, *, ior=1.5, alpha=None))]
     fn coated(reflectance: &Bound<'_, PyAny>, ior: f32, alpha: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
@@ -246,7 +245,7 @@ impl Material {
         }))
     }
 
-    /// Perfect mirror.
+    /// Perfect mirror; `reflectance` is from 0 to 1.
     #[staticmethod]
     fn mirror(reflectance: &Bound<'_, PyAny>) -> PyResult<Self> {
         let reflectance = Paint::color("reflectance", reflectance)?;
@@ -255,7 +254,7 @@ impl Material {
         }))
     }
 
-    /// Smooth solid glass.
+    /// Smooth solid glass of refractive index `ior`, without absorption.
     #[staticmethod]
     #[pyo3(signature = (*, ior=1.5))]
     fn glass(ior: f32) -> Self {
@@ -264,14 +263,14 @@ impl Material {
         })
     }
 
-    /// The boundary of a medium and nothing else: light passes it as if it were not there.
+    /// The boundary of a medium and nothing else: light passes unchanged.
     #[staticmethod]
     fn boundary() -> Self {
         Self::of("boundary", |_| Ok(Surface::Boundary))
     }
 
-    /// The same material, sending out light of that radiance (W/m²/sr), a colour, on the side from
-    /// which its triangles run counter-clockwise, or on both sides.
+    /// This material, emitting the given radiance (W/m²/sr), a colour, on the side from which its
+    /// triangles run counter-clockwise, or on both sides.
     #[pyo3(signature = (radiance, *, two_sided=false))]
     fn emitting(&self, radiance: &Bound<'_, PyAny>, two_sided: bool) -> PyResult<Self> {
         let radiance = Paint::color("radiance", radiance)?;

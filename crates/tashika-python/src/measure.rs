@@ -24,7 +24,7 @@ use crate::words;
 /// The exact many-light sums of some pixels, (x, y) from the top left: radiance, float32 of shape
 /// (n, 3), in the order of the pixels.
 ///
-/// Each is what `render(method="exact")` gives for that pixel; see there for the arguments.
+/// Each is the value of that pixel by `render(method="exact")`; see there for the arguments.
 ///
 /// ```python
 /// >>> tashika.exact(tashika.builtin("tiny"), [(3, 2), (4, 5)], size=(8, 6), vpls=200).shape
@@ -68,13 +68,14 @@ pub fn exact<'py>(
     )
 }
 
-/// How often methods keep to their tolerance and to their intervals, on pixels at random whose
-/// exact sums are computed: a list of rows as dicts, those of `tashika coverage --json`, where
-/// infinite errors are None.
+/// Shares of random pixels at which methods meet their tolerance, and at which their intervals
+/// hold, by the exact sums of these pixels. The result is a list of rows as dicts, those of
+/// `tashika coverage --json`, where infinite errors are None.
 ///
-/// One row for each of `methods` (all if not said), `errors`, and, for methods with intervals,
-/// `confidences`; with `by`, of "brightness" and "material", also rows of those pixels. Each pixel
-/// is rendered `seeds` times. `pixels=None` takes all. The other arguments are those of `render`.
+/// One row for each of `methods` (default: all), `errors`, and, for methods with intervals,
+/// `confidences`; with `by`, of "brightness" and "material", also rows of the pixels of each group.
+/// Each pixel is rendered `seeds` times. `pixels=None` takes all. The other arguments are those of
+/// `render`.
 ///
 /// ```python
 /// >>> rows = tashika.coverage(
@@ -127,7 +128,7 @@ pub fn coverage<'py>(
     from_json(py, &measured)
 }
 
-/// What is asked of exact sums: lights that are given or traced, and gather points.
+/// Request for exact sums: lights that are given or traced, and gather points.
 struct Sum {
     given: Option<Arc<LightSet>>,
     request: Request,
@@ -179,7 +180,7 @@ fn cells(
     Ok(Cell::grid(&methods, errors, confidences, &common))
 }
 
-/// The rows of all cells; fewer if it was cancelled.
+/// Rows of all cells; fewer if the measurement was cancelled.
 fn measure(
     prepared: &Prepared<'_>,
     pixels: &Pixels,

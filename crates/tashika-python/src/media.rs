@@ -18,17 +18,19 @@ use crate::building::placements;
 use crate::errors::{option, raised};
 use crate::materials::Color;
 
-/// What fills a space: `absorption` and `scattering` coefficients (m⁻¹), a colour each, and the
-/// asymmetry `g` (-1 to 1) of the phase function of Henyey and Greenstein, 0 in all directions alike.
+/// A medium that fills a space. `absorption` and `scattering` are coefficients (m⁻¹), a colour
+/// each; `g` (-1 to 1) is the asymmetry of the phase function of Henyey and Greenstein, 0 for
+/// scattering in all directions alike.
 ///
-/// `density` is a factor of both coefficients that varies: an array of shape (depth, height, width),
-/// or (depth, height, width, 3) by channel, of samples in the middle of the cells of a box, the last
-/// of these axes along x. The box is the unit cube, placed by `transform`, a matrix of shape (4, 4);
-/// beyond it the medium is clear. `albedo` is an array of the same kind: the share of what is
-/// extinguished that is scattered, 0 to 1, in place of that of the coefficients. Arrays are copied.
+/// `density` is a factor of both coefficients that varies: an array of shape (depth, height,
+/// width), or (depth, height, width, 3) by channel, of samples in the middle of the cells of a box,
+/// the last of these axes along x. The box is the unit cube, placed by `transform`, a matrix of
+/// shape (4, 4); beyond it the medium is clear. `albedo` is an array of the same kind: the share of
+/// the extinction that is scattering, 0 to 1, in place of that of the coefficients. Arrays are
+/// copied.
 ///
-/// Meshes say what is `inside` of them and `outside`, cameras what they are `within`. What has media
-/// is rendered by paths.
+/// A mesh may have a medium `inside` and one `outside`, a camera may stand `within` one. By
+/// default, scenes with media that scatter are rendered by paths.
 ///
 /// ```python
 /// >>> import numpy as np
@@ -84,7 +86,7 @@ impl Medium {
     }
 }
 
-/// A grid of numbers or of colours in the box that `to_world` places.
+/// Grid of numbers or of colours in the box that `to_world` places.
 fn grid(
     name: &str,
     array: &Bound<'_, PyAny>,
@@ -111,15 +113,15 @@ fn grid(
     VolumeGrid::new(data, &Location::default().item(name)).map_err(raised)
 }
 
-/// Puts media into a scene, each once.
+/// Adds media to a scene, each once.
 #[derive(Default)]
 pub struct Media {
-    /// By the address of what Python knows.
+    /// Media by the address of their Python object.
     known: BTreeMap<usize, MediumId>,
 }
 
 impl Media {
-    /// The number of a medium in the scene; nothing stays nothing.
+    /// Returns the number of a medium in the scene; none for no medium.
     pub fn add(
         &mut self,
         medium: Option<&Bound<'_, Medium>>,

@@ -1,4 +1,4 @@
-//! What notebooks show: a line of text over pictures, as HTML that needs no other file.
+//! HTML for notebooks: a line of text over pictures, without any other file.
 
 use std::fmt::Write;
 
@@ -16,7 +16,7 @@ pub fn html(line: &str, pictures: &[Vec<u8>]) -> String {
     out + "</figure>"
 }
 
-/// Names of scenes come from files, and are no markup.
+/// Escapes text: names of scenes come from files, and are no markup.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

@@ -30,61 +30,66 @@ use crate::words;
 /// Arguments, with the defaults of the program `tashika render`, so that the planes are the same
 /// bit for bit:
 ///
-/// - `camera`: name, the first if not said; `size`: (width, height) in pixels, the camera's or
-///   (640, 360); `crop`: (x, y, width, height) in pixels from the top left; `tiles`: "K/N" or (K,
-///   N), the K-th of N shares of the image, of more than 16 as an image of the part that has it
-///   (`window`).
-/// - `projection`: another than the camera's: "perspective", "fisheye", "spherical" or
-///   "equal-area"; `fov` in degrees, of a perspective (vertical) or a fisheye (across its circle);
-///   `lens_radius` and `focus_distance` in metres, `blades` and `blade_rotation` (degrees) of a
-///   perspective's lens, as `Camera` has them.
+/// - `camera`: name, by default the first; `size`: (width, height) in pixels, by default the
+///   camera's or (640, 360); `crop`: (x, y, width, height) in pixels from the top left; `tiles`:
+///   "K/N" or (K, N), the K-th of N shares of the image; with more than 16 shares, the image is the
+///   part that holds the share (`window`).
+/// - `projection`: replaces the camera's: "perspective", "fisheye", "spherical" or "equal-area";
+///   `fov` in degrees, of a perspective (vertical) or a fisheye (across its circle); `lens_radius`
+///   and `focus_distance` in metres, `blades` and `blade_rotation` (degrees) of a perspective's
+///   lens, as in `Camera`.
 /// - `method`: "tashika", "exact", "lightcuts", "mdlc", "nabata2016", "sakai2018", "iwasaki2019" or
 ///   "path".
-/// - `error`: relative error that a pixel may have; not said, a picture is made that takes minutes,
-///   and pixels that are not within 0.05 by then say so (0.02 with `truth` "vpl"; with "path":
-///   none, 64 `paths` a pixel); `absolute`: error that is enough where it is dark (W/m²/sr), 0;
+/// - `error`: relative error allowed in a pixel. By default the work is limited, to minutes, and
+///   pixels that are not within 0.05 by then are marked (0.02 with `truth` "vpl"; with "path":
+///   none, 64 `paths` a pixel). `absolute`: error that suffices in dark pixels (W/m²/sr); by
+///   default 0 for a sum, and `error` of a hundredth of the view's mean for light transport.
 ///   `control`: "luminance" or "channels"; `confidence` of the intervals, 0.95; `claim`:
-///   "calibrated" or "certified", or "audited": of the picture as a whole (below); `truth`: "transport" (light in the scene, the default), "vpl"
-///   (the sum over one set, the default for certified claims and for a `VplSet`) or "clamped";
-///   `max_pairs`: largest cut, pairs and paths with "transport".
-/// - `vpls`: a `VplSet`, or how many to trace (a million at 0.05, 2.5 million at 0.02; 5000 with
-///   `truth` "vpl"); `clamp`: "auto", "off" or metres; `instants`: at how many times these look at what
-///   moves (32); `gather`: gather points a pixel (51 at 0.05,
-///   128 at 0.02; 4 with `truth` "vpl"); `filter`: "box", "tent", "gaussian" or "blackman-harris",
-///   where these, or paths, are.
+///   "calibrated" or "certified", or "audited": of the picture as a whole (below); `truth`:
+///   "transport" (light in the scene, the default), "vpl" (the sum over one set, the default for
+///   certified claims and for a `VplSet`) or "clamped"; `max_pairs`: largest cut, pairs and paths
+///   with "transport".
+/// - `vpls`: a `VplSet`, or the number to trace (a million at 0.05, 2.5 million at 0.02; 5000 with
+///   `truth` "vpl"); `clamp`: "auto", "off" or metres; `instants`: number of times at which they
+///   sample moving objects (32); `gather`: gather points a pixel (51 at 0.05, 128 at 0.02; 4 with
+///   `truth` "vpl"); `filter`: "box", "tent", "gaussian" or "blackman-harris", the pixel filter of
+///   gather points or paths.
 /// - `quality`: "draft" and "good" are audited pictures, within 0.1 and 0.05, "final" has each
-///   pixel within 0.02. An audited picture is reconstructed, and of `audit` of its pixels, 400, the
-///   truth is looked up: `share` of the pixels, 0.95, are then within `error`, 0.1, as sure as
-///   `assurance`, 0.99, says; `Image.picture_claim` tells. It takes about `time` seconds at most;
-///   what is claimed is what was reached. Parts (`tiles`) claim nothing; `merge` audits the whole.
-/// - `denoiser`: what smooths audited pictures: "own", "oidn" (Open Image Denoise 2, as
-///   `pip install tashika[oidn]` brings it, or as TASHIKA_OIDN or the system name it), or the file
-///   of that library; the same bits are then no longer promised for every machine.
-/// - `cryptomatte`: True, or how many names a pixel tells apart (6), adds the planes
+///   pixel within 0.02. An audited picture is reconstructed, and the reference values of `audit` of
+///   its pixels, 600, are computed: `share` of the pixels, 0.95, are then within `error`, 0.1, with
+///   the probability `assurance`, 0.99; `Image.picture_claim` has the result. Rendering takes about
+///   `time` seconds at most; the claim is the one that was reached by then. Parts (`tiles`) claim
+///   nothing; `merge` audits the whole.
+/// - `denoiser`: smoother of audited pictures: "own", "oidn" (Open Image Denoise 2, from
+///   `pip install tashika[oidn]`, or as named by TASHIKA_OIDN or the system), or the file of that
+///   library; with the library the same bits are not promised for every machine.
+/// - `cryptomatte`: True, or the number of names that a pixel distinguishes (6), adds the planes
 ///   "CryptoObject00" and "CryptoMaterial00", "…01", "…02" of Cryptomatte, whose manifests are in
-///   the metadata, and "object_id" and "material_id", the number of what covers most of a pixel.
-/// - `motion_vectors`: True adds the plane "motion", how far what a pixel shows goes on the film while
-///   the shutter is open: pixels to the right, and up.
-///   Where something moves there is the plane "time", when what is in front is there, and where there
-///   are media "transmittance", what they leave of the light of the first surface.
-/// - `groups`: "each", or {"key": ["lamp", …], …}, names of objects or materials
-///   that emit, of lights, or "environment": planes "light_key" of what each group gives, and
-///   "light_key_standard_error". Lights that are not named are "light_rest". With `method` "path" they add
-///   up to the radiance; with the default method `paths` (64) of their own tell them, so that they do
-///   but for both errors.
+///   the metadata, and "object_id" and "material_id", the numbers of the object and the material
+///   that cover most of a pixel.
+/// - `motion_vectors`: True adds the plane "motion", the displacement on the film of the visible
+///   surface while the shutter is open: pixels to the right, and up. Scenes in motion have the
+///   plane "time", the time at which the surface in front is there. Scenes with media have the
+///   plane "transmittance", that between the first surface and the camera.
+/// - `groups`: "each", or {"key": ["lamp", …], …}, names of objects or materials that emit, of
+///   lights, or "environment": planes "light_key" with the contribution of each group, and
+///   "light_key_standard_error". Lights that are not named are "light_rest". With `method` "path"
+///   the planes add up to the radiance; with the default method they are estimated by `paths` (64)
+///   of their own, so that they add up to it except for both errors.
 /// - `seed` of all random numbers; `threads`: 0 is one a core, the image does not depend on it.
-/// - `checkpoint`: a file that keeps finished tiles. If it is there from an earlier call with the
-///   same arguments, however that ended, the render goes on from it, to the same bits. It stays:
-///   remove it when the image is saved. Damage in it is warned of and rendered again; one of
-///   another render is an `InputError`.
-/// - `progress`: called as `progress(pixels, of, claiming, rays)` about ten times a second. What
-///   it raises ends the render and is raised again, and so does Ctrl-C.
+/// - `checkpoint`: a file that stores finished tiles. If it exists from an earlier call with the
+///   same arguments, however that ended, the render continues from it, to the same bits. The file
+///   stays: remove it when the image is saved. Damaged tiles cause a warning and are rendered
+///   again; the file of another render is an `InputError`.
+/// - `progress`: called as `progress(pixels, of, claiming, rays)` about ten times a second. An
+///   exception from it ends the render and is raised again, and so is Ctrl-C.
 ///
-/// A scene keeps the VPLs of its last render of light transport, for the next with the same.
+/// A scene stores the VPLs of its last render of light transport, for the next one with equal
+/// options.
 ///
-/// Raises `OptionError` for values out of range, and for arguments that contradict each other.
-/// The default method of scenes with motion or scattering media is path tracing. Arguments that it
-/// does not use are ignored, with a warning.
+/// Raises `OptionError` for values out of range, and for arguments that contradict each other. The
+/// default method of scenes with motion or scattering media is path tracing. Arguments that have no
+/// effect on it are ignored, with a warning.
 ///
 /// ```python
 /// >>> image = tashika.render(tashika.builtin("tiny"), size=(8, 6), vpls=200)
@@ -171,7 +176,7 @@ pub fn render(
     let crop = crop.map(|[x, y, width, height]| Window { x, y, width, height });
     let change = CameraChange { projection, fov, lens_radius, focus_distance, blades, blade_rotation };
     let (camera, framing) = (scene.camera(camera)?, Framing { size, crop });
-    // What is wrong is raised before the work begins.
+    // Unusable values are raised before the work begins.
     framing.of(&change.of(camera).map_err(raised)?).map_err(raised)?;
     let share = tiles.map_or(Ok(TileShare::default()), words::tiles)?;
     let said = [
@@ -236,17 +241,17 @@ fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(message)?, 1)
 }
 
-/// Watches a render, and keeps its finished tiles.
+/// Watches a render, and stores its finished tiles.
 struct Keeping<'a> {
     watch: &'a Watch,
     kept: &'a KeptTiles,
     trouble: &'a (dyn Fn(String) + Sync),
-    /// When an audited picture is to be done.
+    /// Time at which an audited picture is to be done.
     end: Option<Instant>,
 }
 
 impl Keeping<'_> {
-    /// What the render that begins with this film goes on from.
+    /// Stored tiles that the render of this film continues from.
     fn begin(&self, film: Film) -> Result<Begun> {
         let (begun, damage) = self.kept.begin(film)?;
         if let (Some(path), Some(damage)) = (self.kept.path(), damage) {

@@ -30,18 +30,18 @@ use crate::materials::Material;
 pub struct Scene {
     scene: Arc<scene::Scene>,
     tracer: OnceLock<Tracer>,
-    /// Of its last render of light transport, so that shares of an image have them in common.
+    /// VPLs of the last render of light transport, which shares of an image have in common.
     lights: LightCache,
-    /// Where it was read from, and how.
+    /// File and options of a scene that was loaded.
     source: Option<Source>,
 }
 
-/// What a scene is read from.
+/// File of a scene, and the options of reading it.
 struct Source {
     path: PathBuf,
     changes: LightChanges,
     options: LoadOptions,
-    /// Whether what departs from the file is refused.
+    /// True if departures from the file are refused.
     strict: bool,
 }
 
@@ -61,12 +61,12 @@ impl Scene {
         Self { scene: Arc::new(scene), tracer: OnceLock::new(), lights: LightCache::default(), source: None }
     }
 
-    /// Rays; the tree for them is built when it is first needed, on the current pool.
+    /// Tracer of rays; its tree is built at the first use, on the current pool.
     pub(crate) fn tracer(&self) -> &Tracer {
         self.tracer.get_or_init(|| Tracer::new(Arc::clone(&self.scene)))
     }
 
-    /// What is asked for, as this scene can be rendered.
+    /// Request with a method that can render this scene.
     pub(crate) fn in_scene(&self, request: &Request) -> Request {
         request.in_scene(&self.scene)
     }
@@ -76,12 +76,12 @@ impl Scene {
         request.check_in(&self.scene)
     }
 
-    /// What is asked for of this scene, with the VPLs of its last render; for the pool of the work.
+    /// Renderer of a request, with the VPLs of the last render; for the pool of the work.
     pub(crate) fn renderer(&self, camera: &scene::Camera, request: &Request) -> Renderer<'_> {
         Renderer::on(self.tracer()).camera(camera.clone()).request(request.clone()).light_cache(&self.lights)
     }
 
-    /// The camera of that name, or the first.
+    /// Camera of that name, or the first.
     pub(crate) fn camera(&self, name: Option<&str>) -> PyResult<&scene::Camera> {
         let Some(name) = name else { return Ok(&self.scene.cameras()[0]) };
         self.scene.camera(name).ok_or_else(|| {
@@ -94,11 +94,12 @@ impl Scene {
 #[pymethods]
 impl Scene {
     /// A scene of meshes, lights and a camera; `materials` are those that meshes name. `sky` is a
-    /// radiance (W/m²/sr) from everywhere, or a map of it by latitude and longitude: an array of
-    /// shape (height, width, 3) whose top row is up (+y), whose middle column is -z and the next to
-    /// the right towards +x.
+    /// constant radiance (W/m²/sr), or a map of it by latitude and longitude: an array of shape
+    /// (height, width, 3) whose top row is up (+y) and whose middle column is -z, with +x to the
+    /// right of it.
     ///
-    /// Without a camera it gets one that sees all of it, and `notes` tells; without light it is dark. Raises `InputError` for what cannot be rendered.
+    /// A scene without a camera gets one that sees all of it, and a line in `notes`; a scene
+    /// without light is dark. Raises `InputError` for a scene that cannot be rendered.
     ///
     /// ```python
     /// >>> square = [[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]]
@@ -142,13 +143,13 @@ impl Scene {
         Ok(counts)
     }
 
-    /// The cameras by name, each with the size in pixels that the file asks for, or None. The first
+    /// The cameras by name, each with the size in pixels that the file requests, or None. The first
     /// is the default.
     #[getter]
     fn cameras<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let cameras = PyDict::new(py);
         for camera in self.scene.cameras() {
-            // Of equal names the first is the one that is found.
+            // Of equal names the first one is used.
             if !cameras.contains(&camera.name)? {
                 cameras.set_item(&camera.name, camera.resolution.map(|[w, h]| (w, h)))?;
             }
@@ -156,27 +157,28 @@ impl Scene {
         Ok(cameras)
     }
 
-    /// How many triangles without area were left out: no picture shows them.
+    /// Number of triangles without area that were omitted; they would be invisible.
     #[getter]
     fn triangles_without_area(&self) -> u64 {
         self.scene.triangles_without_area()
     }
 
-    /// From when to when anything in its file moves (s), if anything does.
+    /// Beginning and end of the motion in its file (s); None if nothing moves.
     #[getter]
     fn animated_seconds(&self) -> Option<[f64; 2]> {
         self.scene.animated_seconds()
     }
 
-    /// When the scene is as it is (s), if a time was asked for and anything in its file moves.
+    /// Time of the scene (s), if one was requested and anything in its file moves.
     #[getter]
     fn time(&self) -> Option<f64> {
         self.scene.time()
     }
 
-    /// The scene as it is at another time, in seconds, with the shutter open from and to the seconds
-    /// from then that `shutter` says: read anew from its file, all else as it was loaded. Raises what
-    /// `load` does, and `OptionError` for a scene that is of no file.
+    /// The scene at another time, in seconds, read again from its file with the other options of
+    /// `load`. `shutter` is the beginning and end of the time that the shutter is open, in seconds
+    /// from then. Raises the exceptions of `load`, and `OptionError` for a scene that was not
+    /// loaded from a file.
     ///
     /// ```python
     /// >>> scene = tashika.load("builtin:tiny")
@@ -192,13 +194,13 @@ impl Scene {
         Source { path: path.clone(), changes: changes.clone(), options, strict: *strict }.read(py)
     }
 
-    /// The lights that `load` was asked for in place of what the file says.
+    /// Changes of the lights that were passed to `load`.
     #[getter]
     fn light_changes(&self) -> Vec<String> {
         self.scene.changes().to_vec()
     }
 
-    /// What was missing, repaired, approximated, ignored or added, a line each.
+    /// Notes on missing, repaired, approximated, ignored or added parts, a line each.
     #[getter]
     fn notes(&self) -> Vec<String> {
         let line = |note: scene::Note| {
@@ -215,18 +217,18 @@ impl Scene {
     }
 }
 
-/// Reads a scene file: `.gltf`, `.glb`, `.usda`, `.usdc`, `.usd`, `.usdz`, `.obj`, `.pbrt`, or Mitsuba's `.xml`; or makes
-/// `"builtin:room"` or `"builtin:tiny"`.
+/// Reads a scene file: `.gltf`, `.glb`, `.usda`, `.usdc`, `.usd`, `.usdz`, `.obj`, `.pbrt`, or
+/// Mitsuba's `.xml`; or makes `"builtin:room"` or `"builtin:tiny"`.
 ///
-/// `at` is the time in seconds that a scene is loaded as it is at, if anything in its file moves;
-/// `Scene.animated_seconds` says from when to when it does. `shutter` is from when to when the
-/// shutter of cameras is open, in seconds from `at` or 0: those that move meanwhile are blurred, and
-/// so are things that move, by path tracing and in sums over one set of lights.
-/// `environment` takes the place of the scene's, each of `lights` is beside its own, in the words
-/// of the program's options `--environment` and `--light`; `Scene.light_changes` has them.
-/// `allow_outside` lets it read files outside the folder of the scene, `allow_missing` go on
-/// without files that are not there; `strict` refuses a scene that cannot be rendered as its file
-/// says. Raises `FileError`, `InputError` or `UnsupportedError`.
+/// `at` is the time of the scene in seconds, if anything in its file moves;
+/// `Scene.animated_seconds` is the interval of that motion. `shutter` is the beginning and end of
+/// the time that the shutter of cameras is open, in seconds from `at` or 0: cameras that move
+/// meanwhile are blurred, and so are moving objects, by path tracing and in sums over one set of
+/// lights. `environment` replaces that of the scene, `lights` are added to its own, in the syntax
+/// of the program's options `--environment` and `--light`; `Scene.light_changes` lists both.
+/// `allow_outside` permits files outside the folder of the scene, `allow_missing` continues without
+/// missing files; `strict` refuses a scene that cannot be rendered as in its file. Raises
+/// `FileError`, `InputError` or `UnsupportedError`.
 ///
 /// ```python
 /// >>> tashika.load("builtin:tiny")

@@ -18,7 +18,7 @@ use crate::json::from_json;
 use crate::scene::Scene;
 use crate::words;
 
-/// A set of virtual point lights (VPLs), with where it came from.
+/// A set of virtual point lights (VPLs), with its provenance.
 ///
 /// Arrays are copies, one row a light.
 ///
@@ -49,10 +49,11 @@ impl VplSet {
 
     /// A set of lights given by arrays of `n` rows: positions (m), unit normals, intensities
     /// (W/sr). `kinds` are numbers of `KINDS`, all "oriented" if not given: intensity times the
-    /// cosine to the normal. Omni lights have the normal zero; the normal of directional ones is
-    /// where their light goes, and their intensity an irradiance (W/m²). Lights in media, and spots, among which are
-    /// lights that shine by an image, cannot be given. `scene` names the scene that the set belongs
-    /// to, `clamp` is the distance (m) below which a light grows no brighter, 0 for none.
+    /// cosine to the normal. Omni lights have the normal zero. The normal of directional lights is
+    /// the direction of their light, and their intensity an irradiance (W/m²). Lights in media and
+    /// spots cannot be given; lights that emit by an image are spots. `scene` names the scene that
+    /// the set belongs to; `clamp` is the distance (m) below which a light grows no brighter, 0 for
+    /// none.
     ///
     /// ```python
     /// >>> lamp = tashika.VplSet.from_arrays([[0, 1, 0]], [[0, -1, 0]], [[5, 5, 5]])
@@ -155,15 +156,15 @@ impl VplSet {
         array(py, self.0.set().lights().iter().map(|light| light.kind.number() as u32), &[self.0.set().len()])
     }
 
-    /// When the lights are: shares of the time that the shutter is open, float32; of a scene that stands
-    /// a single one.
+    /// Times of the lights: shares of the time that the shutter is open, float32; a single one in a
+    /// scene that does not move.
     #[getter]
     fn instants<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let shares = self.0.set().instants().shares();
         array(py, shares.iter().copied(), &[shares.len()])
     }
 
-    /// For each light its place among `instants`, uint32 of shape (n,).
+    /// Index into `instants` of each light, uint32 of shape (n,).
     #[getter]
     fn instant<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let set = self.0.set();
@@ -171,7 +172,7 @@ impl VplSet {
         array(py, (0..set.instants().len()).flat_map(number).collect::<Vec<_>>().into_iter(), &[set.len()])
     }
 
-    /// Where the set came from: scene, seed, counts, clamp distance (m).
+    /// Provenance of the set: scene, seed, counts, clamp distance (m).
     #[getter]
     fn provenance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         from_json(py, self.0.set().provenance())
@@ -195,10 +196,11 @@ fn as_many<T>(name: &str, rows: Vec<T>, count: usize) -> PyResult<Vec<T>> {
     }
 }
 
-/// Traces the virtual point lights of a scene: about `count` of them, with a `clamp` of `"auto"`,
-/// `"off"` or a distance in metres; where things move while the shutter is open, at `instants` times (32).
+/// Traces the virtual point lights of a scene, about `count` of them. `clamp` is `"auto"`, `"off"`
+/// or a distance in metres; `instants` is the number of times at which the lights sample moving
+/// objects (32).
 ///
-/// The same arguments give the same lights; `threads` (0: one a core) do not matter.
+/// Equal arguments give equal lights; `threads` (0: one a core) do not matter.
 #[pyfunction]
 #[pyo3(signature = (scene, *, count=None, seed=1, clamp=None, instants=None, threads=0))]
 pub fn vpls(
@@ -217,7 +219,7 @@ pub fn vpls(
     attended(py, threads, None, |_| vpl::VplSet::trace(scene.tracer(), &options)).map(VplSet::new)
 }
 
-/// What was said of lights, as part of a request, and the set if one is given: `vpls` is that, a
+/// Options of the lights, as part of a request, and the set if one is given: `vpls` is a set, a
 /// number of lights to trace, or nothing.
 pub fn said(
     vpls: Option<&Bound<'_, PyAny>>,

@@ -1,4 +1,4 @@
-//! Arguments that are words; each error says which words there are.
+//! Arguments that are words; each error lists the accepted words.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -12,7 +12,7 @@ use tashika::vpl::Clamp;
 
 use crate::errors::{option, raised};
 
-/// One of `all` by the name that it is shown by.
+/// Finds one of `all` by its displayed name.
 pub fn named<T: Copy + ToString>(argument: &str, name: &str, all: &[T]) -> PyResult<T> {
     all.iter().copied().find(|one| one.to_string() == name).ok_or_else(|| {
         let names: Vec<String> = all.iter().map(T::to_string).collect();
@@ -20,12 +20,12 @@ pub fn named<T: Copy + ToString>(argument: &str, name: &str, all: &[T]) -> PyRes
     })
 }
 
-/// A method that images are made with.
+/// Parses the name of a method that makes images.
 pub fn method(name: &str) -> PyResult<MethodName> {
     name.parse().map_err(raised)
 }
 
-/// A method that is measured: any but the exact one, by which the others are judged.
+/// Parses the name of a measured method: any but the exact one, by which the others are judged.
 pub fn measured(name: &str) -> PyResult<SumMethod> {
     let all = all_measured();
     all.iter()
@@ -34,27 +34,27 @@ pub fn measured(name: &str) -> PyResult<SumMethod> {
         .ok_or_else(|| option("methods", name, all.iter().map(|m| m.name()).collect::<Vec<_>>().join(", ")))
 }
 
-/// The methods that are measured.
+/// All methods that can be measured.
 pub fn all_measured() -> Vec<SumMethod> {
     SumMethod::ALL.into_iter().filter(|method| *method != SumMethod::Exact).collect()
 }
 
-/// By which kind of argument an interval is claimed.
+/// Parses the kind of claim of an interval.
 pub fn claim(name: &str) -> PyResult<ClaimName> {
     name.parse().map_err(raised)
 }
 
-/// A quality.
+/// Parses the name of a quality preset.
 pub fn quality(name: &str) -> PyResult<Quality> {
     name.parse().map_err(raised)
 }
 
-/// A pixel filter.
+/// Parses the name of a pixel filter.
 pub fn filter(name: &str) -> PyResult<Filter> {
     name.parse().map_err(raised)
 }
 
-/// `"auto"`, `"off"` or metres.
+/// Parses a clamp: `"auto"`, `"off"` or metres.
 pub fn clamp(value: &Bound<'_, PyAny>) -> PyResult<Clamp> {
     match (value.extract::<String>().as_deref(), value.extract::<f32>()) {
         (Ok("auto"), _) => Ok(Clamp::Auto),
@@ -64,7 +64,7 @@ pub fn clamp(value: &Bound<'_, PyAny>) -> PyResult<Clamp> {
     }
 }
 
-/// Ranks of mattes: a number, or yes or no.
+/// Ranks of mattes from a number, or from true or false.
 pub fn ranks(value: &Bound<'_, PyAny>) -> PyResult<Option<u32>> {
     if let Ok(wanted) = value.extract::<bool>() {
         return Ok(wanted.then_some(Matte::RANKS));
@@ -75,7 +75,7 @@ pub fn ranks(value: &Bound<'_, PyAny>) -> PyResult<Option<u32>> {
     }
 }
 
-/// `"each"`, or names of groups with lists of the names of their lights.
+/// Light groups from `"each"`, or from names of groups with lists of the names of their lights.
 pub fn groups(value: &Bound<'_, PyAny>) -> PyResult<LightGrouping> {
     if let Ok(word) = value.extract::<String>() {
         return LightGrouping::parse([&*word]).map_err(raised);
@@ -87,7 +87,7 @@ pub fn groups(value: &Bound<'_, PyAny>) -> PyResult<LightGrouping> {
     Ok(LightGrouping::Named(named.collect::<PyResult<_>>()?))
 }
 
-/// `"K/N"`, a list such as `"1,3/4"`, or `(K, N)`.
+/// Share of tiles from `"K/N"`, a list such as `"1,3/4"`, or `(K, N)`.
 pub fn tiles(value: &Bound<'_, PyAny>) -> PyResult<TileShare> {
     let share = match value.extract::<(u32, u32)>() {
         Ok((number, of)) => TileShare::new(number, of),

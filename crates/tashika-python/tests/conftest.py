@@ -1,4 +1,4 @@
-"""What the tests share: the small scene, and the program to compare with."""
+"""Fixtures of the tests: the small scene, and the program to compare with."""
 
 import os
 import shutil
@@ -8,7 +8,8 @@ import pytest
 
 import tashika
 
-#: Few pixels, so that a render takes a fraction of a second; lights that are too many for their sum to be computed whole.
+#: Few pixels, so that a render takes a fraction of a second; too many lights for their sum to be
+#: computed whole.
 SUM = {"size": (16, 12), "vpls": 5000, "truth": "vpl"}
 
 
@@ -20,13 +21,13 @@ def tiny() -> tashika.Scene:
 
 @pytest.fixture(scope="session")
 def image(tiny: tashika.Scene) -> tashika.Image:
-    """A small image of it."""
+    """A small image of that scene."""
     return tashika.render(tiny, **SUM)
 
 
 @pytest.fixture(scope="session")
 def program() -> Path:
-    """The program `tashika`: what the environment variable TASHIKA names, or what is installed."""
+    """The program `tashika` that the environment variable TASHIKA names, or the installed one."""
     found = os.environ.get("TASHIKA") or shutil.which("tashika")
     if not found:
         pytest.skip("set TASHIKA to the program to compare with")

@@ -1,4 +1,4 @@
-"""The Python of the book: blocks of its chapter, and its notebook, in the order in which they stand."""
+"""The Python of the book: blocks of its chapter, and its notebook, in their order."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Renders that go on where they ended: the same bits, whatever ended them."""
+"""Renders that continue where they ended: the same bits, whatever ended them."""
 
 import os
 import signal
@@ -50,7 +50,7 @@ def test_what_an_exception_ended_goes_on(tiny: tashika.Scene, whole: tashika.Ima
     assert same(image, whole)
     assert told[0] > 160 * 120 // 3, "it went on"
     assert file.stat().st_size > kept, "it stays until the caller removes it"
-    # Once more, of nothing but what was kept.
+    # Once more, from stored tiles alone.
     assert same(tashika.render(tiny, checkpoint=file, **RENDER), whole)
 
 

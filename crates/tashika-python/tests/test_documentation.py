@@ -1,4 +1,4 @@
-"""Examples in the documentation run, types are those of the module, the example program makes its table."""
+"""Examples in the documentation run, types match the module, the example makes its table."""
 
 import ast
 import doctest
@@ -67,7 +67,7 @@ def assert_same_parameters(where: str, typed: ast.FunctionDef, built: object) ->
     stated = parameters(typed)
     assert [name for name, _ in stated] == [name for name, _ in real], where
     for (name, ours), (_, theirs) in zip(stated, real):
-        # What is no literal in Rust is `...` at run time.
+        # A default that is no literal in Rust is `...` at run time.
         assert ours == theirs or (theirs and "..." in (ours, theirs.replace("Ellipsis", "..."))), (
             f"{where}({name}={ours}), but {theirs}"
         )

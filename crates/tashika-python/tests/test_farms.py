@@ -1,5 +1,5 @@
-"""The scripts of the book's chapter on farms: what PBS is given, a run on this machine, and the Kubernetes jobs,
-by their schema and by their own commands."""
+"""The scripts of the book's chapter on farms: submission to PBS, a run on this machine, and the
+Kubernetes jobs, by their schema and by their own commands."""
 
 import os
 import subprocess

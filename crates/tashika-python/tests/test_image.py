@@ -127,7 +127,7 @@ def test_groups_of_lights_add_up(tiny: tashika.Scene) -> None:
     for wrong in ({"key": ["no such lamp"]}, "all", 3):
         with pytest.raises(tashika.OptionError, match="groups"):
             tashika.render(tiny, groups=wrong, **options)
-    # Beside pixels that claim they are those of as many paths.
+    # Beside pixels with claims, the planes of groups are those of that number of paths.
     claims = {"size": (16, 12), "error": 0.5, "vpls": 2000}
     plain = tashika.render(tiny, **claims)
     with warnings.catch_warnings():
@@ -153,7 +153,7 @@ def test_notebooks_show_the_image_and_its_half_widths(image: tashika.Image) -> N
     assert len(pictures) == 2 and all(picture.startswith(b"\x89PNG") for picture in pictures)
     assert "tiny: all 192 pixels claim to be within 2 % of the sum over its VPLs at 95 % confidence" in page
     assert repr(image).startswith("<tashika.Image 16x12: tiny: all 192 pixels")
-    # What the set is worth, of a promise about its sum.
+    # Effect of another set, since the claim is about the sum over this one.
     assert re.search(r"as many others change a pixel by [\d.]+ % in the median", repr(image)), repr(image)
 
 

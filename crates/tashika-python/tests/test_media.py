@@ -8,13 +8,13 @@ import pytest
 import tashika
 
 SIZE = (4, 3)
-#: A lamp of radiance 2, four metres before the camera.
+#: A lamp of radiance 2, four metres in front of the camera.
 LAMP = tashika.Mesh(
     [[-9, -9, -4], [9, -9, -4], [9, 9, -4], [-9, 9, -4]],
     [[0, 1, 2], [0, 2, 3]],
     material=tashika.Material.diffuse(0).emitting(2),
 )
-#: Looks along -z; so narrow that all its rays are the axis.
+#: Looks along -z; its view is so narrow that all its rays are the axis.
 CAMERA = tashika.Camera((0, 0, 0), (0, 0, -1), vertical_fov=0.01, size=SIZE)
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 CUBE_SIDES = [
@@ -60,7 +60,7 @@ def test_a_box_has_a_medium_inside():
 
 
 def test_densities_vary_as_their_array_says():
-    # Dense by far in z alone, and there in red and green: axes and channels are in their order.
+    # Dense at the far end along z alone, in red and green: axes and channels are in their order.
     density = np.zeros((2, 1, 1, 3))
     density[0, 0, 0] = (1, 2, 0)
     transform = placed(2, (-1, -1, -3))
@@ -73,7 +73,8 @@ def test_densities_vary_as_their_array_says():
 
 
 def test_what_is_scattered_is_the_albedo():
-    # In a white medium as bright as its surroundings nothing changes; of half the albedo, much.
+    # In a white medium as bright as its surroundings nothing changes; with half the albedo, much
+    # does.
     def seen(albedo):
         grid = np.full((1, 1, 1), albedo)
         transform = placed(2, (-1, -1, -3))

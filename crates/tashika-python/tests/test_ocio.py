@@ -1,4 +1,4 @@
-"""Pictures through OpenColorIO: by formula, by that library itself, and what is refused."""
+"""Pictures through OpenColorIO: by formula, by that library itself, and refused input."""
 
 import struct
 import sys
@@ -14,9 +14,10 @@ from conftest import SUM
 
 ocio = pytest.importorskip("PyOpenColorIO")
 
-#: How far OpenColorIO's fast powers may be from the formula, in codes of 8 bits: four times what they are on [0, 1], 0.0025.
+#: Largest error of OpenColorIO's fast powers, in codes of 8 bits: four times that on [0, 1],
+#: 0.0025.
 POWERS = 0.01
-#: Half a code is what rounding does.
+#: Rounding is an error of half a code.
 ROUNDING = 0.5 + POWERS
 
 
@@ -26,7 +27,7 @@ def no_environment(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def film(path: Path, pixels: object, stop: object = None) -> tashika.Image:
-    """An image of these colours, by way of an OpenEXR file without compression."""
+    """An image of these colours, read from an OpenEXR file without compression."""
     colors = np.atleast_3d(np.asarray(pixels, np.float32))
     height, width, _ = colors.shape
     channels = {"B": colors[..., 2], "G": colors[..., 1], "R": colors[..., 0]}
@@ -60,7 +61,8 @@ def film(path: Path, pixels: object, stop: object = None) -> tashika.Image:
 
 
 def configuration(path: Path, linear: str = "lin_rec709_srgb", **roles: str) -> Path:
-    """A file with one display, that shows the reference space as it is, or by the curve of sRGB."""
+    """A file with one display, which shows the reference space unchanged, or by the curve of
+    sRGB."""
     config = ocio.Config()
     config.setVersion(2, 1)
     config.addColorSpace(ocio.ColorSpace(name=linear))
@@ -100,12 +102,12 @@ def test_views_are_those_of_the_formula(tmp_path: Path) -> None:
     curved = tashika.ocio.display(image, "monitor", "sRGB", config=config)
     assert curved.shape == (7, 43, 3) and curved.dtype == np.uint8
     assert np.abs(curved - srgb(colors)).max() <= ROUNDING
-    # Of 0.25, 0.5 and 0.1 by the standard: 0.5371, 0.7354, 0.3492.
+    # Codes of 0.25, 0.5 and 0.1 by the standard: 0.5371, 0.7354, 0.3492.
     few = film(tmp_path / "few.exr", [[[0.25, 0.5, 0.1]]])
     assert tashika.ocio.display(few, "monitor", "sRGB", config=config).tolist() == [[[137, 188, 89]]]
     plain = tashika.ocio.display(image, "monitor", "as it is", config=config)
     assert np.abs(plain - 255 * np.clip(colors, 0, 1)).max() <= 0.5 + 1e-4
-    # The first view is the default, and a configuration may be handed over as it is.
+    # The first view is the default, and a configuration may be passed as an object.
     loaded = ocio.Config.CreateFromFile(str(config))
     assert np.array_equal(tashika.ocio.display(image, config=loaded), plain)
     assert np.array_equal(image["radiance"], colors), "what is shown is a copy"
@@ -116,14 +118,14 @@ def test_exposure_comes_before_the_view(tmp_path: Path, image: tashika.Image) ->
     few = film(tmp_path / "few.exr", [[[0.0625, 0.125, 0.025]]])
     shown = tashika.ocio.display(few, "monitor", "sRGB", config=config, exposure=2)
     assert shown.tolist() == [[[137, 188, 89]]]
-    # The library's own automatic exposure, which a comparison tells of its reference.
+    # The library's own automatic exposure, which a comparison reports for its reference.
     stops = tashika.compare(image, image).exposure_stops
     assert stops is not None and abs(stops) > 0.1
     automatic = tashika.ocio._automatic_stops(image["radiance"].reshape(-1, 3))
     assert abs(automatic - stops) < 1e-4
     shown = tashika.ocio.display(image, "monitor", "sRGB", config=config, exposure=None)
     assert np.abs(shown - srgb(image["radiance"] * 2**stops)).max() <= ROUNDING
-    # Neither what is black nor what was not rendered has a say.
+    # Pixels that are black or were not rendered do not count.
     part = film(tmp_path / "part.exr", [[[0.72] * 3, [0] * 3, [900] * 3]], stop=[1, 1, 0])
     shown = tashika.ocio.display(part, config=config, exposure=None)
     assert shown[0].tolist() == [[46] * 3, [0] * 3, [0] * 3], "255 · 0.18 = 45.9"
@@ -139,7 +141,7 @@ def test_the_configuration_is_an_argument_that_of_the_environment_or_that_of_the
     assert np.abs(shown - by_hand(image, config, display, config.getDefaultView(display))).max() <= ROUNDING
     plain = tashika.ocio.display(image, "sRGB - Display", "Un-tone-mapped")
     assert np.abs(plain - srgb(image["radiance"])).max() <= ROUNDING and not np.array_equal(plain, shown)
-    # The environment comes before it, and an argument before that.
+    # The environment replaces the default, and an argument replaces the environment.
     own = configuration(tmp_path / "a.ocio")
     monkeypatch.setenv("OCIO", str(own))
     by_own = tashika.ocio.display(image)
@@ -156,7 +158,8 @@ def test_linear_rec_709_is_found_by_name_and_by_role(tmp_path: Path) -> None:
     for name in (*names, "Utility - Linear - Rec.709", "Utility - Linear - sRGB"):
         config = configuration(tmp_path / "a.ocio", name)
         assert tashika.ocio.display(image, config=config)[0, 1:].tolist() == (255 * np.eye(3)).tolist()
-    # The reference is that of the Academy: white stays, primaries become the matrix of Rec. 709 (Bradford) to AP0.
+    # The reference is that of the Academy: white stays, primaries become the matrix of Rec. 709
+    # (Bradford) to AP0.
     config = configuration(tmp_path / "a.ocio", "theirs", aces_interchange="theirs")
     matrix = np.float64(
         [[0.43963, 0.08978, 0.01754], [0.38299, 0.81344, 0.11155], [0.17738, 0.09678, 0.87091]]
@@ -245,7 +248,7 @@ def test_no_number_is_too_much(tmp_path: Path) -> None:
     for config in (academy, "ocio://default"):
         shown, black = (tashika.ocio.display(one, config=config)[0] for one in (image, without))
         assert np.array_equal(shown[5], black[0]), "one channel that is no number is black, and it alone"
-    # What the view makes of it may be no number again: infinity times nothing.
+    # The view's result may be no number again: infinity times zero.
     views = ocio.Config.CreateFromFile(str(own))
     way = ocio.GroupTransform()
     way.appendTransform(ocio.LogTransform(base=10, direction=ocio.TRANSFORM_DIR_INVERSE))
@@ -274,7 +277,7 @@ def test_planes_are_shown_too(tiny: tashika.Scene, image: tashika.Image, tmp_pat
 
 
 def decoded(data: bytes) -> np.ndarray:
-    """Pixels of a PNG file whose rows are filtered by what is to the left."""
+    """Pixels of a PNG file whose rows are filtered by the pixel to the left."""
     assert data.startswith(b"\x89PNG\r\n\x1a\n")
     chunks, at = {}, 8
     while at < len(data):

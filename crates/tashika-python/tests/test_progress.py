@@ -35,7 +35,7 @@ def test_an_exception_ends_the_render_and_is_raised_again(tiny: tashika.Scene) -
     with pytest.raises(Enough, match="of this"):
         tashika.render(tiny, progress=progress, **LONG)
     assert time.monotonic() - begun < 60
-    # What was cancelled leaves nothing behind that would disturb the next.
+    # A cancelled render leaves nothing behind that would disturb the next.
     assert tashika.render(tiny, size=(4, 3), vpls=10).complete
 
 

@@ -9,7 +9,7 @@ import tashika
 
 FLOOR = np.array([[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]], np.float32)
 QUAD = np.array([[0, 1, 2], [0, 2, 3]])
-#: A square light half a metre above the floor, which shines down.
+#: A square light half a metre above the floor, facing down.
 LAMP = (FLOOR * 0.25 + np.float32([0, 0.5, 0]))[::-1]
 
 
@@ -56,7 +56,7 @@ def test_a_pixel_is_the_sum_over_the_lights() -> None:
     )
     assert np.count_nonzero(geometric) == lights.provenance["direct"] > 100
     by_hand = np.float64([0.8, 0.5, 0.25]) / np.pi * (geometric @ lights.intensities)
-    # The point is 0.5 m from the lamp: 4e-6 for where it is, and float32 elsewhere.
+    # The point is 0.5 m from the lamp: 4e-6 for its position, and float32 elsewhere.
     assert np.allclose(found, by_hand, rtol=1e-5)
 
 
@@ -75,7 +75,7 @@ def test_a_built_scene_is_the_loaded_one(tmp_path: Path) -> None:
     ]
     (tmp_path / "a.obj").write_text("\n".join(rows))
     (tmp_path / "a.mtl").write_text("newmtl white\nKd 0.8 0.5 0.25\nnewmtl lamp\nKd 0 0 0\nKe 3 2 1\n")
-    # Surfaces of such files shine on both sides.
+    # Surfaces of such files emit on both sides.
     loaded, built = tashika.load(tmp_path / "a.obj"), lamp_over_floor(two_sided=True)
     assert loaded.triangles == built.triangles == {"stored": 4, "instanced": 4}
     images = [tashika.render(scene, size=(24, 16), vpls=200, truth="vpl") for scene in (loaded, built)]
@@ -119,14 +119,14 @@ def test_materials_are_seen(material: tashika.Material) -> None:
 
 
 def test_images_are_on_surfaces_where_their_coordinates_say() -> None:
-    # Seen from above with -z up, the floor's picture stands upright, by a film that is as large as the floor.
+    # Seen from above with -z up, the floor's picture is upright, on a film as large as the floor.
     uvs = np.float32([[0, 0], [0, 1], [1, 1], [1, 0]])
     camera = tashika.Camera.orthographic((0, 3, 0), (0, 0, 0), 2, up=(0, 0, -1), size=(40, 20))
     picture = np.random.default_rng(7).uniform(0.1, 0.9, (4, 8, 3)).astype(np.float32)
 
     def albedo(picture: np.ndarray) -> np.ndarray:
         wide = FLOOR * np.float32([2, 1, 1])
-        # A texel a pixel, in squares of equal ones: in their middle nothing is blended in.
+        # A texel a pixel, in squares of equal texels: nothing is blended in at their middles.
         material = tashika.Material.diffuse(picture.repeat(5, 0).repeat(5, 1))
         scene = tashika.Scene.build(
             [tashika.Mesh(wide, QUAD, material=material, uvs=uvs)], camera=camera, sky=1
@@ -142,7 +142,8 @@ def test_images_are_on_surfaces_where_their_coordinates_say() -> None:
 
 def test_a_map_of_the_sky_is_turned_as_documented() -> None:
     sky = np.zeros((3, 4, 3), np.float32)
-    # Up red, the middle columns (-z) green, one further (+x) blue; texels are 60 and 90 degrees wide.
+    # Up is red, the middle columns (-z) green, the next (+x) blue; texels are 60 and 90 degrees
+    # wide.
     sky[0], sky[1:, 1:3] = (1, 0, 0), (0, 1, 0)
     sky[1:, 3] = (0, 0, 1)
     scene = tashika.Scene.build([], sky=sky)
@@ -262,7 +263,7 @@ def test_arrays_that_cannot_be_are_refused() -> None:
         tashika.Camera((0, 0, 0), (0, 0, 0))
     with pytest.raises(tashika.InputError, match="emitter 0"):
         tashika.Scene.build([], lights=[tashika.Light.point((0, float("nan"), 0), 1)])
-    # What no picture shows is left out and counted.
+    # Invisible triangles are omitted and counted.
     scene = tashika.Scene.build([tashika.Mesh(FLOOR, [[0, 1, 2], [0, 1, 1]], material=white, name="odd")])
     assert scene.triangles_without_area == 1 and not any("area" in note for note in scene.notes)
 

@@ -48,7 +48,7 @@ def test_a_set_of_arrays_lights_as_the_traced_one(tiny: tashika.Scene) -> None:
     twice = tashika.VplSet.from_arrays(traced.positions, traced.normals, 2 * traced.intensities, clamp=clamp)
     pixels = [(x, y) for y in range(6) for x in range(8)]
     once, double = (tashika.exact(tiny, pixels, size=(8, 6), vpls=lights) for lights in (traced, twice))
-    # What is seen of the lamp itself is not of the lights.
+    # The directly visible lamp is not part of the sum over the lights.
     lit = once.max(axis=1) < 5
     assert lit.sum() > 30 and np.allclose(double[lit], 2 * once[lit], rtol=1e-6)
 

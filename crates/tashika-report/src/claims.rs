@@ -1,7 +1,7 @@
-//! Claims of a film about its own error, judged by a reference.
+//! Judgement of a film's claims about its own error, by a reference.
 //!
 //! A film claims where its plane `half_width` holds the half-width `h` of an interval around the
-//! luminance (W·m⁻²·sr⁻¹) and its plane `claim` is not 0; without a plane `claim` every half-width
+//! luminance (W·m⁻²·sr⁻¹) and its plane `claim` is not 0. Without a plane `claim` every half-width
 //! is a claim. Let `d = |L − L_r|` be the distance from a reference whose own error is at most `q`
 //! ([`OwnError`]), and `ρ = 2⁻²³ (|L_r| + d)` a bound on the rounding of stored colours to single
 //! precision. A claim is
@@ -34,8 +34,8 @@
 //!
 //! If the verdict is open, a weaker count is reported. If the errors of both films are normal, the
 //! interval around their difference has the half-width `√(h² + (z(c) s)²)`, with the reference's
-//! standard error `s = q/z(99.9 %)`; for true claims it contains zero with probability `c`. The
-//! count is the weaker the larger `s` is: against a reference of pure noise, any claims have a
+//! standard error `s = q/z(99.9 %)`. For true claims it contains zero with probability `c`. The
+//! larger `s` is, the weaker is this count: against a reference of pure noise, any claims have a
 //! share `c`.
 //!
 //! # Guarantee
@@ -55,7 +55,7 @@ use super::truths::Truths;
 use crate::film::{Claim, Film, RenderFilm, keys};
 use crate::stats::{Interval, clopper_pearson, normal_quantile};
 
-/// How many claims were kept.
+/// Numbers of true, false and undecidable claims of a film.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Claims {
     /// Claims that are true for every truth within the reference's own error.
@@ -66,17 +66,17 @@ pub struct Claims {
     pub inside: u64,
     /// Claims that are consistent with the reference if the errors of both are normal.
     pub consistent: u64,
-    /// Claims, of pixels that have an error.
+    /// Number of claims of pixels that have an error.
     pub of: u64,
     /// Bounds of the share of true claims, at [`Claims::CONFIDENCE`]: the lower end of the
     /// Clopper–Pearson interval of the share kept, and the upper end of that of the share not
     /// broken.
     pub interval: Interval,
-    /// Share that is promised to be true; none if the film states no confidence.
+    /// Promised share of true claims; `None` if the film states no confidence.
     pub promised: Option<f64>,
     /// Claims judged by a pixel of the reference that has an error of its own.
     pub by_estimates: u64,
-    /// Truths of the two films, compared.
+    /// Comparison of the truths of the two films.
     pub truths: Truths,
 }
 
@@ -116,10 +116,10 @@ impl Verdict {
 }
 
 impl Claims {
-    /// Confidence of the bounds.
+    /// Confidence of the bounds of the share.
     pub const CONFIDENCE: f64 = 0.95;
 
-    /// Returns the share of claims that are certainly true; none if there are no claims.
+    /// Returns the share of claims that are certainly true; `None` if there are no claims.
     pub fn share(&self) -> Option<f64> {
         (self.of > 0).then(|| self.kept as f64 / self.of as f64)
     }
@@ -129,7 +129,7 @@ impl Claims {
         self.of - self.kept - self.broken
     }
 
-    /// Returns the verdict; none if nothing is promised or claimed, or if the reference estimates
+    /// Returns the verdict; `None` if nothing is promised or claimed, or if the reference estimates
     /// another truth.
     pub fn verdict(&self) -> Option<Verdict> {
         let promised = self.promised?;
@@ -150,19 +150,19 @@ impl Claims {
         })
     }
 
-    /// Returns true if both films state the same scene, VPLs and gather points.
+    /// Returns true if the metadata of both films name the same truth ([`Truths::Same`]).
     pub fn same_truth(&self) -> bool {
         self.truths == Truths::Same
     }
 }
 
-/// What storing colours in single precision may have moved them, at that distance from a reference
-/// of that size.
+/// Bound on the rounding of stored colours to single precision, for colours at the given distance
+/// from a reference of the given size.
 pub(super) fn rounding(distance: f64, size: f64) -> f64 {
     f64::from(f32::EPSILON) * (size + distance)
 }
 
-/// Counts the claims that are kept.
+/// Counter of true, false and undecidable claims.
 pub(super) struct Judge<'f> {
     film: RenderFilm<'f>,
     confidence: Option<f64>,
@@ -180,7 +180,8 @@ pub(super) struct Judge<'f> {
 }
 
 impl<'f> Judge<'f> {
-    /// For the claims of a film by that reference; none if it has no half-widths.
+    /// Counter for the claims of a film, judged by a reference; `None` if the film has no
+    /// half-widths.
     pub(super) fn of(film: &'f Film, reference: &Film) -> Option<Self> {
         let truths = Truths::of(film, reference);
         let confidence = film.metadata().number(keys::CONFIDENCE).filter(|c| *c > 0.0 && *c < 1.0);
@@ -203,7 +204,7 @@ impl<'f> Judge<'f> {
     }
 
     /// Judges a pixel, given its distance from the reference, the size of the reference, and a
-    /// bound `own` on the reference's own error. A pixel that failed has no distance (NaN), and its
+    /// bound `own` on the reference's own error. A pixel that failed has no distance (NaN); its
     /// claim is broken.
     pub(super) fn judge(&mut self, pixel: usize, distance: f64, size: f64, own: f64) {
         let Some(half_width) = self.film.half_width(pixel) else { return };
@@ -211,7 +212,7 @@ impl<'f> Judge<'f> {
         self.of += 1;
         self.intervals += u64::from(self.film.claim(pixel) != Claim::Exact);
         self.by_estimates += u64::from(own > 0.0);
-        // A half-width that is not a number keeps nothing.
+        // The interval of a NaN half-width contains no value.
         self.inside += u64::from(distance <= allowed);
         let (half_width, own_error) = (f64::from(half_width), own * self.of_own);
         let with_own = (half_width * half_width + own_error * own_error).sqrt() + rounding(distance, size);
@@ -221,7 +222,7 @@ impl<'f> Judge<'f> {
         self.broken += u64::from(!may_hold);
     }
 
-    /// What was found.
+    /// Returns the counts, with bounds of the share of true claims.
     pub(super) fn claims(self) -> Claims {
         let Self { truths, kept, broken, inside, consistent, by_estimates, intervals, of, .. } = self;
         let bounds = |count| clopper_pearson(count, of, Claims::CONFIDENCE);
@@ -245,7 +246,7 @@ mod tests {
 
     const PIXELS: u32 = 20_000;
 
-    /// Judges an image by a reference, both of a truth of 1. The errors of the image are normal
+    /// Judges an image by a reference, both with the truth 1. The errors of the image are normal
     /// with a standard deviation of 0.01; its half-widths are those of 95 % times `widths`. The
     /// errors of the reference have `noise` times that deviation, which the reference states.
     fn verdict(widths: f64, noise: f64) -> Claims {
@@ -299,7 +300,7 @@ mod tests {
                 let consistent = found.consistent as f64 / f64::from(PIXELS);
                 assert!(consistent >= 0.95 - of_pixels.max(0.008), "{widths} {noise}: {consistent}");
                 assert!(low <= truth + spread && truth - spread <= high, "{widths} {noise}: {low} {high}");
-                // Noise as large as the error itself leaves 83 %, 93 % and 99.4 % of them inside.
+                // Noise as large as the error itself leaves 83 %, 93 % and 99.4 % inside.
                 match noise {
                     n if n <= 0.3 && widths > 1.0 => assert_eq!(told, Verdict::Kept, "{widths} {noise}"),
                     1.0 if widths > 1.5 => assert_eq!(told, Verdict::Kept, "{widths} {noise}"),
@@ -313,7 +314,7 @@ mod tests {
         assert!((naive.inside as f64) < 0.85 * naive.of as f64, "{naive:?}");
     }
 
-    /// Half-widths of a half and of four fifths of those of 95 %: 67 % and 88 % hold.
+    /// Half-widths that are a half and four fifths of the correct ones: 67 % and 88 % hold.
     #[test]
     fn claims_that_do_not_hold_are_never_called_kept() {
         for widths in [0.5, 0.8] {

@@ -1,9 +1,9 @@
 //! Colours of errors: black, blue, green, yellow for `[0, 1]`, and red beyond.
 //!
 //! Straight lines in the colour space Oklab (Ottosson 2020) between four points whose lightness is
-//! in proportion to the value, so that a larger error is always a lighter colour: the picture is
-//! read rightly in print without colours and by eyes that see fewer of them. Red is off that line;
-//! it says "more than the scale shows" and nothing about how much.
+//! proportional to the value, so that a larger error is always a lighter colour. The picture is
+//! legible in print without colours and with colour vision deficiency. Red is off these lines: it
+//! means "beyond the scale", without an amount.
 //!
 //! ```text
 //! value        0       0.36     0.70     1
@@ -13,8 +13,8 @@
 //! ```
 //!
 //! # Guarantee
-//! Luminance grows strictly with the value. Every colour of the line is displayable (sRGB) to 0.4 %
-//! of white.
+//! Luminance grows strictly with the value. Every colour of the lines is displayable (sRGB) to
+//! 0.4 % of white.
 //!
 //! # Held to this by
 //! The tests below.
@@ -28,15 +28,15 @@ const POINTS: [[f32; 4]; 4] = [
     [0.70, 0.680, -0.140, 0.115],
     [1.0, 0.965, -0.068, 0.185],
 ];
-/// Values beyond the scale.
+/// Colour of values beyond the scale.
 pub(super) const BEYOND: [u8; 3] = [214, 40, 40];
-/// No value.
+/// Colour of pixels without a value.
 pub(super) const NO_VALUE: [u8; 3] = [150, 150, 150];
 
-/// Shades of the scale.
+/// Number of shades of the scale.
 const SHADES: usize = 256;
 
-/// The scale, ready to be looked up.
+/// The scale as a table.
 pub(super) struct ColorScale([[u8; 3]; SHADES]);
 
 impl ColorScale {
@@ -48,7 +48,7 @@ impl ColorScale {
         }))
     }
 
-    /// Colour of a value; of NaN the colour of no value.
+    /// Colour of a value from 0 to 1; [`NO_VALUE`] for NaN, [`BEYOND`] above 1.
     pub(super) fn color(&self, value: f64) -> [u8; 3] {
         match value {
             v if v.is_nan() => NO_VALUE,
@@ -58,12 +58,12 @@ impl ColorScale {
     }
 }
 
-/// An encoded channel in `[0, 1]` as a byte.
+/// Converts an encoded channel in `[0, 1]` to a byte.
 pub(super) fn to_8_bits(value: f32) -> u8 {
     (value * 255.0 + 0.5) as u8
 }
 
-/// Linear Rec. 709 of a value in `[0, 1]`.
+/// Converts a value in `[0, 1]` to linear Rec. 709.
 fn linear(value: f32) -> Rgb {
     let last = POINTS.len() - 2;
     let i = POINTS[1..=last].iter().filter(|p| p[0] < value).count();
@@ -73,7 +73,7 @@ fn linear(value: f32) -> Rgb {
     of_oklab(l, a, b)
 }
 
-/// Oklab to linear Rec. 709: the inverse matrices of Ottosson 2020.
+/// Converts Oklab to linear Rec. 709, by the inverse matrices of Ottosson 2020.
 fn of_oklab(lightness: f32, a: f32, b: f32) -> Rgb {
     let cube = |v: f32| v * v * v;
     let l = cube(lightness + 0.396_337_78 * a + 0.215_803_76 * b);

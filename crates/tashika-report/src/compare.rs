@@ -1,10 +1,10 @@
-//! A film against a reference, pixel by pixel.
+//! Comparison of a film with a reference, pixel by pixel.
 //!
-//! The measured quantity is the luminance `L = 0.2126 R + 0.7152 G + 0.0722 B` of the main plane,
-//! unless the metadata of the film say that its worst channel was controlled: then `|L − L_r|`
-//! stands for the largest distance of the three channels, and `|L_r|` for the largest channel. With
-//! the tolerance `ε` (relative) and `ε_abs` (in the film's unit), the error of a pixel of luminance
-//! `L` with reference `L_r` is
+//! The measured quantity is the luminance `L = 0.2126 R + 0.7152 G + 0.0722 B` of the main plane.
+//! If the metadata of the film state that its worst channel was controlled, `|L − L_r|` stands for
+//! the largest distance of the three channels, and `|L_r|` for the largest channel. With the
+//! tolerance `ε` (relative) and `ε_abs` (in the film's unit), the error of a pixel of luminance `L`
+//! with reference `L_r` is
 //!
 //! ```text
 //! e = |L − L_r| / max(|L_r|, ε_abs/ε)        0 if L = L_r, infinite where only the divisor is 0
@@ -12,18 +12,18 @@
 //! bias = ΣL / ΣL_r − 1                       0 if both sums are 0
 //! ```
 //!
-//! A pixel where the image is not finite has *failed*: its error is infinite, whatever is
-//! tolerated, and what it claims is not kept. It has no luminance, so that sums leave it out; it is
-//! counted.
+//! A pixel where the image is not finite has *failed*: its error is infinite, whatever the
+//! tolerance, and its claim is not kept. It has no luminance, so that sums omit it; it is counted.
 //!
-//! The mean is of the errors that are finite, beside which the number of infinite ones is told, as
-//! are `bias` and the mean distance; everything else is of all errors. Quantiles are of the nearest
-//! rank: the smallest error that at least that share of the pixels does not exceed. So `p95 ≤ ε`
-//! says the same as "at least 95 % of the pixels are within the tolerance".
+//! The mean is over finite errors; the number of infinite errors is reported separately. `bias` and
+//! the mean distance are over the pixels that did not fail. All other quantities are over all
+//! errors. Quantiles are of the nearest rank: the smallest error that at least that share of the
+//! pixels does not exceed. So `p95 ≤ ε` is equivalent to "at least 95 % of the pixels are within
+//! the tolerance".
 //!
-//! # What is left out
+//! # Omitted pixels
 //! Pixels that one of the films did not render (its plane `stop` is 0) and pixels where the
-//! reference is not finite have no error. They are counted, and enter nothing else.
+//! reference is not finite have no error. They are counted, and enter no other quantity.
 //!
 //! # Assumption
 //! Errors are measured from the reference, taken for the truth. If the reference is an estimate
@@ -49,18 +49,18 @@ use crate::film::{Film, RenderFilm, Window, keys};
 /// A film and the name of its file, for messages.
 #[derive(Clone, Copy, Debug)]
 pub struct Named<'a> {
-    /// As the user named it.
+    /// Name of the file, as the user wrote it.
     pub name: &'a Path,
-    /// The film.
+    /// Contents of the file.
     pub film: &'a Film,
 }
 
-/// How far a pixel may be from the reference.
+/// Largest allowed distance of a pixel from the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
     /// Relative to the reference: 0.02 for 2 %. Accepted: above 0, at most 1. Default: 0.02.
     pub relative: f64,
-    /// What is tolerated however dark the reference is, in the unit of the film (W·m⁻²·sr⁻¹).
+    /// Error that is allowed however dark the reference is, in the unit of the film (W·m⁻²·sr⁻¹).
     /// Default: 0.
     pub absolute: f64,
 }
@@ -71,19 +71,19 @@ impl Default for Tolerance {
     }
 }
 
-/// Where a tolerance is from.
+/// Origin of a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToleranceFrom {
-    /// Somebody asked for it.
+    /// The user's request.
     Asked,
-    /// The image was rendered to it.
+    /// The error that the image was rendered to.
     Image,
-    /// Neither: it is the default.
+    /// Neither a request nor the image: [`Tolerance::default`].
     Default,
 }
 
 impl ToleranceFrom {
-    /// In one word, for scripts.
+    /// Returns one word, for scripts.
     pub fn name(self) -> &'static str {
         match self {
             Self::Asked => "asked",
@@ -92,7 +92,7 @@ impl ToleranceFrom {
         }
     }
 
-    /// In words, behind "the tolerance is".
+    /// Returns the words after "the tolerance is".
     pub fn words(self) -> &'static str {
         match self {
             Self::Asked => "what was asked for",
@@ -103,9 +103,9 @@ impl ToleranceFrom {
 }
 
 impl Tolerance {
-    /// What was asked for, and otherwise the error that the film was rendered to, its own absolute
-    /// tolerance with it unless another was asked for; a film that says nothing is judged by the
-    /// default.
+    /// Returns the requested tolerance, else the error that the film was rendered to, else the
+    /// default, and the origin. The absolute tolerance is the requested one, else that of the film
+    /// if its error is used.
     pub fn asked_or_of(relative: Option<f64>, absolute: Option<f64>, film: &Film) -> (Self, ToleranceFrom) {
         let (own, from) = match (relative, Self::of(film)) {
             (Some(relative), _) => (Self { relative, absolute: 0.0 }, ToleranceFrom::Asked),
@@ -115,8 +115,8 @@ impl Tolerance {
         (Self { absolute: absolute.unwrap_or(own.absolute), ..own }, from)
     }
 
-    /// What a film says that it was rendered to; none if it does not, nobody asked for it, or it is
-    /// out of range.
+    /// Returns the error that a film was rendered to; `None` if its metadata do not state one, if
+    /// no error was requested for it, or if the error is out of range.
     pub fn of(film: &Film) -> Option<Self> {
         if film.metadata().bool(keys::PICTURE) == Some(true) {
             return None;
@@ -127,6 +127,8 @@ impl Tolerance {
         tolerance.validate().is_ok().then_some(tolerance)
     }
 
+    /// Checks the ranges of both tolerances.
+    ///
     /// # Errors
     /// [`Error::Option`] naming `error` or `absolute` if out of range.
     pub fn validate(&self) -> Result<()> {
@@ -152,25 +154,26 @@ impl Tolerance {
     }
 }
 
-/// What was found.
+/// Result of [`compare()`]: counts, errors and judgements.
 #[derive(Clone, Debug)]
 pub struct Comparison {
     /// The part of the image that both films hold.
     pub window: Window,
-    /// What was tolerated.
+    /// Tolerance that errors were compared with.
     pub tolerance: Tolerance,
-    /// Pixels that have an error, those that failed among them.
+    /// Pixels that have an error, including those that failed.
     pub pixels: u64,
-    /// Pixels left out because one of the films did not render them.
+    /// Pixels omitted because one of the films did not render them.
     pub not_rendered: u64,
-    /// Pixels left out because the reference is not finite there.
+    /// Pixels omitted because the reference is not finite there.
     pub not_finite: u64,
-    /// Pixels that failed: the image is not finite there, the reference is. Their error is
+    /// Pixels that failed: the image is not finite there, but the reference is. Their error is
     /// infinite.
     pub failed: u64,
-    /// Pixels within the tolerance.
+    /// Pixels with an error within the tolerance.
     pub within: u64,
-    /// Pixels that have not failed and whose error is infinite: not black, where the reference is.
+    /// Pixels that did not fail and have an infinite error: the reference is black, the image is
+    /// not.
     pub infinite: u64,
     /// Mean of the errors that are finite; infinite if none is.
     pub mean: f64,
@@ -188,19 +191,19 @@ pub struct Comparison {
     /// Mean distance over the mean reference: a mean error that dark pixels do not dominate.
     /// Infinite if all pixels failed.
     pub relative_l1: f64,
-    /// RMSE, PSNR and their like, of the pixels that have not failed; none if all have.
+    /// RMSE, PSNR and similar measures of the pixels that did not fail; `None` if all failed.
     pub measures: Option<Measures>,
-    /// What became of the film's claims, if it makes any.
+    /// Judgement of the film's claims; `None` if it has no half-widths.
     pub claims: Option<Claims>,
-    /// What became of what is claimed of the picture as a whole, if anything is.
+    /// Judgement of the claim about the picture as a whole, if there is one.
     pub picture: Option<PictureJudged>,
-    /// How many intervals of the two films are disjoint, if they are about the same truth and both
-    /// claim one at some pixel.
+    /// Number of disjoint intervals, if the two films are about one truth and both claim an
+    /// interval at some pixel.
     pub intervals: Option<Intervals>,
-    /// Relative error of the reference that half of its pixels do not exceed, at 99.9 %; none if
+    /// Relative error of the reference that half of its pixels do not exceed, at 99.9 %; `None` if
     /// the reference does not state its error, or is exact.
     pub own_error: Option<f64>,
-    /// Error of each pixel in the order of [`Window::pixels`]; NaN for those left out.
+    /// Error of each pixel in the order of [`Window::pixels`]; NaN for omitted pixels.
     pub errors: Vec<f64>,
 }
 
@@ -210,7 +213,7 @@ impl Comparison {
         self.within as f64 / self.pixels as f64
     }
 
-    /// Pixels that have no error.
+    /// Number of omitted pixels, which have no error.
     pub fn left_out(&self) -> u64 {
         self.not_rendered + self.not_finite
     }
@@ -220,8 +223,8 @@ impl Comparison {
 /// intervals of both with each other.
 ///
 /// # Errors
-/// [`Error::Option`] for a tolerance out of range; [`Error::Invalid`] naming both films if they do
-/// not show the same part of the same image or have no pixel in common, and naming one if it has no
+/// [`Error::Option`] for a tolerance out of range. [`Error::Invalid`] naming both films if they
+/// show different parts or images, or have no pixel in common, and naming one film if it has no
 /// colours.
 pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) -> Result<Comparison> {
     tolerance.validate()?;
@@ -231,7 +234,7 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
     let controlled = RenderFilm::of(image.film).controlled();
     let mut out = Comparison::empty(image.film.window(), *tolerance);
     let own_error = OwnError::of(reference.film);
-    // A stated error of the luminance may be the same relative error in each channel.
+    // A stated error of the luminance is taken for an equal relative error of the largest channel.
     let is_by_channels = controlled != RenderFilm::of(reference.film).controlled();
     let mut own_errors = Vec::new();
     let mut judge = Judge::of(image.film, reference.film);
@@ -351,7 +354,7 @@ fn luminance(color: Rgb) -> f64 {
     color.to_array().iter().zip(LUMINANCE_WEIGHTS).map(|(c, w)| f64::from(*c) * f64::from(w)).sum()
 }
 
-/// `a / b`, and 0 for 0 / 0.
+/// Returns `a / b`, and 0 for 0 / 0.
 fn ratio(a: f64, b: f64) -> f64 {
     if a == 0.0 { 0.0 } else { a / b }
 }

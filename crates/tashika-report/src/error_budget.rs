@@ -1,25 +1,25 @@
-//! How much of an image's half-widths comes from where.
+//! Sources of an image's half-widths.
 
 use serde::Serialize;
 
 use crate::film::{Film, HalfWidths, RenderFilm, planes};
 
-/// What half-widths are made of: medians over the pixels that claim an interval, relative to the
-/// pixels by what was controlled. Each says how wide the interval would be if its source of error were all.
+/// Half-widths by source of error: medians over the pixels that claim an interval, relative to the
+/// pixel's size in the error metric. Each part is the half-width that its source alone would give.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ErrorBudget {
-    /// Of the whole half-width.
+    /// Median of the whole half-width.
     pub total: f64,
-    /// That few terms of the sums over VPLs were drawn.
+    /// Part due to drawing few terms of the sums over VPLs.
     pub clustering: f64,
-    /// That the VPLs, and the gather points, are some of all that there could be.
+    /// Part due to using a finite sample of VPLs and gather points.
     pub lights: f64,
-    /// That what VPLs do not carry is estimated by few paths.
+    /// Part due to estimating by few paths the light that VPLs do not carry.
     pub compensation: f64,
 }
 
-/// Of a film with the planes `half_width` and `half_width_parts`; none if it has none, or no lit
-/// pixel claims an interval.
+/// Returns the error budget of a film with the planes `half_width` and `half_width_parts`; `None`
+/// if the film lacks them, or if no lit pixel claims an interval.
 pub fn error_budget(film: &Film) -> Option<ErrorBudget> {
     let read = RenderFilm::of(film);
     film.plane(planes::HALF_WIDTH_PARTS).filter(|_| read.has_half_widths())?;
@@ -28,7 +28,7 @@ pub fn error_budget(film: &Film) -> Option<ErrorBudget> {
         let total = read.relative_half_width(pixel).filter(|total| *total > 0.0 && total.is_finite());
         let Some(total) = total else { continue };
         let record = read.at(x, y);
-        // What the whole is relative to, its parts are.
+        // Parts are relative to the same size as the whole.
         let scale = total / f64::from(record.half_width);
         let HalfWidths { clustering, lights, compensation } = record.half_widths;
         let parts = [clustering, lights, compensation].map(|part| scale * f64::from(part));

@@ -1,9 +1,9 @@
-//! The relative error of each pixel as a picture, with the scale beside it and the numbers below;
-//! or the half-width that it claims.
+//! Picture of the relative error of each pixel, or of its claimed half-width, with the scale beside
+//! it and numbers below.
 //!
-//! Colours run from black (no error) over blue and green to yellow (five times the tolerance),
-//! errors beyond are red, pixels left out are gray. Small images are magnified by a whole factor,
-//! so that the text fits beside them.
+//! Colours run from black (no error) over blue and green to yellow (five times the tolerance);
+//! larger errors are red, omitted pixels are gray. Small images are magnified by a whole factor, so
+//! that the text fits beside them.
 
 use embedded_graphics::mono_font::MonoFont;
 use embedded_graphics::mono_font::ascii::{FONT_8X13, FONT_10X20};
@@ -17,13 +17,13 @@ use crate::film::{percent_of_error, percent_of_share, percent_of_tolerance};
 
 /// End of the scale, in tolerances; there is a tick for each.
 const TICKS: u32 = 5;
-/// Least length of the picture's longer side, and height of the scale (pixels).
+/// Minimum of the picture's longer side, and of the height of the scale (pixels).
 const LEAST_SIDE: u32 = 256;
 const MARGIN: u32 = 12;
-/// Width of the scale, without and with its labels.
+/// Width of the scale, without and with its labels (pixels).
 const BAR: u32 = 18;
 const LEGEND: u32 = BAR + 8 + 10 * 8;
-/// Height of the fields for colours beside the scale.
+/// Height of the fields for colours beside the scale (pixels).
 const FIELD: u32 = 16;
 const PAPER: [u8; 3] = [255, 255, 255];
 const INK: [u8; 3] = [0, 0, 0];
@@ -46,8 +46,8 @@ pub fn error_image(comparison: &Comparison) -> Picture {
     draw(size, comparison.errors.iter().copied(), tolerance, &within, &details)
 }
 
-/// Draws what a film says of its own error, on the same scale: the half-width that each pixel
-/// claims, relative to the pixel by what was controlled. Pixels that claim nothing are gray. None if the film has no
+/// Draws the half-width that each pixel claims, on the scale of errors, relative to the pixel's
+/// size in the error metric. Pixels that claim nothing are gray. `None` if the film has no
 /// half-widths or no colours.
 pub fn half_width_image(film: &Film, tolerance: &Tolerance) -> Option<Picture> {
     let read = RenderFilm::of(film);
@@ -66,8 +66,8 @@ pub fn half_width_image(film: &Film, tolerance: &Tolerance) -> Option<Picture> {
     Some(draw(size, widths.into_iter(), tolerance.relative, &what, &details))
 }
 
-/// Draws values relative to a tolerance, with the scale and two lines of text; what is not a number
-/// has no value.
+/// Draws values relative to a tolerance, with the scale and two lines of text; NaN is drawn as no
+/// value.
 fn draw(
     size: [u32; 2],
     values: impl Iterator<Item = f64> + Clone,
@@ -99,8 +99,8 @@ fn text_width(text: &str, font: &MonoFont<'_>) -> u32 {
     text.len() as u32 * (font.character_size.width + font.character_spacing)
 }
 
-/// The scale from its end at the top to zero, a field for what is beyond, and one for what is left
-/// out.
+/// Draws the scale from its end at the top to zero, a field for values beyond it, and one for
+/// omitted pixels.
 fn legend(
     canvas: &mut Picture,
     [x, y]: [u32; 2],

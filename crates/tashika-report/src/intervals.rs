@@ -1,24 +1,23 @@
-//! The intervals of two films held against each other: what they show of claims without any
-//! reference.
+//! Comparison of the intervals of two films, which tests claims without any reference.
 //!
 //! At a pixel that both films [claim](super::Claims), their intervals are `a ± h_a` and `b ± h_b`
-//! (W·m⁻²·sr⁻¹), of the luminance, or of each channel where the channels were controlled. Of the
-//! same truth `T` both hold only if `|a − T| ≤ h_a` and `|b − T| ≤ h_b`, hence `|a − b| ≤ h_a +
-//! h_b`. The intervals are disjoint, and at least one of them is wrong, if
+//! (W·m⁻²·sr⁻¹), of the luminance, or of each channel if channels were controlled. If both films
+//! estimate one truth `T`, both intervals hold only if `|a − T| ≤ h_a` and `|b − T| ≤ h_b`, hence
+//! `|a − b| ≤ h_a + h_b`. The intervals are disjoint, and at least one of them is wrong, if
 //!
 //! ```text
 //! |a − b| > h_a + h_b + 2⁻²³ (|b| + |a − b|)        channels: of any of the three; |b| and |a − b| the largest of them
 //! ```
 //!
-//! where the last term is what storing the four numbers in single precision may have moved them:
-//! `2⁻²⁴ (|a| + |b| + h_a + h_b)`, with `|a| ≤ |b| + |a − b|`, and `h_a + h_b` no more than the
-//! distance, below which nothing is disjoint. An exact pixel has the half-width 0.
+//! where the last term bounds the rounding of the four numbers to single precision:
+//! `2⁻²⁴ (|a| + |b| + h_a + h_b)`, with `|a| ≤ |b| + |a − b|`, and with `h_a + h_b` at most the
+//! distance, because otherwise nothing is disjoint. An exact pixel has the half-width 0.
 //!
-//! # How many to expect
-//! Intervals that hold with probability `c` each, and err independently, are both right with
-//! probability `c²`, so at most `1 − c²` of them are disjoint: 9.75 % at 95 %. Most are far rarer.
-//! Errors that are normal, of standard deviations `σ_a` and `σ_b`, have half-widths `z σ_a` and `z
-//! σ_b`, where `P(|Z| ≤ z) = c`; the difference is normal too, of variance `σ_a² + σ_b²`, and so
+//! # Expected number
+//! Intervals that hold with probability `c` each, with independent errors, both hold with
+//! probability `c²`, so at most `1 − c²` of them are disjoint: 9.75 % at 95 %. Most shares are far
+//! smaller. Normal errors of standard deviations `σ_a` and `σ_b` have half-widths `z σ_a` and
+//! `z σ_b`, where `P(|Z| ≤ z) = c`. The difference is normal too, of variance `σ_a² + σ_b²`, and so
 //!
 //! ```text
 //! P(disjoint) = P(|Z| > z (σ_a + σ_b) / √(σ_a² + σ_b²))
@@ -27,19 +26,19 @@
 //! ```
 //!
 //! and between the two otherwise. A share far above it shows claims that do not hold. A share below
-//! it proves nothing: two films that are wrong in the same way overlap.
+//! it proves nothing: the intervals of two films with equal errors overlap.
 //!
 //! # Guarantee
-//! None is counted as disjoint whose intervals both held before they were stored, of colours that
-//! are not negative.
+//! For colours that are not negative, intervals that both held before they were stored are never
+//! counted as disjoint.
 //!
 //! # Assumption
-//! Both films estimate the same truth. So nothing is said where their metadata name different ones,
-//! or say that different quantities were controlled. Two seeds have the same truth if it is light
-//! transport; sums over VPLs and gather points are others for other seeds. The longest path is
-//! taken for the same. The interval of the share takes pixels for independent trials, and how many
-//! are expected takes the errors of the two films for independent: of films that share VPLs, or all
-//! of their random numbers, fewer intervals are disjoint.
+//! Both films estimate one truth. So nothing is reported if their metadata name different truths or
+//! different error metrics. Films of two seeds have one truth if it is light transport; sums over
+//! VPLs and gather points differ by seed. The longest path is taken to be equal. The interval of
+//! the share takes pixels for independent trials, and the expected number takes the errors of the
+//! two films for independent. If films share VPLs, or all of their random numbers, fewer intervals
+//! are disjoint.
 //!
 //! # Held to this by
 //! The tests below, on films whose intervals are known, and on normal errors.
@@ -49,14 +48,14 @@ use super::truths::Truths;
 use crate::film::{Film, RenderFilm};
 use crate::stats::{Interval, clopper_pearson};
 
-/// How many intervals of two films about the same truth are disjoint: `|a − b| > h_a + h_b`, and a
-/// rounding bound, for values `a` and `b` with half-widths `h_a` and `h_b`. At least one of two
-/// disjoint intervals is wrong, whatever the truth.
+/// Number of disjoint intervals of two films about one truth: `|a − b| > h_a + h_b`, and a rounding
+/// bound, for values `a` and `b` with half-widths `h_a` and `h_b`. At least one of two disjoint
+/// intervals is wrong, whatever the truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Intervals {
-    /// Pixels that both films claim, of those where both are finite; at least one.
+    /// Pixels that are finite and claimed in both films; at least one.
     pub claimed_in_both: u64,
-    /// Of these, pixels whose two intervals have no number in common.
+    /// Pixels among them whose two intervals have no number in common.
     pub disjoint: u64,
     /// Clopper–Pearson interval of the share that is disjoint, at [`Intervals::CONFIDENCE`].
     pub interval: Interval,
@@ -72,7 +71,7 @@ impl Intervals {
     }
 }
 
-/// Counts intervals that are disjoint.
+/// Counter of disjoint intervals.
 pub(super) struct Meeting<'f> {
     films: [RenderFilm<'f>; 2],
     claimed_in_both: u64,
@@ -80,8 +79,8 @@ pub(super) struct Meeting<'f> {
 }
 
 impl<'f> Meeting<'f> {
-    /// Of two films; none unless both have half-widths, of the same quantity and about the same
-    /// truth.
+    /// Counter for two films; `None` unless both have half-widths, in one error metric and about
+    /// one truth.
     pub(super) fn of(image: &'f Film, reference: &'f Film) -> Option<Self> {
         let films = [image, reference].map(RenderFilm::of);
         let [a, b] = &films;
@@ -92,20 +91,19 @@ impl<'f> Meeting<'f> {
         can_meet.then_some(Self { films, claimed_in_both: 0, disjoint: 0 })
     }
 
-    /// Takes the pixel at that position, where the films are at that distance and the reference is
-    /// of that size.
+    /// Counts a pixel, given the distance of the films and the size of the reference.
     pub(super) fn take(&mut self, pixel: usize, distance: f64, size: f64) {
         let [Some(h_a), Some(h_b)] = self.films.map(|film| film.half_width(pixel).map(f64::from)) else {
             return;
         };
         self.claimed_in_both += 1;
         let allowed = h_a + h_b + rounding(distance, size);
-        // A half-width that is not a number holds nothing.
+        // A half-width that is not a number contains no value.
         let may_both_hold = distance <= allowed;
         self.disjoint += u64::from(!may_both_hold);
     }
 
-    /// What was found; none if both films claim nowhere.
+    /// Returns the counts; `None` if no pixel is claimed in both films.
     pub(super) fn intervals(self) -> Option<Intervals> {
         let Self { claimed_in_both, disjoint, .. } = self;
         let interval = clopper_pearson(disjoint, claimed_in_both, Intervals::CONFIDENCE);
@@ -136,7 +134,7 @@ mod tests {
     const CALIBRATED: u32 = Claim::Calibrated.id();
     const CERTIFIED: u32 = Claim::Certified.id();
 
-    /// Gray, half-width and claim of each pixel of a row.
+    /// A row of pixels with gray, half-width and claim.
     fn film(pixels: &[(f32, f32, u32)]) -> Film {
         let size = [pixels.len() as u32, 1];
         let mut film = Film::new(size, Window::full(size), &[COLOR, HALF_WIDTH, CLAIM]).unwrap();
@@ -154,7 +152,8 @@ mod tests {
         compare(named("a.exr", image), named("b.exr", reference), &Tolerance::default()).unwrap()
     }
 
-    /// Pixels claimed in both and disjoint, the same from either side.
+    /// Returns the numbers of pixels claimed in both and of disjoint ones; asserts that films can
+    /// be swapped.
     #[track_caller]
     fn found(a: &Film, b: &Film) -> Option<(u64, u64)> {
         let counts = |a, b| compared(a, b).intervals.map(|found| (found.claimed_in_both, found.disjoint));
@@ -204,7 +203,7 @@ mod tests {
             let stored = |film: &Film, name| f64::from(film.plane(name).unwrap().f32_samples().unwrap()[0]);
             let distance = stored(&b, "") - stored(&a, "");
             outside += u32::from(distance > stored(&a, "half_width") + stored(&b, "half_width"));
-            // Four times what is allowed apart: 2⁻²¹ of what is at most (centre + 2 · 0.6) is seen.
+            // Four times the allowed distance is detected: 2⁻²¹ of at most (centre + 2 · 0.6).
             let apart = f64::from(f32::EPSILON) * 4.0 * (centre + 2.0 * (h_a + h_b));
             let (_, b) = touching(centre + apart, h_a, h_b);
             assert_eq!(found(&a, &b), Some((1, 1)), "{centre} {h_a} {h_b}");
@@ -241,7 +240,7 @@ mod tests {
             row(&c).unwrap().1,
             "2 of 4 that both films claim are disjoint: 50.0 % (6.76 % to 93.2 % at 95 %)"
         );
-        // A reference that claims nothing, and one without any half-widths.
+        // A reference that claims nothing, and one without half-widths.
         let silent = film(&[(1.0, 0.0, NONE); 6]);
         let plain = Film::new([6, 1], Window::full([6, 1]), &[COLOR]).unwrap();
         for reference in [silent, plain] {
@@ -266,7 +265,7 @@ mod tests {
             assert_eq!(found(&with(&a, &[facts]), &with(&b, &[facts])), Some((1, 1)), "{facts:?}");
         }
         assert_eq!(found(&a, &with(&b, &[("control", "luminance")])), Some((1, 1)), "as if it said nothing");
-        // Sums over VPLs are the same for the same VPLs and gather points only.
+        // Sums over VPLs are equal only for equal VPLs and gather points.
         let [a, b] = [a, b].map(|film| with(&film, &[("truth", "vpl"), ("seed", "1"), ("vpls.seed", "1")]));
         assert_eq!(found(&a, &b), Some((1, 1)));
         for name in ["seed", "vpls.seed", "gather.points"] {
@@ -286,8 +285,8 @@ mod tests {
         assert_eq!(found(&a, &b), Some((1, 1)));
     }
 
-    /// Share of disjoint intervals among 40,000 whose errors are normal, where the half-widths are
-    /// that many standard deviations.
+    /// Share of disjoint intervals among 40,000 with normal errors and half-widths of `widths`
+    /// standard deviations.
     fn share_of_normal(sigma_a: f64, sigma_b: f64, widths: f64) -> f64 {
         let row = |sigma: f64, key: u64| {
             let mut s = Stream::new(3, Purpose::Test, key);
@@ -303,8 +302,8 @@ mod tests {
     #[test]
     fn disjoint_intervals_are_as_rare_as_true_claims_have_them() {
         let z = normal_quantile(0.975);
-        // P(|Z| > x) for x = √2 z, 1.4/√1.16 z and z, and for √2 z/2 where half-widths are half of
-        // what they should be.
+        // P(|Z| > x) for x = √2 z, 1.4/√1.16 z and z, and for √2 z/2 if half-widths are half of the
+        // correct ones.
         for (sigma_a, sigma_b, widths, expected) in [
             (1.0, 1.0, z, 0.005_575),
             (1.0, 0.4, z, 0.010_844),

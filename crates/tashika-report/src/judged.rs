@@ -1,29 +1,30 @@
-//! What became of what is claimed of a picture as a whole.
+//! Judgement of a claim about a picture as a whole.
 
 use super::own_error::OwnError;
 use super::pairs::{Pairs, Pixel};
 use crate::film::{Claim, Film, PictureClaim, RenderFilm, keys};
 
-/// A claim about a picture, held against a reference.
+/// A claim about a picture, compared with a reference.
 ///
 /// A pixel is *within* if the reference, taken for the truth, is within the claimed error; noise of
-/// the reference can only lower this count (see `claims`). A pixel is *outside* if every truth
-/// within the reference's own error is outside. Pixels that the audit did not cover are left out.
+/// the reference can only lower this count (see `claims`). A pixel is *outside* if it exceeds the
+/// claimed error for every truth within the reference's own error. Pixels that the audit did not
+/// cover are omitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureJudged {
-    /// What is claimed.
+    /// Claim of the audit about the picture.
     pub claim: PictureClaim,
     /// Pixels within the claimed error of the reference.
     pub within: u64,
-    /// Pixels outside for every truth within the reference's own error.
+    /// Pixels that are outside for every truth within the reference's own error.
     pub outside: u64,
-    /// Of so many.
+    /// Number of pixels that were judged.
     pub of: u64,
 }
 
 impl PictureJudged {
-    /// Compares a film's claim with a reference, pixel by pixel; none if nothing is claimed of the
-    /// picture, or no pixel can be judged. A pixel that failed is outside.
+    /// Compares a film's claim with a reference, pixel by pixel; `None` if nothing is claimed of
+    /// the picture, or no pixel can be judged. A pixel that failed is outside.
     pub(super) fn of(film: &Film, pairs: Pairs<'_>, own_error: &OwnError<'_>) -> Option<Self> {
         let claim = PictureClaim::of(film.metadata())?;
         let absolute = film.metadata().number(keys::ERROR_ABSOLUTE).unwrap_or(0.0);
@@ -62,7 +63,7 @@ impl PictureJudged {
         (self.of - self.outside) as f64 / self.of as f64
     }
 
-    /// Returns true if the share is as large as claimed; none if the reference is too noisy for a
+    /// Returns true if the share is as large as claimed; `None` if the reference is too noisy for a
     /// verdict.
     pub fn verdict(&self) -> Option<bool> {
         let claimed = self.claim.lower_within();

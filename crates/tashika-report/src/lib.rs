@@ -1,7 +1,7 @@
-//! How far a film is from a reference: numbers, a picture of the error, a page.
+//! Comparison of a film with a reference: numbers, a picture of the error, a page.
 //!
-//! [`compare()`] measures; everything else shows what it measured. Nothing here touches files: pictures and pages are bytes, which the
-//! caller writes.
+//! [`compare()`] measures; everything else presents its results. Nothing here accesses files:
+//! pictures and pages are bytes, which the caller writes.
 
 #![forbid(unsafe_code)]
 
@@ -44,7 +44,7 @@ pub use truths::Truths;
 #[cfg(test)]
 mod tests;
 
-// Modules of the crates below, so that `crate::math` is the same wherever code stands.
+// Imports from lower crates, so that paths such as `crate::math` are the same in every crate.
 use tashika_film::{color, error, film, reconstruction};
 use tashika_math::math;
 #[cfg(test)]

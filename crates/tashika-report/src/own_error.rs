@@ -6,14 +6,14 @@
 //! |r − T| ≤ q,    q = z s,    P(|Z| ≤ z) = 99.9 %
 //! ```
 //!
-//! | the reference says of a pixel | `q` (W·m⁻²·sr⁻¹) |
+//! | information of the reference about a pixel | `q` (W·m⁻²·sr⁻¹) |
 //! |---|---|
 //! | it is exact | 0 |
 //! | an interval of half-width `h` at confidence `c` | `h z(99.9 %) / z(c)` |
-//! | a standard error `s` | `z s`; of `n` paths `t s`, Student's quantile with `n − 1` degrees of freedom |
+//! | a standard error `s` | `z s`; of `n` paths `t s`: Student's `t`, `n − 1` degrees of freedom |
 //! | its error is not known (NaN), or it is one path | infinite |
-//! | that it is audited: of a single pixel nothing is known | 0: it is taken for the truth |
-//! | nothing, as films of other renderers | 0: it is taken for the truth |
+//! | it is audited: of a single pixel nothing is known | 0: it is taken for the truth |
+//! | none, as in films of other renderers | 0: it is taken for the truth |
 //!
 //! # Assumption
 //! Errors of the reference are approximately normal. Means of many paths are, unless few paths
@@ -77,7 +77,8 @@ impl<'f> OwnError<'f> {
         if half_width >= 0.0 { half_width } else { f64::INFINITY }
     }
 
-    /// Returns true if the error of the reference is known and not zero at some pixel.
+    /// Returns true if the reference states an error above zero at some pixel; an unknown error
+    /// counts as infinite.
     pub fn is_some(&self) -> bool {
         (self.standard_errors.is_some() || self.film.has_half_widths())
             && (0..self.pixels()).any(|pixel| self.half_width(pixel) > 0.0)

@@ -1,20 +1,20 @@
-//! Two films pixel by pixel: what there is to compare.
+//! Pairs of pixels of two films.
 
 use super::compare::Named;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::film::{Film, Plane, RenderFilm};
 
-/// What two films hold of a pixel.
+/// A pixel of the image, paired with that of the reference.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Pixel {
-    /// One of the films did not render it: its plane `stop` is 0.
+    /// Not rendered in one of the films: its plane `stop` is 0.
     NotRendered,
-    /// The reference is not finite, so that there is nothing to compare with.
+    /// The reference is not finite, so that no comparison is possible.
     NoTruth,
-    /// The image is not finite, the reference is.
+    /// Only the image is not finite.
     Failed { truth: Rgb },
-    /// Both are finite.
+    /// Colour and truth are finite.
     Finite { color: Rgb, truth: Rgb },
 }
 
@@ -25,10 +25,10 @@ pub(super) struct Pairs<'f> {
 }
 
 impl<'f> Pairs<'f> {
-    /// Of an image and its reference.
+    /// Pairs the films of an image and of its reference.
     ///
     /// # Errors
-    /// [`Error::Invalid`] naming the one that has no colours.
+    /// [`Error::Invalid`] naming the film that has no colours.
     pub(super) fn of(image: Named<'f>, reference: Named<'f>) -> Result<Self> {
         let films = [image, reference].map(|named| {
             if named.film.colors().is_some() {
@@ -45,7 +45,7 @@ impl<'f> Pairs<'f> {
         Ok(Self { films: [image?, reference?] })
     }
 
-    /// Each pixel, in the order of [`Window::pixels`](crate::film::Window::pixels).
+    /// All pairs, in the order of [`Window::pixels`](crate::film::Window::pixels).
     pub(super) fn pixels(self) -> impl Iterator<Item = Pixel> + Clone + use<'f> {
         let read = self.films.map(RenderFilm::of);
         let pixels = 0..self.films[0].window().area() as usize;

@@ -1,24 +1,25 @@
-//! Large films on small screens: of each block of pixels the one that is least certain.
+//! Reduction of large films: of each block of pixels, the least certain one is shown.
 //!
-//! A mean of pixels has no half-width, claim or stop reason, and hides the one pixel in a block
-//! that keeps no promise. So a film is made smaller by choosing pixels, not by mixing them: what is
-//! shown of a block is one of its pixels with all that is known of it.
+//! A mean of pixels has no half-width, claim or stop reason, and hides a single pixel of the block
+//! that makes no claim. So a film is made smaller by choosing pixels, not by mixing them: a block
+//! is shown as one of its pixels with the complete record of that pixel.
 //!
-//! The order, least certain first: pixels that claim nothing; then by relative half-width, the
-//! wider the earlier; those not rendered last. Among equals, and in films that make no claims, the
-//! first in reading order.
+//! Order, least certain first: pixels that claim nothing, then the others by relative half-width,
+//! the wider first, and last the pixels that were not rendered. Among equals, and in films that
+//! make no claims, the first in reading order is chosen.
 //!
 //! # Guarantee
-//! A pixel that was rendered and claims nothing is chosen, or another such pixel of its block is.
-//! Choosing in two steps, by factors `a` and then `b`, is choosing by `a·b`, up to ties.
+//! If rendered pixels of a block claim nothing, one of them is chosen. Choosing in two steps, by
+//! factors `a` and then `b`, gives the pixels of one step by `a·b`, up to ties.
 //!
 //! # Held to this by
 //! The tests below.
 
 use crate::film::{Film, RenderFilm, Window};
 
-/// The least certain pixel of each block of `factor × factor` pixels of `part`, block by block in
-/// rows, in coordinates of the full image; blocks at the right and at the bottom may be smaller.
+/// Returns the least certain pixel of each block of `factor × factor` pixels of `part`, block by
+/// block in rows, in coordinates of the full image. Blocks at the right and at the bottom may be
+/// smaller.
 ///
 /// # Panics
 /// If `factor` is zero, or `part` is not inside the film's window.
@@ -49,7 +50,7 @@ pub fn least_certain(film: &Film, part: Window, factor: u32) -> Vec<[u32; 2]> {
     chosen
 }
 
-/// The relative half-width of a pixel; infinite where nothing is claimed, −1 where nothing was
+/// Relative half-width of a pixel; infinite if nothing is claimed, −1 if the pixel was not
 /// rendered.
 fn doubt(film: &RenderFilm<'_>, pixel: usize) -> f64 {
     if !film.is_rendered(pixel) {
@@ -57,7 +58,7 @@ fn doubt(film: &RenderFilm<'_>, pixel: usize) -> f64 {
     } else if !film.claim(pixel).is_some() && film.has_claims() {
         f64::INFINITY
     } else {
-        // An interval about black is still more than none.
+        // An interval around black is still more certain than no claim.
         film.relative_half_width(pixel).map_or(0.0, |width| width.min(f64::MAX))
     }
 }

@@ -13,7 +13,7 @@ use embedded_graphics::text::{Baseline, Text};
 
 use crate::film::srgb_png;
 
-/// A picture without transparency.
+/// Eight-bit sRGB picture without transparency.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
     size: [u32; 2],
@@ -52,12 +52,12 @@ impl Picture {
         [self.bytes[i], self.bytes[i + 1], self.bytes[i + 2]]
     }
 
-    /// As the bytes of a PNG file that says that it is sRGB.
+    /// Encodes the picture as a PNG file that declares sRGB.
     pub fn png(&self) -> Vec<u8> {
         srgb_png(self.size, &self.bytes)
     }
 
-    /// Fills a rectangle; what lies outside the picture is left out.
+    /// Fills a rectangle, clipped to the picture.
     pub(super) fn fill(&mut self, corner: [u32; 2], size: [u32; 2], color: [u8; 3]) {
         let [right, bottom] = [0, 1].map(|i| corner[i].saturating_add(size[i]).min(self.size[i]));
         for y in corner[1]..bottom {
@@ -67,7 +67,7 @@ impl Picture {
         }
     }
 
-    /// Puts a picture there, each of its pixels a square of `magnification` pixels.
+    /// Draws a picture at `corner`, with each of its pixels as a square of `magnification` pixels.
     pub(super) fn put(&mut self, corner: [u32; 2], picture: &Self, magnification: u32) {
         let m = magnification;
         for y in 0..picture.size[1] {

@@ -1,4 +1,4 @@
-//! A comparison in words.
+//! Summary of a comparison as text.
 
 use super::claims::{Claims, Verdict};
 use super::compare::Comparison;
@@ -8,7 +8,7 @@ use super::own_error::OwnError;
 use super::truths::Truths;
 use crate::film::{count, percent_of_error, percent_of_share, percent_of_tolerance, truth_in_short};
 
-/// Labels and what is to say under each; an empty label continues the row above.
+/// Returns rows of a label and a text; an empty label continues the row above.
 pub fn summary(c: &Comparison) -> Vec<(&'static str, String)> {
     let mut rows = vec![
         ("within", within(c)),
@@ -112,7 +112,7 @@ fn displayed(measures: &Measures) -> String {
     format!("PSNR {psnr}{ssim}, FLIP {flip:.4} of the picture at {exposure_stops:+.2} stops")
 }
 
-/// Four digits of a number of any size.
+/// Formats a number of any size with four digits.
 fn digits(value: f64) -> String {
     if value == 0.0 || (1e-3..1e4).contains(&value) {
         let whole = [1.0, 10.0, 100.0, 1000.0].into_iter().filter(|&least| value >= least).count();
@@ -168,7 +168,8 @@ fn other(truths: &Truths) -> Option<String> {
     })
 }
 
-/// Disjoint intervals are to be rare: small shares are told to three digits, as errors are.
+/// Describes disjoint intervals, which should be rare: small shares have three digits, as errors
+/// do.
 fn disjoint(intervals: &Intervals) -> String {
     let Intervals { claimed_in_both, disjoint, interval } = intervals;
     let [share, low, high] = [intervals.share(), interval.low, interval.high].map(percent_of_error);

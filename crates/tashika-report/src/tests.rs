@@ -1,4 +1,4 @@
-//! Comparisons of films whose errors are known, and what is shown of them.
+//! Comparisons of films with known errors, and their presentation.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ const STOP: PlaneSpec = spec("stop", &["id"], SampleKind::U32);
 const HALF_WIDTH: PlaneSpec = spec("half_width", &["Y"], SampleKind::F32);
 const CLAIM: PlaneSpec = spec("claim", &["id"], SampleKind::U32);
 
-/// Where the films below lie in their image.
+/// First pixel of the films below, in their image.
 const CORNER: [u32; 2] = [3, 7];
 
 /// A film of grays, `width` in a row, inside a larger image.
@@ -41,8 +41,8 @@ fn compared(image: &Film, reference: &Film, relative: f64, absolute: f64) -> Com
     compare(named("a.exr", image), named("ref.exr", reference), &tolerance).unwrap()
 }
 
-/// Equal to what storing luminances near the reference's in single precision leaves of relative
-/// errors.
+/// Asserts that relative errors are equal up to the rounding of stored luminances to single
+/// precision.
 #[track_caller]
 fn near(found: f64, expected: f64) {
     assert!((found - expected).abs() <= f64::from(f32::EPSILON), "{found}, not {expected}");
@@ -69,8 +69,8 @@ fn known_errors_give_known_numbers() {
     assert_eq!(c.worst_at, [CORNER[0] + 27, CORNER[1]]);
     near(c.errors[0], 0.001);
     near(c.relative_l1, 0.0505);
-    // Even pixels have the even multiples of 37 and so odd thousandths; odd ones are a thousandth
-    // larger on average.
+    // Even pixels have even multiples of 37 and so odd thousandths; those of odd pixels are a
+    // thousandth larger on average.
     near(c.bias, -0.0005);
 }
 
@@ -81,7 +81,7 @@ fn the_95th_percentile_is_within_exactly_if_95_percent_are() {
         let c = compared(&image, &reference, tolerance, 0.0);
         assert_eq!((c.within_share() >= 0.95, c.p95 <= tolerance), (kept, kept));
     }
-    // One pixel is its own quantiles; of two the first is the median.
+    // Each quantile of one pixel is that pixel; of two the first is the median.
     let c = compared(&film(&[1.5]), &film(&[1.0]), 0.5, 0.0);
     assert_eq!([c.median, c.p95, c.worst].map(|e| (1e6 * e).round()), [5e5; 3]);
     let c = compared(&film(&[1.5, 1.25]), &film(&[1.0, 1.0]), 0.5, 0.0);
@@ -94,7 +94,7 @@ fn errors_are_of_luminance() {
     let mut image = film(&[1.0]);
     image.plane_mut("").unwrap().set_f32(CORNER[0], CORNER[1], &[1.0, 1.5, 1.0]);
     near(compared(&image, &film(&[1.0]), 0.02, 0.0).mean, 0.7152 * 0.5);
-    // One channel is gray.
+    // A single channel is gray.
     let mut gray = Film::new([40_000, 100], image.window(), &[spec("", &["Y"], SampleKind::F32)]).unwrap();
     gray.plane_mut("").unwrap().set_f32(CORNER[0], CORNER[1], &[1.25]);
     near(compared(&gray, &film(&[1.0]), 0.02, 0.0).mean, 0.25);
@@ -113,14 +113,14 @@ fn black_references_allow_black_only() {
 
 #[test]
 fn dark_pixels_are_judged_by_the_absolute_tolerance() {
-    // Of references 10, 0.5, 0.1 and 0, each off by 0.015; tolerated are 0.02 of them, or 0.02 in
-    // all.
+    // References of 10, 0.5, 0.1 and 0, each with an error of 0.015; the tolerance is 0.02
+    // relative, or 0.02 absolute.
     let (image, reference) = (film(&[10.015, 0.515, 0.085, 0.015]), film(&[10.0, 0.5, 0.1, 0.0]));
     assert_eq!(compared(&image, &reference, 0.02, 0.0).within, 1);
     let c = compared(&image, &reference, 0.02, 0.02);
     assert_eq!((c.within, c.infinite), (4, 0));
     near(c.errors[0], 0.0015);
-    // Relative to 0.02/0.02 = 1.
+    // Relative to 0.02/0.02 = 1, the absolute tolerance over the relative one.
     c.errors[1..].iter().for_each(|e| near(*e, 0.015));
     assert_eq!(compared(&image, &reference, 0.02, 0.014).within, 1);
 }
@@ -158,7 +158,7 @@ fn a_pixel_that_is_not_finite_has_failed_and_keeps_no_claim() {
     let specs = [COLOR, HALF_WIDTH, CLAIM];
     let mut image = film_in_rows(5, &[1.0, 1.5, f32::INFINITY, 1.0, f32::INFINITY], &specs);
     for (x, y) in image.window().pixels() {
-        // As wide as it can be, and still what is not finite is not inside.
+        // Even an infinite half-width does not cover a pixel that is not finite.
         image.plane_mut("half_width").unwrap().set_f32(x, y, &[f32::INFINITY]);
         image.plane_mut("claim").unwrap().set_u32(x, y, &[1]);
     }
@@ -173,7 +173,7 @@ fn a_pixel_that_is_not_finite_has_failed_and_keeps_no_claim() {
         (f64::INFINITY, f64::INFINITY, [CORNER[0] + 2, CORNER[1]])
     );
     assert_eq!((c.mean, c.p95), (0.25, f64::INFINITY));
-    // Of the three that are finite: 3.5 for 2.
+    // Sums over the three finite pixels: 3.5 for 2.
     assert_eq!((c.bias, c.relative_l1), (0.75, 0.75));
     let claims = c.claims.as_ref().unwrap();
     assert_eq!((claims.kept, claims.of), (3, 4));
@@ -240,7 +240,7 @@ fn what_a_film_was_rendered_to_is_a_tolerance_if_it_can_be() {
 #[test]
 fn claims_are_kept_up_to_their_half_widths() {
     let specs = [COLOR, HALF_WIDTH, CLAIM];
-    // Distance 0.1 with half-widths around it; the third claims nothing, the last claims to be
+    // Distance 0.1, with half-widths around 0.1; the third claims nothing, the last claims to be
     // exact.
     let grays = [1.1, 1.1, 1.1, 0.9, 1.0];
     let half_widths = [0.11, 0.09, 0.01, f32::INFINITY, 0.0];
@@ -306,7 +306,7 @@ fn what_cannot_be_compared_is_refused_by_name() {
 
 #[test]
 fn the_picture_shows_errors_where_they_are() {
-    // No error, the tolerance, the end of the scale (five times that), and beyond it.
+    // No error, the tolerance, the end of the scale (five times the tolerance), and beyond the end.
     let c = compared(
         &film_in_rows(2, &[1.0, 1.02, 1.0999, 1.3, f32::INFINITY, 1.0], &[COLOR]),
         &film_in_rows(2, &[1.0, 1.0, 1.0, 1.0, 1.0, f32::INFINITY], &[COLOR]),
@@ -314,7 +314,7 @@ fn the_picture_shows_errors_where_they_are() {
         0.0,
     );
     let picture = error_image(&c);
-    // Three rows magnified to at least 256 pixels: 86 times.
+    // Three rows are magnified 86 times, to at least 256 pixels.
     let at = |column: u32, row: u32| picture.pixel(12 + column * 86 + 43, 12 + row * 86 + 43);
     let luminance = |[r, g, b]: [u8; 3]| 2 * u32::from(r) + 7 * u32::from(g) + u32::from(b);
     assert_eq!(at(0, 0), [0, 0, 0]);
@@ -326,7 +326,7 @@ fn the_picture_shows_errors_where_they_are() {
     assert_eq!(at(0, 2), at(1, 1), "what failed is beyond");
     let [r, g, b] = at(1, 2);
     assert!(r == g && g == b && r > 0, "gray if left out");
-    // The legend holds the same colours, and there is ink below.
+    // The legend has these colours, and there is ink below the picture.
     let [width, height] = picture.size();
     let legend: Vec<[u8; 3]> = (12..270).map(|y| picture.pixel(12 + 172 + 12 + 5, y)).collect();
     assert!(legend.contains(&at(0, 1)) && legend.contains(&at(1, 1)) && legend.contains(&at(1, 2)));
@@ -343,7 +343,7 @@ fn the_picture_shows_errors_where_they_are() {
 fn the_picture_of_half_widths_is_on_the_same_scale() {
     let specs = [COLOR, HALF_WIDTH, spec("claim", &["id"], SampleKind::U32)];
     let mut film = Film::new([2, 2], Window::full([2, 2]), &specs).unwrap();
-    // Exact; the tolerance; beyond the scale; the tolerance, but nothing is claimed.
+    // Exact; the tolerance; beyond the scale; the tolerance, but without a claim.
     for (pixel, (half_width, claim)) in (0..).zip([(0.0, 1), (0.04, 3), (0.3, 3), (0.04, 0)]) {
         let [x, y] = [pixel % 2, pixel / 2];
         film.plane_mut("").unwrap().set_f32(x, y, &[2.0; 3]);
@@ -352,10 +352,10 @@ fn the_picture_of_half_widths_is_on_the_same_scale() {
     }
     let tolerance = Tolerance { relative: 0.02, absolute: 0.0 };
     let picture = half_width_image(&film, &tolerance).unwrap();
-    // Two rows magnified 128 times.
+    // Two rows are magnified 128 times.
     let at = |x: u32, y: u32| picture.pixel(12 + x * 128 + 64, 12 + y * 128 + 64);
-    // What a pixel with an error of that tolerance looks like: the third of three rows of one, 86
-    // times as large.
+    // Colours of errors of no, more than five times, and one tolerance: three rows of one pixel,
+    // magnified 86 times.
     let errors = compared(
         &film_in_rows(1, &[1.0, 1.3, 1.02], &[COLOR]),
         &film_in_rows(1, &[1.0; 3], &[COLOR]),

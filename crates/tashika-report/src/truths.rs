@@ -9,7 +9,7 @@ pub enum Truths {
     /// Equal truths: scene and camera agree and, except for light transport, so do VPLs and gather
     /// points.
     Same,
-    /// The reference has no such metadata.
+    /// The metadata differ, and one of the films does not name its truth.
     Unsaid,
     /// Different quantities, such as a sum over VPLs and light transport. The strings are the
     /// values of [`TRUTH`](keys::TRUTH) of the image and of the reference.

@@ -1,6 +1,6 @@
 //! Scenes of [tashika](https://github.com/tashika-render/tashika), a many-light renderer.
 //!
-//! * [`bsdf`]: what surfaces reflect and transmit: evaluation, sampling, density.
+//! * [`bsdf`]: reflection and transmission of surfaces: evaluation, sampling, density.
 //! * [`scene`]: meshes, materials, textures, emitters, skies, cameras; built by a
 //!   [`SceneBuilder`](scene::SceneBuilder), or built in.
 //!
@@ -10,7 +10,7 @@
 pub mod bsdf;
 pub mod scene;
 
-// Modules of the crates below, so that `crate::math` is the same wherever code stands.
+// Modules of the crates below, so that paths such as `crate::math` are valid here too.
 use tashika_film::{color, error, film};
 use tashika_math::{math, rng, warp};
 use tashika_stats as stats;

@@ -1,39 +1,39 @@
-//! A density over a unit cube that is learned from weighted points: constant in each cell of a
+//! A density over a unit cube that is learned from weighted points, constant in each cell of a
 //! binary tree.
 //!
 //! A cell is halved along the axis along which the weights of its quarters differ most, as long as
-//! they differ by more than chance would make them. With the weight `W_c` and the volume `V_c` of a
-//! cell, its probability and density are
+//! they differ by more than chance. With the weight `W_c` and the volume `V_c` of a cell, its
+//! probability and density are
 //!
 //! ```text
 //! P_c = (1 − λ) W_c / W + λ V_c          p = P_c / V_c ≥ λ
 //! ```
 //!
-//! so that what is drawn by it and divided by `p` is an unbiased estimate, whatever the points
-//! were, and at most `1/λ` times what it would be without. Held to this by the tests below.
+//! For any learned points, a value at a drawn point divided by `p` is an unbiased estimate of the
+//! integral, and at most `1/λ` times as large as without learning. Held to this by the tests below.
 
 use super::Discrete;
 use crate::math::elementary::ln_f64;
 
-/// `λ`: the share that is spread evenly.
+/// `λ`: the share of the probability that is spread evenly.
 const EVEN_SHARE: f64 = 0.3;
-/// Most cells.
+/// Largest number of cells of the tree.
 const MOST_CELLS: usize = 4096;
-/// Points below which a cell is not halved: what is left would be noise.
+/// Smallest number of points of a cell that is halved: with fewer, the halves would be noise.
 const FEWEST_POINTS: usize = 24;
-/// Halvings above each other.
+/// Largest depth of the tree.
 const MOST_DEPTH: u32 = 40;
-/// A point weighs at most so many times the mean: single bright points say little about where light
-/// is.
+/// Largest weight of a point in units of the mean: single bright points are weak evidence of where
+/// light is.
 const LARGEST_OVER_MEAN: f64 = 64.0;
-/// How many times chance the difference of quarters has to be.
+/// Smallest difference of quarters that halves a cell, in units of the difference by chance.
 const OVER_CHANCE: f64 = 4.0;
 
 /// A density over `[0, 1)^D`.
 #[derive(Clone, Debug)]
 pub struct AdaptiveDensity<const D: usize> {
     cells: Vec<Cell<D>>,
-    /// Over the cells: `P_c`.
+    /// Distribution over the cells: `P_c`.
     choice: Discrete,
 }
 
@@ -61,8 +61,8 @@ impl<const D: usize> Cell<D> {
 pub type Weighted<const D: usize> = ([f32; D], f32);
 
 impl<const D: usize> AdaptiveDensity<D> {
-    /// Learned from points of `[0, 1)^D` with weights that are finite and not negative; even where
-    /// there are none.
+    /// Learns a density from points of `[0, 1)^D` with weights that are finite and not negative;
+    /// without points it is uniform.
     pub fn learn(mut points: Vec<Weighted<D>>) -> Self {
         points.retain(|(_, weight)| *weight > 0.0);
         let mean = points.iter().map(|(_, w)| f64::from(*w)).sum::<f64>() / points.len().max(1) as f64;
@@ -93,8 +93,8 @@ impl<const D: usize> AdaptiveDensity<D> {
         Self { cells, choice }
     }
 
-    /// Draws a point, and tells the density there. `u` chooses the cell and the first coordinate in
-    /// it, `v` the others; all uniform in `[0, 1)`.
+    /// Draws a point and returns it with its density. `u` chooses the cell and the first coordinate
+    /// in it, `v[1..]` the others; all are uniform in `[0, 1)`.
     pub fn sample(&self, u: f64, v: [f32; D]) -> ([f64; D], f64) {
         let (number, probability, rest) = self.choice.sample(u);
         let cell = &self.cells[number];
@@ -105,14 +105,14 @@ impl<const D: usize> AdaptiveDensity<D> {
         (at, probability / cell.volume())
     }
 
-    /// How many cells there are.
+    /// Number of cells of the tree.
     pub fn cells(&self) -> usize {
         self.cells.len()
     }
 }
 
-/// The axis along which the quarters of a cell differ most by weight; none if by no more than
-/// chance.
+/// The axis along which the weights of a cell's quarters differ most; `None` if they differ by no
+/// more than chance.
 fn axis_of_contrast<const D: usize>(cell: &Cell<D>, inside: &[Weighted<D>]) -> Option<usize> {
     if inside.len() < FEWEST_POINTS {
         return None;
@@ -128,8 +128,8 @@ fn axis_of_contrast<const D: usize>(cell: &Cell<D>, inside: &[Weighted<D>]) -> O
             quarters[axis][((4.0 * within) as usize).min(3)] += weight;
         }
     }
-    // Kullback and Leibler's divergence from even quarters; by chance about 3/(2n) of n equal
-    // weights.
+    // Kullback and Leibler's divergence from even quarters; its mean by chance is about 3/(2n) for
+    // n equal weights.
     let divergence = |of: &[f64; 4]| -> f64 {
         let term = |w: f64| if w > 0.0 { w / sum * ln_f64(4.0 * w / sum) } else { 0.0 };
         of.iter().map(|w| term(*w)).sum()
@@ -146,7 +146,7 @@ mod tests {
     use crate::Moments;
     use crate::rng::{Purpose, Stream};
 
-    /// Points of a small bright box, in a few others.
+    /// Points of a small bright box among a few others.
     fn spot(count: usize) -> Vec<Weighted<3>> {
         let mut s = Stream::new(5, Purpose::Test, 0);
         let mut point = |bright: bool| {
@@ -156,8 +156,8 @@ mod tests {
         (0..count).map(|i| point(i % 4 != 0)).collect()
     }
 
-    /// `E f(x)/p(x)` is the integral of `f`, for a density that is all but the same as `f` and for
-    /// one that is not.
+    /// `E f(x)/p(x)` is the integral of `f`, for a density that is nearly equal to `f` and for one
+    /// that is not.
     #[test]
     fn what_is_drawn_is_weighted_by_its_density() {
         for points in [spot(20_000), Vec::new(), vec![([0.1, 0.9, 0.5], 3.0); 100]] {
@@ -191,7 +191,7 @@ mod tests {
         // The learned share is 0.7, of which the even points of the background have a sixtieth.
         let hits = hits.count();
         assert!(hits * 100 > 60 * draws, "{hits} of {draws}");
-        // Points without a pattern are no reason for cells.
+        // Points without a pattern need few cells.
         let mut even = |_| (s.uniform_3(), 1.0);
         let cells = AdaptiveDensity::learn((0..4000).map(&mut even).collect()).cells();
         assert!(cells <= 8, "{cells} cells of noise");

@@ -1,8 +1,8 @@
-//! What pixels drawn at random from a picture say of all its pixels.
+//! Statements on all pixels of a picture, from pixels drawn at random.
 //!
-//! Of a picture `n` pixels are drawn at random and looked at; `k` of them are outside of what is
-//! claimed. Nothing is assumed of how the picture was made, nor of how its errors are spread: only
-//! that the draw is independent of them.
+//! `n` pixels of a picture are drawn at random and audited; `k` of them are outside of the claim.
+//! Nothing is assumed of how the picture was made, nor of the distribution of its errors: only that
+//! the draw is independent of them.
 //!
 //! ```text
 //! share outside ≤ U/(1 − γ)      U: P(X ≤ k | n, U) = δ                       (Clopper, Pearson 1934)
@@ -10,19 +10,20 @@
 //! ```
 //!
 //! with `X` and `Y` binomial, `δ` the risk, and `γ` the probability that an outside pixel is taken
-//! for one inside, since its own truth is known by an interval only.
+//! for one inside, since its reference value is known only within an interval.
 //!
 //! # Guarantee
-//! Each statement is wrong with probability at most `δ`; several looks at the same pixels share the
-//! risk evenly (Bonferroni). Drawing without repetition from few pixels makes both conservative
-//! (Hoeffding 1963).
+//! Each statement is wrong with probability at most `δ`; several interim analyses of one set of
+//! pixels share the risk evenly (Bonferroni). Drawing without repetition from few pixels makes both
+//! conservative (Hoeffding 1963).
 //!
 //! # Held to this by
 //! The tests below: published tables, and pictures of known errors at the edge of the claim.
 
 use super::clopper_pearson;
 
-/// The share of a picture's pixels that are outside at most, where `outside` of `audited` were.
+/// Upper bound of the share of outside pixels in a picture, if `outside` of `audited` drawn pixels
+/// are outside.
 ///
 /// * `risk`: the probability of being wrong, in (0, ½).
 /// * `missed`: the probability `γ` that an outside pixel is taken for one inside, in [0, 1).
@@ -43,8 +44,8 @@ pub fn upper_share_outside(outside: u64, audited: u64, risk: f64, missed: f64) -
     (upper / (1.0 - missed)).min(1.0)
 }
 
-/// Which of `n` sorted numbers, counted from 1, at least the share `share` of all numbers are not
-/// above; none if `n` are too few to tell.
+/// Rank `m`, counted from 1, for which at least the share `share` of all numbers is at most the
+/// `m`-th smallest of `n` drawn ones; `None` if `n` is too small.
 ///
 /// * `risk`: the probability of being wrong, in (0, ½).
 ///
@@ -53,8 +54,9 @@ pub fn upper_share_outside(outside: u64, audited: u64, risk: f64, missed: f64) -
 /// assert_eq!(tashika_stats::tolerance_rank(300, 0.95, 0.05), Some(292));
 /// ```
 pub fn tolerance_rank(n: u64, share: f64, risk: f64) -> Option<u64> {
-    // The m-th smallest is below the quantile `s` where at least m numbers are: the probability of
-    // that falls with m, and is at most `risk` where Clopper's lower end of m of n is above `s`.
+    // The m-th smallest is below the quantile of `share` if at least m numbers are. The probability
+    // of that falls with m, and is at most `risk` if Clopper's lower end of m of n is at least
+    // `share`.
     let is_above = |m: u64| clopper_pearson(m, n, 1.0 - 2.0 * risk).low >= share;
     if n == 0 || !is_above(n) {
         return None;
@@ -72,7 +74,7 @@ mod tests {
     use super::*;
     use crate::rng::{Purpose, Stream};
 
-    /// Fewest audited pixels that certify 95 %, for so many outside: tables of binomial sampling.
+    /// Fewest audited pixels that certify 95 %, by the number outside: tables of binomial sampling.
     #[test]
     fn numbers_of_pixels_are_those_of_the_tables() {
         let tables = [
@@ -103,7 +105,7 @@ mod tests {
         assert_eq!(tolerance_rank(0, 0.95, 0.05), None);
     }
 
-    /// Pictures whose share outside is just above what is claimed: few may be certified.
+    /// Pictures whose share outside is just above the claim: few may be certified.
     #[test]
     fn pictures_at_the_edge_are_certified_no_more_often_than_the_risk() {
         const PICTURES: u64 = 10_000;
@@ -118,12 +120,13 @@ mod tests {
             }
         }
         let rate = certified.map(|n| n as f64 / PICTURES as f64);
-        // The risk of this number of pixels is 4.97 %; three standard errors of the count.
+        // The exact risk for this number of pixels is 4.97 %; the limits add three standard errors
+        // of the count.
         assert!(rate[0] < risk + 0.0066 && rate[0] > 0.03, "{rate:?}");
         assert!(rate[1] < risk / 3.0 + 0.004, "{rate:?}");
     }
 
-    /// Of the ratios of all pixels, the rank covers the share; two ranks lower it does not.
+    /// The rank covers the share of all ratios; two ranks lower it does not.
     #[test]
     fn ranks_cover_the_share_as_often_as_they_say() {
         const PICTURES: u64 = 10_000;

@@ -9,12 +9,13 @@
 //! ```
 //!
 //! (Clopper, Pearson 1934). `P(X ≥ k)` is the regularised incomplete beta function
-//! `I_p(k, n − k + 1)`. Its parameters are whole, so that it is summed here as the tail that it is:
-//! positive terms from the one nearest the mean outwards, each from its neighbour, the first by
-//! Stirling's series with its error terms split off so that large `n` cancels (Loader 2000).
+//! `I_p(k, n − k + 1)`. Its parameters are integers, so it is summed here as a tail of positive
+//! terms. The first term is the one nearest the mean, by Stirling's series with its error terms
+//! split off so that large `n` cancels (Loader 2000); each further term is computed from its
+//! neighbour.
 //!
 //! # Guarantee
-//! The interval covers the true probability with at least the confidence asked for, whatever the
+//! The interval covers the true probability with at least the given confidence, whatever the
 //! probability, if trials are independent and equally probable. Ends are right to a relative 10⁻⁹
 //! for up to 10⁸ trials.
 //!
@@ -24,7 +25,7 @@
 
 use crate::math::elementary::{exp_f64, ln_f64};
 
-/// A probability between two others.
+/// An interval that holds a probability.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     /// Lower end.
@@ -33,8 +34,8 @@ pub struct Interval {
     pub high: f64,
 }
 
-/// The Clopper–Pearson interval of a probability, from `successes` of `trials`; everything if there
-/// were no trials.
+/// The Clopper–Pearson interval of a probability, from `successes` of `trials`; `[0, 1]` without
+/// trials.
 ///
 /// * `confidence` in `(0, 1)`.
 ///
@@ -56,10 +57,11 @@ fn lower_end(k: u64, n: u64, tail: f64) -> f64 {
     if k == 0 {
         return 0.0;
     }
-    // At p = k/n the tail is about one half; only a confidence near zero asks for more.
+    // At p = k/n the tail is about one half; only a confidence of one half or less may need a
+    // larger p.
     let (mut low, mut high) = (0.0, if tail < 0.25 { k as f64 / n as f64 } else { 1.0 });
-    // Halves the interval until it has no number inside: 64 steps, and as many as `low` has leading
-    // zeros.
+    // Halves the interval until there is no number between its ends: about 64 steps, and one for
+    // each leading zero of `low`.
     loop {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
@@ -92,7 +94,7 @@ fn sum_of_products(ratios: impl Iterator<Item = f64>) -> f64 {
     for ratio in ratios {
         term *= ratio;
         sum += term;
-        // What is left is at most a geometric series of this ratio.
+        // The rest is at most a geometric series of this ratio.
         if term < 1e-17 * sum * (1.0 - ratio) {
             break;
         }
@@ -188,7 +190,7 @@ mod tests {
         for k in 1..=5_u64 {
             let tail: f64 = counts[k as usize..].iter().sum::<f64>() / 1024.0;
             assert!((upper_tail(k, 5, 0.25) / tail - 1.0).abs() < 1e-13, "{k}");
-            // At p = 3/4 successes are the failures above.
+            // Successes at p = 3/4 are failures at p = 1/4.
             let tail: f64 = counts[..=5 - k as usize].iter().sum::<f64>() / 1024.0;
             assert!((upper_tail(k, 5, 0.75) / tail - 1.0).abs() < 1e-13, "{k}");
         }
@@ -196,7 +198,7 @@ mod tests {
 
     #[test]
     fn tails_of_many_trials_keep_their_digits() {
-        // Summed with 40 digits. (The function above loses six of sixteen here.)
+        // Summed with 40 digits. (`upper_tail` loses six of its sixteen digits here.)
         let exact = 0.350_000_000_006_632_9;
         assert!((upper_tail(300_000, 1_000_000, 0.299_823_010_569_483_7) / exact - 1.0).abs() < 1e-9);
     }

@@ -1,17 +1,17 @@
-//! Choosing from a list, or from a table, in proportion to weights.
+//! Sampling from a list, or from a table, in proportion to weights.
 
 use std::ops::Range;
 
-/// Items for each part of the guide table.
+/// Number of items for each part of the guide table.
 const ITEMS_OF_PART: usize = 2;
 
 /// A distribution over `0..len` in proportion to weights, from which an item is drawn in constant
-/// time on average (Chen, Asau 1974: a guide table, which tells where to begin the search).
+/// time on average (Chen, Asau 1974: a guide table, which gives the start of the search).
 #[derive(Clone, Debug)]
 pub struct Discrete {
     /// `cumulative[i]` is the sum of weights below `i`; one entry more than there are weights.
     cumulative: Vec<f64>,
-    /// Of equal parts of the sum of all weights, the item that each begins in.
+    /// Item that contains the start of each part, for equal parts of the sum of all weights.
     guide: Vec<u32>,
 }
 
@@ -32,13 +32,13 @@ impl Discrete {
         })
     }
 
-    /// How many items there are.
+    /// Number of items.
     #[inline]
     pub fn len(&self) -> usize {
         self.cumulative.len() - 1
     }
 
-    /// Whether there are no items; never, since weights sum to more than zero.
+    /// Returns true if there are no items: never, since weights sum to more than zero.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -50,19 +50,19 @@ impl Discrete {
         self.cumulative[self.len()]
     }
 
-    /// Probability of item `i`.
+    /// Probability of drawing item `i`: its share of the sum of weights.
     #[inline]
     pub fn probability(&self, i: usize) -> f64 {
         (self.cumulative[i + 1] - self.cumulative[i]) / self.total()
     }
 
-    /// The item that `u` in `[0, 1)` falls into, its probability, and where in it `u` lies
-    /// (`[0, 1)`, to be used again). Items of zero weight are never chosen.
+    /// The item that `u` in `[0, 1)` falls into, its probability, and the position of `u` within
+    /// the item (`[0, 1)`, to be used again). Items of zero weight are never chosen.
     pub fn sample(&self, u: f64) -> (usize, f64, f64) {
         let x = u * self.total();
         let parts = self.guide.len();
         let mut i = self.guide[((u * parts as f64) as usize).min(parts - 1)] as usize;
-        // Rounding can have led to the next part.
+        // Rounding may have led to the next part.
         while self.cumulative[i] > x {
             i -= 1;
         }
@@ -72,21 +72,21 @@ impl Discrete {
         self.item_at(x, i, 0)
     }
 
-    /// The same of some of the items, which must not all have zero weight; the probability is that
-    /// among all items.
+    /// Samples among `items`, as [`Self::sample`] does among all. They must not all have zero
+    /// weight. The returned probability is that among all items.
     pub fn sample_within(&self, items: Range<usize>, u: f64) -> (usize, f64, f64) {
         let Range { start, end } = items;
         let below = self.cumulative[start];
         let x = below + u * (self.cumulative[end] - below);
-        // The last boundary that is not beyond x; x is below that of the end, so it has a successor
-        // that is.
+        // The last boundary that is not beyond x. Since x is below the last of all, a boundary
+        // beyond x follows.
         let boundaries = &self.cumulative[start..=end];
         let last = boundaries.partition_point(|&c| c <= x).saturating_sub(1);
         self.item_at(x, (start + last).min(end - 1), start)
     }
 
-    /// Item `i`, in which the sum of weights reaches `x`, or the one before it, from `first` on,
-    /// that has weight.
+    /// Item `i`, in which the sum of weights reaches `x`, or the nearest item with weight before
+    /// it, down to `first`.
     fn item_at(&self, x: f64, mut i: usize, first: usize) -> (usize, f64, f64) {
         while self.cumulative[i + 1] <= self.cumulative[i] && i > first {
             i -= 1;
@@ -97,7 +97,7 @@ impl Discrete {
     }
 }
 
-/// The guide table of sums that end above zero.
+/// Guide table of cumulative sums that end above zero.
 fn guide(cumulative: &[f64]) -> Vec<u32> {
     let items = cumulative.len() - 1;
     let parts = items.div_ceil(ITEMS_OF_PART);
@@ -121,7 +121,7 @@ pub struct Piecewise2d {
     width: usize,
 }
 
-/// Some cells of a [`Piecewise2d`].
+/// A rectangle of cells of a [`Piecewise2d`].
 #[derive(Clone, Debug)]
 pub struct Block {
     columns: Range<usize>,
@@ -131,7 +131,7 @@ pub struct Block {
 }
 
 impl Block {
-    /// With which probability a point of the whole table lies in it.
+    /// Probability that a point of the whole table lies in the block.
     #[inline]
     pub fn probability(&self) -> f64 {
         self.probability
@@ -157,12 +157,12 @@ impl Piecewise2d {
         (point, row_probability * probability * self.width as f64 * height)
     }
 
-    /// How many cells there are in a row and in a column.
+    /// Number of cells of a row and of a column.
     pub fn size(&self) -> [usize; 2] {
         [self.width, self.columns.len()]
     }
 
-    /// The cells of some columns and rows; `None` if they have zero weight.
+    /// Block of the given columns and rows; `None` if its cells have zero weight.
     pub fn block(&self, [columns, rows]: [Range<usize>; 2]) -> Option<Block> {
         let row = |y: usize| {
             let of_cells = |row: &Discrete| row.cumulative[columns.end] - row.cumulative[columns.start];
@@ -173,7 +173,8 @@ impl Piecewise2d {
         Some(Block { columns, first_row: rows.start, by_row, probability })
     }
 
-    /// The same as [`Piecewise2d::sample`] in a block only; the density is that of the whole table.
+    /// Samples as [`Piecewise2d::sample`] does, in a block only; the density is that of the whole
+    /// table.
     pub fn sample_in(&self, block: &Block, u: [f64; 2]) -> ([f64; 2], f64) {
         let (row, _, in_row) = block.by_row.sample(u[1]);
         let y = block.first_row + row;
@@ -184,8 +185,8 @@ impl Piecewise2d {
         (point, self.rows.probability(y) * probability * width * height)
     }
 
-    /// The numbers that [`Piecewise2d::sample`] takes to a point of `[0, 1)²`; any where the
-    /// density is zero.
+    /// Inverse of [`Piecewise2d::sample`]: the numbers for a point of `[0, 1)²`; arbitrary where
+    /// the density is zero.
     pub fn inverse(&self, point: [f64; 2]) -> [f64; 2] {
         let [width, height] = self.size().map(|side| side as f64);
         let within = |d: &Discrete, at: f64| {
@@ -230,8 +231,8 @@ mod tests {
         assert!(Discrete::new([0.0]).is_none() && Discrete::new([]).is_none());
     }
 
-    /// The guide leads to where a search among all leads, for weights that differ by orders of
-    /// magnitude, many of them zero.
+    /// The guide table leads to the same item as a search among all, for weights that differ by
+    /// orders of magnitude, many of them zero.
     #[test]
     fn items_are_found_where_a_search_finds_them() {
         let mut s = Stream::new(1, Purpose::Test, 0);
@@ -255,7 +256,7 @@ mod tests {
         }
     }
 
-    /// Each half of a table has its share, and its points are in it with the density of the whole.
+    /// Points of a block lie in it, with the density of the whole table; each half has its share.
     #[test]
     fn blocks_are_sampled_with_the_density_of_the_table() {
         let t = Piecewise2d::new(&[1.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0, 1.0, 1.0], 3).unwrap();

@@ -1,12 +1,12 @@
-//! Statistics of [tashika](https://github.com/tashika-render/tashika), a many-light renderer, usable
-//! alone: intervals and certificates for means of strata, distributions over tables, running
-//! moments, quantiles, intervals of shares, what an audit says of a picture.
+//! Statistics of [tashika](https://github.com/tashika-render/tashika), a many-light renderer,
+//! usable alone: intervals and certificates for means of strata, distributions over tables, running
+//! moments, quantiles, intervals of shares, audits of pictures.
 //!
 //! Users of the renderer find these as `tashika::stats`.
 //!
 //! # An interval from strata
-//! How large is `∫ x² dx` over `[0, 1)`? Cut it into ten strata, draw a few numbers in each, and let
-//! the spread inside the strata say how wrong their sum can be. All that the certificate assumes is
+//! How large is `∫ x² dx` over `[0, 1)`? Cut it into ten strata, draw a few numbers in each, and
+//! estimate the error of their sum from the spread inside the strata. The certificate assumes only
 //! that no sample is below zero or above the `upper` of its stratum; the calibrated interval is an
 //! estimate.
 //!
@@ -41,7 +41,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
-// `crate::math` and `crate::rng` are where they are in the other crates.
+// Gives `math` and `rng` the paths that they have in the other crates.
 use tashika_math::math;
 #[cfg(test)]
 use tashika_math::rng;

@@ -7,12 +7,12 @@ pub struct Moments {
     mean: f64,
     /// Sum of squared deviations from the mean.
     deviation: f64,
-    /// Largest in size.
+    /// Largest of the absolute values.
     largest: f64,
 }
 
 impl Moments {
-    /// Takes in one number.
+    /// Adds one number.
     #[inline]
     pub fn push(&mut self, x: f64) {
         self.count += 1;
@@ -22,7 +22,7 @@ impl Moments {
         self.deviation += d * (x - self.mean);
     }
 
-    /// Takes in what another has taken in (Chan, Golub, LeVeque 1979).
+    /// Adds the numbers of another `Moments` (Chan, Golub, LeVeque 1979).
     #[inline]
     pub fn merge(&mut self, other: &Self) {
         if other.count == 0 {
@@ -37,19 +37,19 @@ impl Moments {
         self.largest = self.largest.max(other.largest);
     }
 
-    /// The largest size of a number; zero if there were none.
+    /// Largest of the absolute values; zero without numbers.
     #[inline]
     pub fn largest(&self) -> f64 {
         self.largest
     }
 
-    /// How many numbers were taken in.
+    /// Count of the added numbers.
     #[inline]
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// Their mean; zero if there were none.
+    /// Mean of the added numbers; zero without numbers.
     #[inline]
     pub fn mean(&self) -> f64 {
         self.mean

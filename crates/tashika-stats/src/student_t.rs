@@ -15,7 +15,7 @@ use crate::math::elementary::{erfc, exp_f64, ln_f64, powf_f64};
 /// The `x` with `Φ(x) = p`, for `p` in `(0, 1)`.
 pub fn normal_quantile(p: f64) -> f64 {
     debug_assert!(p > 0.0 && p < 1.0);
-    // By symmetry in the lower half, where `erfc` keeps its relative accuracy.
+    // By symmetry, computed in the lower half, where `erfc` keeps its relative accuracy.
     if p > 0.5 {
         return -normal_quantile(1.0 - p);
     }
@@ -75,7 +75,7 @@ pub fn student_t_two_sided(confidence: f64, freedom: f64) -> f64 {
     (n * y).sqrt()
 }
 
-/// The `x = n / (n + t²)` with `P(|T| > t) = p`, by halving what it lies in.
+/// The `x = n / (n + t²)` with `P(|T| > t) = p`, by bisection of an interval that holds it.
 ///
 /// ```text
 /// P(|T| > t) = B_x(n/2, ½) / B(n/2, ½)          B_x(a, b) = ∫₀ˣ sᵃ⁻¹ (1 − s)ᵇ⁻¹ ds
@@ -88,7 +88,7 @@ fn quantile_of_few(p: f64, n: f64) -> f64 {
         ..=0.5 => incomplete_beta(a, 0.5, x),
         _ => whole - incomplete_beta(0.5, a, 1.0 - x),
     };
-    // The integrand is at least sᵃ⁻¹, and at most that over the root of 1 − x.
+    // The integrand is at least sᵃ⁻¹, and at most sᵃ⁻¹ over the root of 1 − x.
     let mut hi = powf_f64(p * whole * a, 1.0 / a).min(1.0);
     let mut lo = hi * powf_f64(1.0 - hi, 0.5 / a);
     for _ in 0..50 {
@@ -135,7 +135,7 @@ mod tests {
                 let q = student_t_two_sided(confidence, freedom);
                 let tail = 2.0 * (1.0 - t.cdf(q));
                 let relative = tail / (1.0 - confidence) - 1.0;
-                // Of the tail: `n` times as sensitive as the quantile far out.
+                // Allowed error of the tail: far out it is `n` times that of the quantile.
                 let allowed = if (3.0..5.0).contains(&freedom) { 2e-3 } else { 1e-4 };
                 assert!(relative.abs() < allowed, "{confidence}, {freedom}: {q} leaves {tail}");
             }

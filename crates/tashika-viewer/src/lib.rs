@@ -1,24 +1,24 @@
 //! # tashika-viewer: films in a browser
 //!
-//! A web server for this machine alone, behind `tashika view` and `tashika render --serve`. What it
-//! shows is [`Shown`]: a film that is being rendered ([`LiveFilm`]) or one in a file
-//! ([`StoredFilm`]), which is never loaded whole. The page itself is the caller's.
+//! A web server for this machine alone, behind `tashika view` and `tashika render --serve`. Its
+//! images implement [`Shown`]: a film that is being rendered ([`LiveFilm`]) or a film in a file
+//! ([`StoredFilm`]), which is never loaded whole. The caller makes the page itself.
 //!
-//! | module | what it is |
+//! | module | contents |
 //! |---|---|
-//! | `shown` | what a server asks of an image, and tiles of it |
-//! | `overview` | a film made small enough to be held, of its least certain pixels |
+//! | `shown` | interface between a server and an image, and tiles of an image |
+//! | `overview` | a film reduced to its least certain pixels, small enough to be held |
 //! | `live`, `stored` | the two kinds of images |
-//! | `rows`, `strips` | rows of a file with those of its reference, the last used ones kept |
-//! | `server` | the thread, its connections, and who watches |
+//! | `rows`, `strips` | rows of a file with those of its reference, and a cache of them |
+//! | `server` | the thread, its connections, and detection of open pages |
 //! | `routes` | from a request to a response |
 //!
-//! It is apart from the library, which opens no sockets and knows no clock, and from the program,
-//! so that it can be tested without one.
+//! The server is separate from the library, which opens no sockets and reads no clock. It is also
+//! separate from the program, so that it can be tested alone.
 //!
 //! # Guarantee
-//! The server is reachable from this machine only, answers nothing without the unguessable token in
-//! its address, and whatever a request says, takes memory and time in proportion to one tile.
+//! The server is reachable from this machine only, and answers nothing without the unguessable
+//! token in its address. Any request takes memory and time in proportion to one tile at most.
 #![forbid(unsafe_code)]
 
 mod live;

@@ -1,11 +1,12 @@
 //! A film that is being rendered, shown tile by tile.
 //!
 //! # Guarantee
-//! [`LiveFilm::update`] takes time in proportion to the tile, waits at most for the tiles that are being handed out, and never for a browser.
-//! What is shown are samples of films that were given, never a mixture within a pixel.
+//! [`LiveFilm::update`] takes time in proportion to the tile. It waits at most for tiles that are
+//! being copied out, and never for a browser. Each shown pixel is a pixel of a film that was
+//! passed, never a mixture.
 //!
 //! # Held to this by
-//! The tests of `stored`, which hold both kinds of images against the film.
+//! The tests of `stored`, which compare both kinds of images with the film.
 
 use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
@@ -30,11 +31,11 @@ struct State {
     finished: bool,
 }
 
-/// What there is once there is a film.
+/// State from the first film on.
 struct Image {
     description: Description,
     film: Film,
-    /// Where the film is too large to be looked at as a whole.
+    /// Reduced film, if the film is too large to be shown as a whole.
     overview: Option<Overview>,
 }
 
@@ -53,7 +54,7 @@ impl Image {
 }
 
 impl LiveFilm {
-    /// Nothing yet.
+    /// An image without a film.
     pub fn new() -> Self {
         Self::default()
     }
@@ -66,11 +67,12 @@ impl LiveFilm {
         self.state.write().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Shows what a film holds in `tile`. The first call takes the film's size, planes and
-    /// metadata, all calls must be of the same.
+    /// Copies `tile` from a film and shows it. The first call determines size, planes and metadata,
+    /// and all calls must agree with it.
     ///
     /// # Panics
-    /// If the tile is not inside the film's window, or the film is not like that of the first call.
+    /// If the tile is not inside the film's window, or the film does not agree with that of the
+    /// first call.
     pub fn update(&self, film: &Film, tile: Window) {
         let mut state = self.write();
         let image = state.image.get_or_insert_with(|| {
@@ -83,14 +85,14 @@ impl LiveFilm {
         state.version += 1;
     }
 
-    /// Tells how far the render is.
+    /// Sets the headline and the progress of the render.
     pub fn progress(&self, headline: Headline) {
         let mut state = self.write();
         state.headline = Some(headline);
         state.version += 1;
     }
 
-    /// Shows a film that will not change, in place of what was shown.
+    /// Replaces the image by a film that will not change.
     pub fn finish(&self, film: Film) {
         let mut image = Image::new(film);
         image.renew(image.film.window());

@@ -1,9 +1,9 @@
-//! A film made small enough to be held and looked at as a whole: of each block the least certain
-//! pixel, with all that is known of it.
+//! A film reduced to a size that can be held and shown as a whole: the least certain pixel of each
+//! block, with the complete record of that pixel.
 //!
-//! Levels from the overview's own on are made from it, since choosing in two steps is choosing at
-//! once, up to ties ([`tashika::report::least_certain`]). Pixels that were not seen yet are zeros,
-//! as those that were not rendered.
+//! The level of the overview and all coarser ones are made from it, since choosing in two steps
+//! gives the pixels of one step, up to ties ([`tashika::report::least_certain`]). Pixels that were
+//! not read yet are zeros, as are pixels that were not rendered.
 //!
 //! # Held to this by
 //! The tests of `live` and `stored`.
@@ -13,10 +13,10 @@ use tashika::report::least_certain;
 
 use crate::shown::{Collected, Tile};
 
-/// Most samples of a channel.
+/// Largest number of samples of a channel.
 const MOST_SAMPLES: u64 = 1 << 21;
 
-/// The smallest power of two by which a window is thinned to what is held.
+/// The smallest power of two by which a window must be reduced to fit.
 pub(crate) fn factor(window: Window) -> u32 {
     let thinned = |k: u32| u64::from(window.width.div_ceil(k)) * u64::from(window.height.div_ceil(k));
     let mut factor = 1;
@@ -26,11 +26,11 @@ pub(crate) fn factor(window: Window) -> u32 {
     factor
 }
 
-/// A film of the least certain pixels of another one.
+/// A film of the least certain pixels of another film.
 pub(crate) struct Overview {
-    /// Pixels a side of a block.
+    /// Side of a block (pixels).
     factor: u32,
-    /// The window that is shown.
+    /// Window of the film that is reduced.
     window: Window,
     film: Film,
 }
@@ -51,7 +51,7 @@ impl Overview {
         self.factor
     }
 
-    /// Chooses anew for all blocks that `part` meets, from a film that has these blocks.
+    /// Renews the choice for all blocks that `part` meets, from a film that contains these blocks.
     pub(crate) fn renew(&mut self, film: &Film, part: Window) {
         let k = self.factor;
         let first = [(part.x - self.window.x) / k, (part.y - self.window.y) / k];
@@ -78,7 +78,7 @@ impl Overview {
         }
     }
 
-    /// Shows the last row of blocks above `part` in place of what is there, until that is known.
+    /// Fills `part` with the last row of blocks above it, until its own pixels are known.
     pub(crate) fn stand_in(&mut self, part: Window) {
         let top = (part.y - self.window.y) / self.factor;
         let end = (part.y + part.height - self.window.y).div_ceil(self.factor);
@@ -91,8 +91,8 @@ impl Overview {
         }
     }
 
-    /// A tile of a level that is not finer than the overview; `part` is what it shows of the
-    /// window, `step` how many pixels a sample stands for.
+    /// A tile of a level that is not finer than the overview, for the pixels of `part`; `step` is
+    /// the side of the block of a sample (pixels).
     pub(crate) fn tile(&self, version: u64, planes: &[usize], part: Window, step: u32) -> Tile {
         let k = self.factor;
         let part = Window {

@@ -1,19 +1,20 @@
-//! From a request to a response: who may ask, what for, and the headers of every answer.
+//! From a request to a response: access checks, routes, and the headers of every answer.
 //!
-//! All is below `/TOKEN/`; the rest does not exist. A request must be addressed to this machine by
-//! name or number, so that a page of another site whose name was made to lead here learns nothing.
+//! All routes are below `/TOKEN/`; the rest does not exist. The host of a request must be this
+//! machine by name or number. So a page of another site learns nothing, even if the name of that
+//! site was made to resolve to this machine.
 //!
 //! | request | answer |
 //! |---|---|
 //! | `GET ` | the page |
-//! | `GET state` | JSON: version, how far it is, what the images are |
-//! | `GET tile?image=0&level=0&x=0&y=0&plane=&plane=half_width` | samples of planes, as [`Tile::bytes`](crate::Tile) |
+//! | `GET state` | JSON: version, progress, descriptions of the images |
+//! | `GET tile?image=0&level=0&x=0&y=0&plane=&plane=half_width` | [`Tile::bytes`](crate::Tile) |
 //! | `GET pixel?image=0&x=10&y=20` | JSON: the values of all planes |
 //! | `POST bye` | nothing; the page is being closed |
 //!
 //! # Guarantee
-//! Answers never repeat what was sent. Bodies of requests are not read. Pages may run and load only
-//! what the page brings itself.
+//! Answers never repeat text from the request. Bodies of requests are not read. Pages may run and
+//! load only their own contents.
 //!
 //! # Held to this by
 //! The tests in `tests/server.rs`, and those below.
@@ -30,16 +31,16 @@ use tashika::film::Samples;
 use crate::server::{PageContext, Shared};
 use crate::shown::{Description, Headline, Refusal, Shown, TileAddress, Values};
 
-/// An answer before it gets its headers.
+/// An answer without the common headers.
 struct Answer {
     status: StatusCode,
     kind: &'static str,
     body: Bytes,
-    /// A header of its own.
+    /// Additional header.
     extra: Option<(HeaderName, HeaderValue)>,
 }
 
-/// Planes of one request for a tile.
+/// Largest number of planes of one request for a tile.
 const MOST_PLANES: usize = 16;
 const TEXT: &str = "text/plain; charset=utf-8";
 const JSON: &str = "application/json";
@@ -73,7 +74,7 @@ impl From<Refusal> for Answer {
     }
 }
 
-/// Answers a request; the flag says whether it knew the token.
+/// Answers a request; the flag is true if the request has the token.
 pub(crate) async fn answer<B>(shared: &Arc<Shared>, request: &Request<B>) -> (Response<Full<Bytes>>, bool) {
     let Ok(nonce) = random_hex() else {
         let mut response = Response::new(Full::default());
@@ -89,29 +90,29 @@ pub(crate) async fn answer<B>(shared: &Arc<Shared>, request: &Request<B>) -> (Re
     (with_headers(answer, &nonce), is_known)
 }
 
-/// 128 random bits.
+/// Returns 128 random bits as hexadecimal digits.
 pub(crate) fn random_hex() -> Result<String, getrandom::Error> {
     let mut bytes = [0; 16];
     getrandom::fill(&mut bytes)?;
     Ok(format!("{:032x}", u128::from_be_bytes(bytes)))
 }
 
-/// Whether the request is addressed to this machine as the page is.
+/// Returns true if the request names its host as the address of the page does.
 fn is_for_us<B>(request: &Request<B>, port: u16) -> bool {
     let mut hosts = request.headers().get_all(header::HOST).iter();
     let host = hosts.next().and_then(|host| host.to_str().ok()).unwrap_or_default();
     hosts.next().is_none() && (host == format!("127.0.0.1:{port}") || host == format!("localhost:{port}"))
 }
 
-/// What follows `/TOKEN/` in a path. The time that it takes does not depend on where a wrong token
-/// differs.
+/// Returns the rest of a path after `/TOKEN/`. The time does not depend on the place where a wrong
+/// token differs.
 fn below_token<'a>(path: &'a str, token: &str) -> Option<&'a str> {
     let (found, rest) = path.strip_prefix('/')?.split_once('/')?;
     let differences = found.bytes().zip(token.bytes()).fold(0, |sum, (a, b)| sum | (a ^ b));
     (found.len() == token.len() && std::hint::black_box(differences) == 0).then_some(rest)
 }
 
-/// Answers a request that knows the token.
+/// Answers a request that has the token.
 async fn known<B>(shared: &Arc<Shared>, request: &Request<B>, route: &str, nonce: &str) -> Answer {
     let method = match route {
         "" | "state" | "tile" | "pixel" => Method::GET,
@@ -167,7 +168,7 @@ fn with_headers(answer: Answer, nonce: &str) -> Response<Full<Bytes>> {
     response
 }
 
-/// The answer to `state`.
+/// Answer to `state`.
 #[derive(Serialize)]
 struct State {
     version: u64,
@@ -179,7 +180,7 @@ struct State {
     images: Vec<Option<Labelled>>,
 }
 
-/// What an image is, and what it is called.
+/// Description of an image, with its label.
 #[derive(Serialize)]
 struct Labelled {
     label: String,
@@ -188,7 +189,7 @@ struct Labelled {
 }
 
 fn state(images: &[(String, Arc<dyn Shown>)]) -> Answer {
-    // The version first: what changes afterwards makes it grow, and is asked for again.
+    // The version is read first: later changes make it grow, and are requested again.
     let version = images.iter().map(|(_, image)| image.version()).sum();
     let all: Vec<_> = images.iter().map(|(_, image)| image.status()).collect();
     let labelled = images.iter().map(|(label, image)| {
@@ -227,13 +228,13 @@ async fn pixel(shared: &Arc<Shared>, query: Query<'_>) -> Result<Answer, String>
     Ok(values.map_or_else(Answer::from, |values| Answer::json(&Pixel { planes: Planes(values) })))
 }
 
-/// The answer to `pixel`.
+/// Answer to `pixel`.
 #[derive(Serialize)]
 struct Pixel {
     planes: Planes,
 }
 
-/// A list of values for each plane's name.
+/// A map from names of planes to lists of values.
 struct Planes(Vec<Values>);
 
 impl Serialize for Planes {
@@ -253,7 +254,7 @@ impl Serialize for List<'_> {
     }
 }
 
-/// The shortest digits that lead back to the number; a word where JSON has no number.
+/// A number as the shortest digits that give its bits back; a word if JSON has no such number.
 struct Number(f32);
 
 impl Serialize for Number {
@@ -267,12 +268,12 @@ impl Serialize for Number {
     }
 }
 
-/// What follows the question mark.
+/// Query of a request, after the question mark.
 #[derive(Clone, Copy)]
 struct Query<'a>(&'a str);
 
 impl Query<'_> {
-    /// A value, decoded; the first of that name.
+    /// The first value of that name, decoded.
     fn text(self, name: &str) -> Result<String, String> {
         self.texts(name).map(|mut all| all.swap_remove(0))
     }
@@ -301,7 +302,7 @@ impl Query<'_> {
     }
 }
 
-/// Percent-encoded text, `+` being a space.
+/// Decodes percent-encoded text, with `+` for a space.
 fn decoded(text: &str) -> Option<String> {
     let mut bytes = Vec::with_capacity(text.len());
     let mut rest = text.bytes();

@@ -1,7 +1,7 @@
-//! Rows of a film in a file, with the reference beside it if there is one.
+//! Rows of a film in a file, with those of a reference if there is one.
 //!
-//! What is chosen of blocks of pixels is chosen by the film; since the reference is a plane of the
-//! same film here, errors are always those of one pixel, however small the image is shown.
+//! The film determines the pixels that are chosen from blocks. Since the reference is a plane of
+//! that film here, errors are always those of one pixel, however small the image is shown.
 
 use std::ops::Range;
 use std::path::Path;
@@ -10,46 +10,46 @@ use tashika::error::{Error, Location, Result};
 use tashika::film::{Film, Metadata, PlaneSpec, Window, planes};
 use tashika::io::ExrFile;
 
-/// The plane that a reference becomes.
+/// Plane that holds the reference.
 const REFERENCE: PlaneSpec = planes::REFERENCE;
 
-/// A film in a file, and what its errors are measured from.
+/// A film in a file, and the reference that its errors are measured from.
 pub(crate) struct Rows {
     film: ExrFile,
     reference: Option<ExrFile>,
 }
 
 impl Rows {
-    /// Opens both files.
+    /// Opens the file of a film, and that of its reference.
     pub(crate) fn open(film: &Path, reference: Option<&Path>) -> Result<Self> {
         let (name, film) = (film, ExrFile::open(film)?);
         let reference = reference.map(|path| paired(path, name, &film)).transpose()?;
         Ok(Self { film, reference })
     }
 
-    /// The part of the image that there is.
+    /// Part of the image that the film holds.
     pub(crate) fn window(&self) -> Window {
         self.film.window()
     }
 
-    /// What the file says of its film.
+    /// Metadata of the film in the file.
     pub(crate) fn metadata(&self) -> &Metadata {
         self.film.metadata()
     }
 
-    /// Rows that are decompressed at once.
+    /// Number of rows that are decompressed at once.
     pub(crate) fn rows_per_block(&self) -> u32 {
         self.film.rows_per_block()
     }
 
-    /// Channels of all planes.
+    /// Number of channels of all planes, including the reference.
     pub(crate) fn channels(&self) -> usize {
         let own = self.film.planes().iter().map(|p| p.channels.len());
         let main = self.reference.iter().flat_map(|r| r.planes()).filter(|p| p.name.is_empty());
         own.sum::<usize>() + main.map(|p| p.channels.len()).sum::<usize>()
     }
 
-    /// Rows of the full image, whole.
+    /// Reads whole rows, numbered in the full image.
     pub(crate) fn read(&self, rows: Range<u32>) -> Result<Film> {
         let mut film = self.film.read_rows(rows.clone())?;
         if let Some(reference) = &self.reference {
@@ -59,7 +59,7 @@ impl Rows {
     }
 }
 
-/// Opens a reference, which must show what the film shows.
+/// Opens a reference, which must show the part of the image that the film shows.
 fn paired(path: &Path, name: &Path, film: &ExrFile) -> Result<ExrFile> {
     let reference = ExrFile::open(path)?;
     let refuse = |found: String, expected: String| Err(Error::invalid(Location::file(path), found, expected));

@@ -1,13 +1,13 @@
-//! The thread that serves, its connections, and whether anybody is watching.
+//! The server's thread, its connections, and detection of open pages.
 //!
-//! One thread answers; reading files and cutting tiles is done by two others. Connections are few:
-//! when there are more than
-//! [`MOST_CONNECTIONS`], or the system has no more to give, the one that has been idle longest is closed, those that never knew the token
-//! first. So whoever opens connections and says nothing disturbs nobody.
+//! One thread answers; two others read files and cut tiles. Connections are few: at more than
+//! [`MOST_CONNECTIONS`], or when the system has no resources for more, the connection that has been
+//! idle longest is closed, starting with those that never sent the token. So clients that open
+//! connections and send nothing do not disturb others.
 //!
 //! # Guarantee
-//! Only this machine can connect. A connection whose request does not arrive within [`HEADER_TIME`]
-//! is closed. A request's head takes no more than [`MOST_HEAD_BYTES`].
+//! Only this machine can connect. A connection is closed if its request does not arrive within
+//! [`HEADER_TIME`]. The head of a request has at most [`MOST_HEAD_BYTES`].
 //!
 //! # Held to this by
 //! The tests in `tests/server.rs`, and those below.
@@ -30,48 +30,48 @@ use tokio::task::AbortHandle;
 use crate::routes::{answer, random_hex};
 use crate::shown::{Refusal, Shown};
 
-/// Most connections at once.
+/// Largest number of connections at once.
 const MOST_CONNECTIONS: usize = 256;
-/// Within which a request must have arrived, from when the connection could take one.
+/// Time within which a request must arrive, from when the connection can accept one.
 const HEADER_TIME: Duration = Duration::from_secs(10);
-/// Most bytes of a request's first line and headers.
+/// Largest size of a request's first line and headers (bytes).
 const MOST_HEAD_BYTES: usize = 16 << 10;
-/// Most headers of a request.
+/// Largest number of headers of a request.
 const MOST_HEADERS: usize = 64;
-/// Tiles that are made, and files that are read, at the same time.
+/// Number of threads that read files and make tiles.
 const WORKERS: usize = 2;
-/// How long after a poll somebody is taken to be watching: browsers let pages in the background
-/// poll once a minute.
+/// Time after a poll during which a page counts as open: browsers let pages in the background poll
+/// once a minute.
 const POLL_TIME: Duration = Duration::from_secs(70);
-/// How long after a goodbye the page may come back: it is said when a page is loaded again, too.
+/// Time after a goodbye within which the page may return: reloading a page sends a goodbye, too.
 const GOODBYE_TIME: Duration = Duration::from_secs(3);
 
-/// How to serve.
+/// Settings of a server.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// Port. Default: 0, any that is free.
+    /// Port of the server. Default: 0, any that is free.
     pub port: u16,
 }
 
-/// What a page is made with.
+/// Values that a page needs from the server.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PageContext {
-    /// Attribute `nonce` of the page's `script` and `style` elements, another one each time;
-    /// without it browsers ignore them.
+    /// Attribute `nonce` of the page's `script` and `style` elements, new for each request.
+    /// Browsers ignore elements without it.
     pub nonce: String,
 }
 
-/// What makes the page.
+/// Function that makes the page.
 pub(crate) type Page = Box<dyn Fn(&PageContext) -> String + Send + Sync>;
 
-/// A server; dropping it ends it.
+/// A running server; dropping the value stops it.
 pub struct Server {
     shared: Arc<Shared>,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// What all connections share.
+/// State that all connections share.
 pub(crate) struct Shared {
     pub(crate) port: u16,
     pub(crate) token: String,
@@ -80,11 +80,11 @@ pub(crate) struct Shared {
     pub(crate) watch: Watch,
     workers: Arc<Semaphore>,
     connections: Mutex<Vec<Connection>>,
-    /// Counts what connections do, to tell which of them has been idle longest.
+    /// Counter of events on connections, which orders them by idle time.
     clock: AtomicU64,
 }
 
-/// A connection as it is seen from outside.
+/// State of a connection for other connections.
 struct Connection {
     activity: Arc<Activity>,
     abort: AbortHandle,
@@ -92,19 +92,19 @@ struct Connection {
 
 #[derive(Default)]
 struct Activity {
-    /// Whether a request is being answered.
+    /// True while a request is being answered.
     busy: AtomicBool,
-    /// Whether a request knew the token.
+    /// True if a request has sent the token.
     known: AtomicBool,
-    /// Time of the last answer, or of the connection's beginning.
+    /// Count at the last answer, or at the start of the connection.
     last: AtomicU64,
 }
 
 impl Server {
-    /// Begins to serve images, each with a label, and a page that shows them.
+    /// Starts a server for images, each with a label, and for a page that shows them.
     ///
     /// # Errors
-    /// If the port is taken, or the system gives no thread or no random numbers.
+    /// If the port is taken, or the system provides no thread or no random numbers.
     pub fn start(
         images: Vec<(String, Arc<dyn Shown>)>,
         page: Box<dyn Fn(&PageContext) -> String + Send + Sync>,
@@ -132,27 +132,28 @@ impl Server {
             runtime.block_on(async {
                 let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
                 tokio::spawn(accept(serving, listener));
-                // Sent or dropped, it means the same.
+                // A sent value and a dropped sender both mean to stop.
                 let _ = stopped.await;
             });
-            // A tile in the making must not hold up whoever ends the server.
+            // A tile in the making must not delay the end of the server.
             runtime.shutdown_background();
         };
         let thread = thread::Builder::new().name("server".to_owned()).spawn(serve)?;
         Ok(Self { shared, stop: Some(stop), thread: Some(thread) })
     }
 
-    /// Where the page is; whoever knows it may see it, on this machine.
+    /// Address of the page. On this machine anyone who knows the address can see the page.
     pub fn address(&self) -> String {
         format!("http://127.0.0.1:{}/{}/", self.shared.port, self.shared.token)
     }
 
-    /// Whether a page is open: it has asked for the state not long ago, and was not closed since.
+    /// Returns true if a page is open: it polled the state in the last 70 s. After its goodbye a
+    /// page counts as open for 3 s more, since it may only be reloading.
     pub fn is_watched(&self) -> bool {
         self.shared.watch.is_watched(Instant::now())
     }
 
-    /// Ends it.
+    /// Stops the server.
     pub fn stop(self) {}
 }
 
@@ -160,18 +161,18 @@ impl Drop for Server {
     fn drop(&mut self) {
         drop(self.stop.take());
         if let Some(thread) = self.thread.take() {
-            // It has nothing to tell; a panic of it was told by itself.
+            // The thread returns nothing, and has already reported a panic of its own.
             let _ = thread.join();
         }
     }
 }
 
-/// Takes connections for ever.
+/// Accepts connections forever.
 async fn accept(shared: Arc<Shared>, listener: tokio::net::TcpListener) {
     loop {
         match listener.accept().await {
             Ok((stream, _)) => shared.clone().begin(stream),
-            // No more files to be had, as a rule.
+            // Usually the system has no more file descriptors.
             Err(_) => {
                 if !shared.close_idlest() {
                     tokio::time::sleep(Duration::from_millis(20)).await;
@@ -191,7 +192,7 @@ impl Shared {
         self.clock.fetch_add(1, Ordering::Relaxed)
     }
 
-    /// Closes the connection that has been idle longest; false if all are being answered.
+    /// Closes the connection that has been idle longest; returns false if all are busy.
     fn close_idlest(&self) -> bool {
         let mut connections = self.connections();
         let idle = connections.iter().enumerate().filter(|(_, c)| !c.activity.busy.load(Ordering::Relaxed));
@@ -203,7 +204,7 @@ impl Shared {
         true
     }
 
-    /// Serves a connection, or closes it if there are too many that are busy.
+    /// Serves a connection, or closes it if too many others are busy.
     fn begin(self: Arc<Self>, stream: TcpStream) {
         self.connections().retain(|c| !c.abort.is_finished());
         if self.connections().len() >= MOST_CONNECTIONS && !self.close_idlest() {
@@ -215,8 +216,8 @@ impl Shared {
         self.connections().push(Connection { activity, abort });
     }
 
-    /// Does what takes time on one of the threads that are there for it; given up before it begins
-    /// if nobody waits for it any more.
+    /// Runs blocking work on a worker thread. Work that has not begun is cancelled when its future
+    /// is dropped.
     pub(crate) async fn work<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> Result<T, Refusal> + Send + 'static,
@@ -250,11 +251,11 @@ async fn serve(shared: Arc<Shared>, stream: TcpStream, activity: Arc<Activity>) 
         .max_buf_size(MOST_HEAD_BYTES)
         .max_headers(MOST_HEADERS)
         .serve_connection(TokioIo::new(stream), service);
-    // What goes wrong on a connection is the other side's, and ends it.
+    // Errors on a connection are the client's, and end the connection.
     let _ = serving.await;
 }
 
-/// When a page was last heard of.
+/// Times of the last poll and of the last goodbye of a page.
 #[derive(Default)]
 pub(crate) struct Watch(Mutex<Heard>);
 

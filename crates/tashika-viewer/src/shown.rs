@@ -1,16 +1,17 @@
-//! What a server asks of an image: a description, tiles at several levels, and all that is known of
-//! one pixel.
+//! Interface between a server and an image: a description, tiles at several levels, and all samples
+//! of one pixel.
 //!
-//! A tile of level `L` shows a square of `TILE · 2^L` pixels a side of the image's window, clipped
-//! to it, as samples of which each stands for `2^L × 2^L` pixels: the least certain of them
+//! A tile of level `L` shows a square of `TILE · 2^L` pixels a side, clipped to the image's window.
+//! Each sample stands for `2^L × 2^L` pixels: it is the least certain of them
 //! ([`tashika::report::least_certain`]), never a mean. Tile (0, 0) begins at the window's first
 //! pixel.
 //!
 //! # Guarantee
-//! [`Description::part`] of any address is inside the window, or a [`Refusal`]; numbers beyond all bounds are as good as any.
+//! [`Description::part`] of any address, with numbers of any size, is inside the window, or a
+//! [`Refusal`].
 //!
 //! # Held to this by
-//! The tests below, and of the tiles' samples those of `live` and `stored`.
+//! The tests below; for the samples of tiles, those of `live` and `stored`.
 
 use serde::Serialize;
 use serde_json::{Map, Value as Json};
@@ -22,19 +23,19 @@ pub const TILE: u32 = 256;
 
 /// An image as a server shows it.
 ///
-/// Methods may be called from several threads at once; [`Self::tile`] and [`Self::pixel`] may take
-/// as long as reading a file takes, the others return at once.
+/// Methods may be called from several threads at once. [`Self::tile`] and [`Self::pixel`] may take
+/// the time of reading a file; the others return at once.
 pub trait Shown: Send + Sync {
-    /// What the image is; `None` until it is known.
+    /// Description of the image; `None` until it is known.
     fn description(&self) -> Option<Description>;
 
-    /// A number that grows whenever something that can be seen has changed.
+    /// Number that grows whenever something visible has changed.
     fn version(&self) -> u64;
 
-    /// How far it is.
+    /// Progress of the image.
     fn status(&self) -> Status;
 
-    /// A tile of the planes of these names, all of the same version.
+    /// A tile of the planes of these names, all of one version.
     ///
     /// # Errors
     /// A [`Refusal`] if there is no such tile or plane, or its samples cannot be read.
@@ -47,44 +48,44 @@ pub trait Shown: Send + Sync {
     fn pixel(&self, x: u32, y: u32) -> Result<Vec<Values>, Refusal>;
 }
 
-/// How far an image is.
+/// Progress of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
-    /// Whether it is being made while it is shown.
+    /// True if the image is being rendered while it is shown.
     pub live: bool,
-    /// Whether it is as it will remain.
+    /// True if the image will not change any more.
     pub finished: bool,
-    /// Which share of it can be seen, 0 to 1.
+    /// Share of the image that is visible, 0 to 1.
     pub ready: f32,
-    /// What to tell of it.
+    /// Headline and counts of a render.
     pub headline: Option<Headline>,
-    /// Why some of it will not be seen: a file that is damaged.
+    /// Reason why part of the image will not become visible: a damaged file.
     pub failure: Option<String>,
 }
 
-/// What to tell of a render.
+/// Headline of a render, with its progress.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Headline {
-    /// In words.
+    /// Headline as a sentence.
     pub text: String,
-    /// Finished pixels.
+    /// Number of pixels that are finished.
     pub pixels: u64,
-    /// Pixels to do in all.
+    /// Number of pixels to render in all.
     pub of: u64,
-    /// Of the finished pixels, those that claim something within their budget.
+    /// Finished pixels that claim something within their budget.
     pub claiming: u64,
-    /// The same, by its name in earlier versions.
+    /// Equal to `claiming`, for readers of earlier versions.
     pub promise_met: u64,
 }
 
-/// What an image is.
+/// Description of an image: size, planes, metadata, and levels of tiles.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Description {
     /// Size of the full image (pixels).
     pub size: [u32; 2],
-    /// The part of it that there is: x, y, width, height (pixels).
+    /// Part of the image that is shown: x, y, width, height (pixels).
     pub window: [u32; 4],
-    /// All planes.
+    /// Descriptions of all planes, in order.
     pub planes: Vec<PlaneDescription>,
     /// Provenance. Whole numbers that a browser would round, and numbers that are not finite, are
     /// strings.
@@ -93,59 +94,59 @@ pub struct Description {
     pub levels: u32,
 }
 
-/// What a plane is.
+/// Name, channels, unit, meaning and storage of a plane.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct PlaneDescription {
     /// Name; empty for the main plane.
     pub name: String,
-    /// Names of the channels.
+    /// Names of the channels, in their order.
     pub channels: Vec<String>,
-    /// Unit of all channels.
+    /// Unit of all channels: `W·m⁻²·sr⁻¹`, or `1` for counts.
     pub unit: String,
-    /// What the numbers mean.
+    /// Meaning of the numbers, in one sentence.
     pub doc: String,
-    /// How samples are stored: `f32` or `u32`.
+    /// Storage type of the samples: `f32` or `u32`.
     pub kind: &'static str,
 }
 
-/// Which tile.
+/// Position of a tile in the pyramid of levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TileAddress {
-    /// Binary logarithm of the pixels a side that a sample stands for.
+    /// Binary logarithm of the side of a sample's block (pixels).
     pub level: u32,
-    /// Tiles to the left of it.
+    /// Number of tiles to the left of the tile.
     pub x: u32,
-    /// Tiles above it.
+    /// Number of tiles above the tile.
     pub y: u32,
 }
 
 /// The samples of a tile.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tile {
-    /// What [`Shown::version`] was, or has passed, when the samples were taken.
+    /// A value of [`Shown::version`] that had been reached when the samples were read.
     pub version: u64,
-    /// Plane after plane and channel after channel, each row by row, four bytes a sample, the least
-    /// significant first.
+    /// Plane after plane and channel after channel, each row by row, four bytes a sample, least
+    /// significant byte first.
     pub bytes: Vec<u8>,
 }
 
 /// The samples of one plane at one pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Values {
-    /// Name of the plane.
+    /// Name of the plane; empty for the main plane.
     pub plane: String,
     /// A value for each channel.
     pub values: Samples,
 }
 
-/// Why nothing is shown.
+/// Reason for not showing a tile or a pixel.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {
-    /// Nothing is known of the image yet.
+    /// There is no image yet.
     #[error("there is no image yet; ask again later")]
     NotYet,
-    /// The address is that of no tile, or the pixel of none.
+    /// The address of the tile, or the pixel, is outside of the image.
     #[error("outside the image; expected {0}")]
     Outside(String),
     /// There is no plane of that name.
@@ -163,7 +164,7 @@ impl Description {
         planes: Vec<PlaneDescription>,
         metadata: &Metadata,
     ) -> Self {
-        // What names the numbers of mattes may be large, and nobody looks at it here.
+        // Manifests of mattes may be large, and are not shown.
         let told = metadata.iter().filter(|(name, _)| !name.starts_with(CRYPTOMATTE));
         let metadata = told.map(|(name, value)| (name.to_owned(), json(value))).collect();
         let most = window.width.max(window.height).div_ceil(TILE);
@@ -172,7 +173,7 @@ impl Description {
         Self { size, window, planes, metadata, levels }
     }
 
-    /// Of a window of which the film holds some rows.
+    /// Description of an image, of which `film` holds some rows of `window`.
     pub(crate) fn of(film: &Film, window: Window) -> Self {
         let planes = film
             .planes()
@@ -181,7 +182,7 @@ impl Description {
         Self::new(film.size(), window, planes.collect(), film.metadata())
     }
 
-    /// The pixels that a tile shows.
+    /// Returns the pixels that a tile shows.
     pub(crate) fn part(&self, at: TileAddress) -> Result<Window, Refusal> {
         let TileAddress { level, x, y } = at;
         if level >= self.levels {
@@ -205,7 +206,7 @@ impl Description {
         })
     }
 
-    /// Refuses what is no pixel of the window.
+    /// Returns a refusal unless the pixel is inside the window.
     pub(crate) fn check_pixel(&self, x: u32, y: u32) -> Result<(), Refusal> {
         let [left, top, width, height] = self.window;
         if (Window { x: left, y: top, width, height }).contains(x, y) {
@@ -215,7 +216,7 @@ impl Description {
         Err(Refusal::Outside(format!("x from {left} to {right} and y from {top} to {bottom}")))
     }
 
-    /// Places of planes in the list.
+    /// Returns the indices of planes in the list, given their names.
     pub(crate) fn places(&self, names: &[&str]) -> Result<Vec<usize>, Refusal> {
         let place = |name: &&str| self.planes.iter().position(|p| p.name == **name).ok_or(Refusal::NoPlane);
         names.iter().map(place).collect()
@@ -223,7 +224,7 @@ impl Description {
 }
 
 impl PlaneDescription {
-    /// `words`: name, unit, doc.
+    /// Description of a plane by its `words`: name, unit, doc.
     pub(crate) fn new(words: [&str; 3], channels: Vec<String>, kind: SampleKind) -> Self {
         let [name, unit, doc] = words.map(str::to_owned);
         let kind = match kind {
@@ -234,11 +235,11 @@ impl PlaneDescription {
     }
 }
 
-/// The bytes of a tile, one channel after the other, put together from one or more films.
+/// Bytes of a tile, one channel after the other, assembled from one or more films.
 pub(crate) struct Collected<'a> {
-    /// Places of the planes.
+    /// Indices of the planes in the film.
     planes: &'a [usize],
-    /// Bytes of all channels of all of them.
+    /// Bytes of each channel of these planes.
     channels: Vec<Vec<u8>>,
 }
 
@@ -264,7 +265,7 @@ impl<'a> Collected<'a> {
     }
 }
 
-/// The bits of a pixel's channels.
+/// Bits of a pixel's channels.
 fn bits(plane: &Plane, x: u32, y: u32) -> impl Iterator<Item = u32> + '_ {
     let (floats, counts): (&[f32], &[u32]) = match plane.kind() {
         SampleKind::F32 => (plane.f32_at(x, y), &[]),
@@ -273,7 +274,7 @@ fn bits(plane: &Plane, x: u32, y: u32) -> impl Iterator<Item = u32> + '_ {
     floats.iter().map(|v| v.to_bits()).chain(counts.iter().copied())
 }
 
-/// The samples of all planes of a film at a pixel.
+/// Samples of all planes of a film at a pixel.
 pub(crate) fn values(film: &Film, x: u32, y: u32) -> Vec<Values> {
     let of = |plane: &Plane| Values {
         plane: plane.name().to_owned(),
@@ -286,7 +287,7 @@ pub(crate) fn values(film: &Film, x: u32, y: u32) -> Vec<Values> {
 }
 
 fn json(value: &Value) -> Json {
-    /// Up to here each whole number is a double.
+    /// Largest integer up to which each whole number is a double.
     const EXACT: u64 = 1 << 53;
     match value {
         Value::Int(number) if number.unsigned_abs() <= EXACT => Json::from(*number),

@@ -1,13 +1,12 @@
 //! A film in a file, of any size, never loaded whole.
 //!
-//! A thread makes an overview of it, from strips of rows in an order that covers the image evenly
-//! early, so that something is seen at once and it sharpens. Levels finer than the overview are
-//! read when they are asked for.
+//! A thread makes an overview from strips of rows, in an order that soon covers the image evenly.
+//! So an image appears at once and sharpens. Levels finer than the overview are read on request.
 //!
 //! # Guarantee
-//! Memory: the overview, of at most 2²¹ samples a channel, strips of at most [`KEPT_BYTES`], and
-//! the strips that are being used. Rows of the overview that are not there yet look like the last
-//! ones above them that are.
+//! Memory: the overview, of at most 2²¹ samples a channel, a cache of strips of at most
+//! [`KEPT_BYTES`], and the strips in use. Rows of the overview that were not read yet repeat the
+//! last row above them that was read.
 //!
 //! # Held to this by
 //! The tests below.
@@ -24,7 +23,7 @@ use crate::rows::Rows;
 use crate::shown::{Collected, Description, Refusal, Shown, Status, Tile, TileAddress, Values, values};
 use crate::strips::Strips;
 
-/// Strips that are kept (bytes).
+/// Size of the cache of strips (bytes).
 const KEPT_BYTES: u64 = 1 << 29;
 
 /// A film in an OpenEXR file.
@@ -40,7 +39,7 @@ struct Inner {
 
 struct State {
     overview: Overview,
-    /// Which strips the overview has.
+    /// True for strips that are in the overview.
     done: Vec<bool>,
     finished: bool,
     failure: Option<String>,
@@ -48,12 +47,12 @@ struct State {
 }
 
 impl StoredFilm {
-    /// Opens a file, and begins to read it; the main plane of `reference` becomes the plane
+    /// Opens a file and starts to read it. The main plane of `reference` becomes the plane
     /// `reference`.
     ///
     /// # Errors
-    /// As [`ExrFile::open`](tashika::io::ExrFile::open), if a reference shows another part of an
-    /// image or has no colours, and if the first rows cannot be read or no thread be started.
+    /// As [`ExrFile::open`](tashika::io::ExrFile::open); if a reference shows another part of an
+    /// image or has no colours; if the first rows cannot be read; or if no thread can be started.
     pub fn open(path: &Path, reference: Option<&Path>) -> Result<Self> {
         let file = Rows::open(path, reference)?;
         let thinned = factor(file.window());
@@ -64,7 +63,7 @@ impl StoredFilm {
         Ok(stored)
     }
 
-    /// What the file says of its film.
+    /// Metadata of the film in the file.
     pub fn metadata(&self) -> &Metadata {
         self.inner.strips.metadata()
     }
@@ -81,7 +80,7 @@ impl StoredFilm {
     }
 }
 
-/// Makes the overview, as long as somebody has the film.
+/// Makes the overview, as long as the film is in use.
 fn build(film: &Weak<Inner>) {
     let Some(count) = film.upgrade().map(|film| film.strips.count()) else { return };
     for strip in bit_reversed(count) {
@@ -93,8 +92,7 @@ fn build(film: &Weak<Inner>) {
     }
 }
 
-/// The numbers below `count` in an order whose beginnings are spread evenly: that of their bits
-/// read backwards.
+/// The numbers below `count` in an order whose initial parts are spread evenly: bit-reversed.
 fn bit_reversed(count: u32) -> impl Iterator<Item = u32> {
     let bits = count.next_power_of_two().trailing_zeros();
     let reversed = move |i: u64| ((i as u32).reverse_bits().checked_shr(32 - bits)).unwrap_or(0);
@@ -106,10 +104,10 @@ impl Inner {
         self.state.read().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Reads a strip for the overview.
+    /// Reads a strip into the overview.
     fn see(&self, strip: u32) {
-        // Strips of films that fit are read once; others would only drive out what is being looked
-        // at.
+        // If all strips fit in the cache, each is read once. If not, building the overview through
+        // the cache would evict strips that are in view.
         let film = if self.strips.fit() && self.read().overview.factor() > 1 {
             self.strips.get(strip)
         } else {
@@ -120,7 +118,7 @@ impl Inner {
             Ok(film) => {
                 let State { overview, done, .. } = &mut *state;
                 overview.renew(&film, film.window());
-                // Below it, up to the next that is known.
+                // The strips below it, up to the next one that was read.
                 let unknown = done[strip as usize + 1..].iter().take_while(|known| !**known).count() as u32;
                 if unknown > 0 {
                     let (first, last) = (self.strips.window(strip + 1), self.strips.window(strip + unknown));

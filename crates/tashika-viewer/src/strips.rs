@@ -1,9 +1,8 @@
-//! Rows of a file, strip by strip, the last used ones kept.
+//! Rows of a file in strips, with a cache of the most recently used strips.
 //!
 //! # Guarantee
-//! What is kept takes no more than the given number of bytes, unless a single strip does. Of
-//! several that ask for a strip at the same time one reads it. What could not be read is tried
-//! again next time.
+//! The cache takes no more than the given number of bytes, unless a single strip does. If several
+//! threads request a strip at the same time, one reads it. A failed read is tried again next time.
 //!
 //! # Held to this by
 //! The tests below.
@@ -14,22 +13,22 @@ use crate::rows::Rows;
 use tashika::error::Result;
 use tashika::film::{Film, Metadata, Window};
 
-/// A strip that is there, or on its way.
+/// A strip that was read, or is being read.
 type Slot = Arc<OnceLock<std::result::Result<Arc<Film>, String>>>;
 
 /// A file, read in strips of whole rows.
 pub(crate) struct Strips {
     file: Rows,
-    /// Rows of a strip.
+    /// Number of rows of a strip.
     rows: u32,
-    /// Most bytes kept.
+    /// Size of the cache (bytes).
     most: u64,
-    /// Numbers and strips, the last used one last.
+    /// Numbers and strips, the most recently used one last.
     kept: Mutex<Vec<(u32, Slot)>>,
 }
 
 impl Strips {
-    /// Strips of at least 16 rows, a multiple of `multiple`, and of no fewer rows than are
+    /// Strips of at least 16 rows, a multiple of `multiple`, and of at least the rows that are
     /// decompressed at once.
     pub(crate) fn new(file: Rows, multiple: u32, most: u64) -> Self {
         let rows = file.rows_per_block().clamp(16, file.window().height.max(16));
@@ -37,29 +36,29 @@ impl Strips {
         Self { file, rows, most, kept: Mutex::default() }
     }
 
-    /// What the file says of its film.
+    /// Metadata of the film in the file.
     pub(crate) fn metadata(&self) -> &Metadata {
         self.file.metadata()
     }
 
-    /// Number of strips.
+    /// Number of strips of the file.
     pub(crate) fn count(&self) -> u32 {
         self.file.window().height.div_ceil(self.rows)
     }
 
-    /// The pixels of a strip.
+    /// Pixels of a strip, as a window of the full image.
     pub(crate) fn window(&self, strip: u32) -> Window {
         let window = self.file.window();
         let from_top = strip * self.rows;
         Window { y: window.y + from_top, height: self.rows.min(window.height - from_top), ..window }
     }
 
-    /// The strip that has a row of the full image.
+    /// Number of the strip that has a row of the full image.
     pub(crate) fn of_row(&self, y: u32) -> u32 {
         (y - self.file.window().y) / self.rows
     }
 
-    /// Whether all strips can be kept.
+    /// Returns true if all strips fit in the cache.
     pub(crate) fn fit(&self) -> bool {
         self.bytes(self.file.window()) <= self.most
     }
@@ -72,13 +71,13 @@ impl Strips {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A strip, without keeping it.
+    /// Reads a strip, without the cache.
     pub(crate) fn read(&self, strip: u32) -> Result<Film> {
         let Window { y, height, .. } = self.window(strip);
         self.file.read(y..y + height)
     }
 
-    /// A strip; what is wrong with the file, otherwise.
+    /// Returns a strip through the cache, or the message about an unreadable file.
     pub(crate) fn get(&self, strip: u32) -> std::result::Result<Arc<Film>, String> {
         let slot = self.slot(strip);
         let film = slot.get_or_init(|| self.read(strip).map(Arc::new).map_err(|e| e.to_string()));
@@ -88,7 +87,7 @@ impl Strips {
         film.clone()
     }
 
-    /// The place of a strip, now the last used one; others make room.
+    /// Returns the slot of a strip, marks it as the most recently used one, and evicts others.
     fn slot(&self, strip: u32) -> Slot {
         let mut kept = self.kept();
         let found = kept.iter().position(|(number, _)| *number == strip);

@@ -1,5 +1,4 @@
-//! The server as whoever connects sees it: its answers, and what hostile or broken clients can do
-//! to it.
+//! The server from a client's side: its answers, and its resistance to hostile or broken clients.
 
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpStream};
@@ -28,7 +27,7 @@ fn film() -> Film {
     film
 }
 
-/// A server of one finished image and one of which nothing is known yet.
+/// A server of one finished image and of one image without a film.
 fn serve() -> (Server, Arc<LiveFilm>) {
     let (first, second) = (Arc::new(LiveFilm::new()), Arc::new(LiveFilm::new()));
     first.finish(film());
@@ -39,7 +38,7 @@ fn serve() -> (Server, Arc<LiveFilm>) {
     (Server::start(images, Box::new(page), &Options::default()).unwrap(), second)
 }
 
-/// An answer, taken apart.
+/// An answer by status, headers and body.
 struct Answer {
     status: u16,
     headers: Vec<(String, String)>,
@@ -65,7 +64,7 @@ fn port(server: &Server) -> u16 {
     server.address().split([':', '/']).nth(4).unwrap().parse().unwrap()
 }
 
-/// The path of the page, without the last slash.
+/// Path of the page, without the last slash.
 fn home(server: &Server) -> String {
     format!("/{}", server.address().split('/').nth(3).unwrap())
 }
@@ -76,10 +75,11 @@ fn connect(server: &Server) -> TcpStream {
     stream
 }
 
-/// Sends bytes, and nothing more if `is_all`, and reads until the other side closes.
+/// Sends bytes and reads until the server closes; if `is_all`, ends the sending side after the
+/// bytes.
 fn exchange(server: &Server, bytes: &[u8], is_all: bool) -> Vec<u8> {
     let mut stream = connect(server);
-    // Who refuses a long request may close before all of it was sent.
+    // A server that refuses a long request may close before all of it was sent.
     let _ = stream.write_all(bytes);
     if is_all {
         let _ = stream.shutdown(Shutdown::Write);
@@ -247,7 +247,7 @@ fn without_the_token_or_by_another_name_there_is_nothing() {
     let (server, _) = serve();
     let home = home(&server);
     let mut wrong = home.clone().into_bytes();
-    // Another digit of sixteen.
+    // A changed digit of the token.
     wrong[20] = if wrong[20] == b'0' { b'1' } else { b'0' };
     let wrong = String::from_utf8(wrong).unwrap();
     for path in [
@@ -306,7 +306,7 @@ fn whoever_says_nothing_or_nonsense_disturbs_nobody() {
     let (server, _) = serve();
     let home = home(&server);
     let host = format!("host: 127.0.0.1:{}\r\n", port(&server));
-    // As many as the system lets this process have; each is a file on either side.
+    // As many as the system allows this process; each takes a file descriptor on either side.
     let mut idle = Vec::new();
     for _ in 0..1000 {
         let Ok(stream) = TcpStream::connect((Ipv4Addr::LOCALHOST, port(&server))) else { break };
@@ -314,7 +314,7 @@ fn whoever_says_nothing_or_nonsense_disturbs_nobody() {
     }
     let mut slow: Vec<TcpStream> = idle.split_off(idle.len() / 2);
     for stream in &mut slow {
-        // Those that were closed in favour of others refuse it.
+        // Connections that were closed in favour of others reject the bytes.
         let _ = stream.write_all(b"GET / HTTP/1.1\r\nx: ");
     }
     for _ in 0..2 {

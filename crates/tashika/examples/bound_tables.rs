@@ -1,13 +1,13 @@
-//! How tight the bounds of the material term are, and what they cost, as tables in Markdown.
+//! Tightness and cost of the bounds of the material term, as tables in Markdown.
 //!
 //!     cargo run --release --example bound_tables
 //!
 //! Clusters of gather points of one material, with normals within an angle of a common one and a
-//! common viewer, against boxes of lights in a random direction above them, every second time about
-//! a mirror direction. "tight" is bound over the largest `M` of the members: the points, times
-//! directions of the box, many of them as near to the mirror direction as the box allows; a row has
-//! the median and the ninth decile over clusters and boxes. Times are the least of many
-//! repetitions, since other work on the machine only adds.
+//! common viewer, are bounded against boxes of lights in a random direction above them, every
+//! second time near a mirror direction. "tight" is the bound over the largest `M` of the members:
+//! the points, times directions of the box, many of them as near to the mirror direction as the box
+//! allows. A row has the median and the ninth decile over clusters and boxes. Times are the least
+//! of many repetitions, since other work on the machine only adds.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 
@@ -148,7 +148,7 @@ fn column<B: UpperMaterial>(
     Column { name, upper, build_us: build_ns / 1e3, query_ns }
 }
 
-/// The smaller of two bounds; its cost is that of both.
+/// Smaller of two bounds; its cost is that of both.
 fn smaller(name: &'static str, a: &Column, b: &Column) -> Column {
     let pairs = a.upper.iter().flatten().zip(b.upper.iter().flatten());
     let upper = vec![pairs.map(|(a, b)| a.min(*b)).collect()];

@@ -1,5 +1,5 @@
-//! A certificate: intervals of the many-light sum that hold by a theorem (docs/CERTIFICATE.md), each
-//! held against the whole sum.
+//! A certificate: intervals of the many-light sum that hold by a theorem (docs/CERTIFICATE.md),
+//! each compared with the whole sum.
 //!
 //!     cargo run --release --example certificate
 

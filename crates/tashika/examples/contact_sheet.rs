@@ -1,13 +1,11 @@
-//! Small pictures of many scenes on one sheet, as they are rendered where nobody says anything, to
-//! see at a glance whether all is as it should be.
+//! Small pictures of many scenes on one sheet, rendered with all defaults, for a check at a glance.
 //!
 //!     cargo run --release --example contact_sheet -- LIST FOLDER SHEET.png
 //!
 //! `LIST` names a scene file below `FOLDER` on each line, optionally followed by a tab and the name
-//! of a camera. The sheet has
-//! [`COLUMNS`] pictures a row, of the sizes that fit into 320 × 180 pixels, in the order of the list,
-//! each exposed by its own log-average; what could not be loaded is red. A table of names, sizes,
-//! times and what the pixels are worth is printed.
+//! of a camera. The sheet has [`COLUMNS`] pictures a row, of the sizes that fit into 320 × 180
+//! pixels, in the order of the list, each exposed by its own log-average; scenes that could not be
+//! loaded are red. A table of names, sizes, times and half-widths is printed.
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a program: what it prints is its result")]
 
@@ -43,7 +41,7 @@ const SHEET: PlaneSpec = PlaneSpec {
 
 type Colors = Vec<((u32, u32), Rgb)>;
 
-/// A picture of a scene, and what is told about it.
+/// A picture of a scene, with the text of its row.
 fn picture(path: &Path, camera: Option<&str>) -> Result<(Colors, [u32; 2], String), Error> {
     let start = Instant::now();
     let scene = load_scene(path, &LoadOptions { allow_outside: true, ..LoadOptions::default() })?;
@@ -63,7 +61,7 @@ fn picture(path: &Path, camera: Option<&str>) -> Result<(Colors, [u32; 2], Strin
     Ok((pixels.zip(colors).collect(), size, told))
 }
 
-/// The factor that brings the log-average of what is not black to middle gray.
+/// Factor that brings the log-average of all pixels that are not black to middle gray.
 fn exposure(colors: &Colors) -> f32 {
     let logs: Vec<f64> =
         colors.iter().map(|(_, c)| f64::from(c.luminance())).filter(|l| *l > 1e-9).map(f64::ln).collect();

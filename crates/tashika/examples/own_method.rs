@@ -1,5 +1,5 @@
-//! A method of one's own: terms of the many-light sum drawn evenly, held against the whole sum and
-//! against a published method.
+//! A method of one's own: terms of the many-light sum drawn evenly, compared with the whole sum and
+//! with a published method.
 //!
 //!     cargo run --release --example own_method
 
@@ -23,7 +23,7 @@ use tashika::scene::builtin;
 use tashika::stats::Moments;
 use tashika::vpl::VplSet;
 
-/// Draws so many terms of a pixel's sum, each with the same probability.
+/// Draws a number of terms of a pixel's sum, each with the same probability.
 ///
 /// ```text
 /// L̂ = B + N/n Σ_k w_j M_ji G_ji V_ji I_i       N terms, of which n are drawn

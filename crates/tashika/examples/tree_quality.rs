@@ -1,13 +1,13 @@
-//! How good light trees are and what they cost, as a table in Markdown.
+//! Quality and cost of light trees, as a table in Markdown.
 //!
 //!     cargo run --release --example tree_quality [LIGHTS]
 //!
-//! Lights are the VPLs of the built-in room, repeated with small shifts until there are as many as
-//! were asked for (default 10⁶).
+//! Lights are the VPLs of the built-in room, repeated with small shifts until there are `LIGHTS` of
+//! them (default 10⁶).
 //!
 //! * "bound": mean over random points of the room of `Σ_k I_k G_ub / Σ_i I_i G_i` for the cut of
-//!   256 clusters with the largest bounds: how far the bounds of that cut are above what they
-//!   bound, without visibility and material.
+//!   256 clusters with the largest bounds: the ratio of the bounds of that cut to the light that
+//!   they bound, without visibility and material.
 //! * "area": `Σ I_C (d² + c² (1 − cos β)²)` over inner nodes, over that of the root (Walter et al.
 //!   2005).
 

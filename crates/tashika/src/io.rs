@@ -1,7 +1,7 @@
 //! Files in and out: the only place that touches the file system.
 //!
-//! Scenes, films and pictures are those of the crate `tashika-formats`; files of what only a
-//! renderer knows, its lights and its finished tiles, are added here.
+//! Scenes, films and pictures are those of the crate `tashika-formats`; files of VPLs and of
+//! finished tiles, which need the renderer, are added here.
 
 mod kept_tiles;
 mod vpl_set;

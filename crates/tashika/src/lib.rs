@@ -1,7 +1,7 @@
 //! # tashika: a many-light renderer that knows its own error
 //!
-//! State a tolerance and a confidence; each pixel is rendered until it is within the tolerance, and
-//! says how sure it is and why.
+//! Given a tolerance and a confidence, each pixel is rendered until it is within the tolerance. It
+//! states its error interval and the reason why work on it ended.
 //!
 //! ```
 //! use tashika::{Claim, Renderer, RenderFilm, scene::builtin};
@@ -15,11 +15,11 @@
 //!
 //! | to | use |
 //! |---|---|
-//! | read a scene | [`load_scene`] (pbrt, Mitsuba, glTF, USD, OBJ), with [`LoadOptions`](io::LoadOptions); [`Scene::notes`] says what was approximated |
+//! | read a scene | [`load_scene`] (pbrt, Mitsuba, glTF, USD, OBJ), with [`LoadOptions`](io::LoadOptions); [`Scene::notes`] lists departures from the file |
 //! | make one | [`SceneBuilder`](scene::SceneBuilder); [`scene::builtin`] has two |
 //! | render | [`Renderer`], by any [`MethodName`](request::MethodName); [`Observer`](renderer::Observer) watches and ends it |
-//! | judge what was rendered | [`Prepared::audit`](renderer::Prepared::audit), [`report::compare`] |
-//! | read a film | [`RenderFilm`], [`Film`] and its [`planes`](film::planes); [`Claim`] and [`Stop`] say what a pixel claims and why work ended |
+//! | judge a film | [`Prepared::audit`](renderer::Prepared::audit), [`report::compare`] |
+//! | read a film | [`RenderFilm`], [`Film`] and its [`planes`](film::planes); [`Claim`] and [`Stop`]: the claim of a pixel and the reason why work on it ended |
 //! | write it | [`write_exr`], [`io::write_png`]; pages are [`report::render_page`] |
 //! | write a method of one's own | [`Integrator`](integrator::Integrator); the example `own_method` |
 //! | use the statistics alone | [`stats::stratified`]: intervals of strata, calibrated and certified |
@@ -28,12 +28,12 @@
 //! metres, radiance in W·m⁻²·sr⁻¹, colours linear Rec. 709. All work runs on the current thread
 //! pool; the same request gives the same bits on any number of threads.
 //!
-//! The rest of the modules is what these are made of: public for experiments, and no boundary that
-//! is kept from one version to the next.
+//! The other modules are the parts of these: public for experiments, without a stable interface
+//! from one version to the next.
 //!
 //! # Crates
-//! Each part can be used alone, with no more dependencies than it needs; this crate has them all,
-//! but for `io` without its feature `formats`, which is on by default.
+//! Each part can be used alone, with no more dependencies than it needs. This crate has all of
+//! them, except for `io` without its feature `formats`, which is on by default.
 //!
 //! | crate | modules |
 //! |---|---|
@@ -42,13 +42,13 @@
 //! | `tashika-film` | [`color`], [`error`], [`film`], [`reconstruction`] |
 //! | `tashika-scene` | [`bsdf`], [`scene`] |
 //! | `tashika-core` | [`accel`], [`bounds`], [`compensation`], [`contribution`], [`cut`], [`gather`], [`guidance`], [`integrator`], [`media`], [`picture`], [`render`], [`request`], [`tree`], [`vpl`] |
-//! | `tashika-formats` | [`io`], but for lights and finished tiles |
+//! | `tashika-formats` | [`io`], except lights and finished tiles |
 //! | `tashika-report` | [`report`] |
 //! | `tashika` | [`experiment`], [`io`], [`renderer`] |
 //!
 //! # Layers
-//! From the bottom; a module uses only those above it in this list (kept by Cargo between crates, by
-//! the test `tidy` within them).
+//! From the bottom: a module uses only modules above it in this list (enforced by Cargo between
+//! crates, by the test `tidy` within them).
 //!
 //! | layer | modules |
 //! |---|---|

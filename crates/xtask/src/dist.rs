@@ -1,8 +1,8 @@
-//! What is given to others: the program in an archive, wheels that have it too, a Debian package, and
-//! beside them what they are made of.
+//! Files for distribution: the program in an archive, wheels that contain it, a Debian package, and
+//! a list of their parts.
 //!
-//! What differs between machines is kept out of it where that is known: the program names none of
-//! their folders, and files of the archive have the time of the last commit.
+//! Known differences between machines are avoided: the program contains no path of the machine that
+//! built it, and files of the archive have the time of the last commit.
 
 use std::env;
 use std::fs;
@@ -12,14 +12,14 @@ use crate::ci;
 use crate::parts::Parts;
 use crate::shell::{Outcome, Shell, Task};
 
-/// The profile of the workspace that programs are given away by.
+/// Profile of the workspace for distributed programs.
 const PROFILE: &str = "dist";
 
-/// Shells whose completions go with the program, and the files that these look for.
+/// Shells whose completions go with the program, and the file names that they look for.
 const COMPLETIONS: [(&str, &str); 3] =
     [("bash", "tashika.bash"), ("zsh", "_tashika"), ("fish", "tashika.fish")];
 
-/// Makes all of it.
+/// Makes all files for distribution.
 pub fn run(shell: &Shell, folder: &Path) -> Outcome<()> {
     let folder = shell.root().join(folder);
     make(&folder)?;
@@ -43,7 +43,7 @@ pub fn run(shell: &Shell, folder: &Path) -> Outcome<()> {
     sums(shell, &folder)
 }
 
-/// Flags by which the program does not name folders of this machine.
+/// Compiler flags that keep the paths of this machine out of the program.
 fn remapped(shell: &Shell) -> String {
     let home = env::var("HOME").unwrap_or_default();
     let cargo = env::var("CARGO_HOME").unwrap_or_else(|_| format!("{home}/.cargo"));
@@ -54,14 +54,14 @@ fn reproducible(task: Task, time: &str, flags: &str) -> Task {
     task.env("SOURCE_DATE_EPOCH", time).env("RUSTFLAGS", flags)
 }
 
-/// The machine that the program is for, in the compiler's words.
+/// Name of the machine that the program is for, as the compiler prints it.
 fn target(shell: &Shell) -> Outcome<String> {
     let told = shell.command("rustc", "--version --verbose").output()?;
     let host = told.lines().find_map(|line| line.strip_prefix("host: "));
     host.map(str::to_owned).ok_or_else(|| "rustc names no host".to_owned())
 }
 
-/// The program with its licences, completions and pages for `man`.
+/// Packs the program with its licences, completions and pages for `man`.
 fn archive(
     shell: &Shell,
     program: &Path,
@@ -98,7 +98,7 @@ fn archive(
     Ok(())
 }
 
-/// By `cargo deb`, where it is installed.
+/// Makes a Debian package by `cargo deb`, if it is installed.
 fn debian(shell: &Shell, folder: &Path, time: &str) -> Outcome<()> {
     if !shell.cargo("deb --version").succeeds() {
         shell.say("cargo deb is not installed: no Debian package");
@@ -108,7 +108,7 @@ fn debian(shell: &Shell, folder: &Path, time: &str) -> Outcome<()> {
     made.arg("--output").arg(folder).env("SOURCE_DATE_EPOCH", time).run()
 }
 
-/// `SHA256SUMS` of the folder.
+/// Writes `SHA256SUMS` of the folder.
 fn sums(shell: &Shell, folder: &Path) -> Outcome<()> {
     let mut names: Vec<String> = fs::read_dir(folder)
         .map_err(|e| format!("{}: {e}", folder.display()))?

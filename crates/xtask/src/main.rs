@@ -1,6 +1,6 @@
-//! The workbench: what is checked, measured and shown from a checkout.
+//! The workbench: tasks that check, measure and show the project from a checkout.
 //!
-//!     cargo xtask ci                              everything that has to hold, but for the tests
+//!     cargo xtask ci                              all checks before a change, except the tests
 //!     cargo xtask measure pictures SIZE PATHS SCENE.xml...    pictures beside Mitsuba's
 //!     cargo xtask dist [FOLDER]                   the program, its wheel and packages for others
 //!     cargo xtask pages [FOLDER]                  pages in a browser
@@ -32,33 +32,33 @@ struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Task {
-    /// Check everything that has to hold before a change is taken, but for the tests
+    /// Check everything that has to hold before a change is taken, except the tests
     Ci,
-    /// Measure with a script of `scripts`, or write the numbers that tests hold the project to
+    /// Measure with a script of `scripts`, or write a table of the library or its tests
     Measure {
-        /// What
+        /// Name of the measurement
         what: measure::Measure,
-        /// What the script takes
+        /// Arguments of the script
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         rest: Vec<String>,
     },
-    /// Make what is given to others: archive, wheel, Debian package, bill of materials, sums
+    /// Make the files for distribution: archive, wheel, Debian package, bill of materials, sums
     Dist {
-        /// Where it goes
+        /// Folder to write the files to
         #[arg(default_value = "target/distribution")]
         folder: PathBuf,
     },
-    /// Make pages, and look at them with a browser
+    /// Make pages, and show them in a browser
     Pages {
-        /// Where screenshots go
+        /// Folder to write the screenshots to
         #[arg(default_value = "target/pages")]
         folder: PathBuf,
     },
     /// Put small pictures of many scenes on one sheet
     Sheet {
-        /// A scene file below the folder on each line
+        /// File with the path of a scene below the folder on each line
         list: PathBuf,
-        /// Where the scenes are
+        /// Folder that has the scenes
         folder: PathBuf,
         /// PNG to write
         sheet: PathBuf,

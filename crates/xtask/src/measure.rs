@@ -1,4 +1,4 @@
-//! Scripts that measure, or write the numbers that tests hold the project to.
+//! Scripts that measure, or write tables of the library and its tests.
 
 use std::fs;
 
@@ -6,37 +6,42 @@ use clap::ValueEnum;
 
 use crate::shell::{Outcome, Shell};
 
-/// A measurement.
+/// Measurement by a script.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Measure {
-    /// Pictures of Mitsuba files beside Mitsuba's own: SIZE PATHS SCENE.xml...
+    /// Compare pictures of Mitsuba files with Mitsuba's own: SIZE PATHS SCENE.xml...
     Pictures,
-    /// What moves beside the mean of Mitsuba's that stand: SIZE PATHS SCENE.xml [--objects|OPTIONS...]
+    /// Compare moving scenes with the mean of Mitsuba's pictures of still ones: SIZE PATHS
+    /// SCENE.xml [--objects|OPTIONS...]
     Moving,
-    /// Mitsuba's direct light by points on emitters beside that by directions: SIZE SAMPLES SCENE.xml...
+    /// Compare Mitsuba's direct light by points on emitters with that by directions: SIZE SAMPLES
+    /// SCENE.xml...
     Direct,
-    /// How long Mitsuba takes until as many pixels are right
+    /// Measure Mitsuba's time until as many of its pixels are right as in an image: SCENE.xml
+    /// IMAGE.exr [OPTION...]
     Beside,
-    /// Disjoint intervals of two seeds: [--seeds N] [--truth FOLDER] [--limit SHARE] SCENE... [-- OPTION...]
+    /// Count disjoint intervals of two seeds: [--seeds N] [--truth FOLDER] [--limit SHARE] SCENE...
+    /// [-- OPTION...]
     Seeds,
-    /// Writes the book's gallery, with what its pictures claim and what was measured: WORK [--scenes FOLDER] [NAME...]
+    /// Write the book's gallery, with the claims and the measured errors of its pictures: WORK
+    /// [--scenes FOLDER] [NAME...]
     Gallery,
-    /// Writes what Mitsuba's materials reflect, by Mitsuba 3
+    /// Write the reflectance of Mitsuba's materials, by Mitsuba 3
     Materials,
-    /// Writes what materials of the other formats reflect, by their formulas
+    /// Write the reflectance of materials of the other formats, by their formulas
     Formulas,
-    /// Writes the metals that Mitsuba knows by name
+    /// Write the metals that Mitsuba knows by name
     Metals,
-    /// Writes the properties of USD's schemas, by Pixar's own library
+    /// Write the properties of USD's schemas, by Pixar's own library
     Schemas,
-    /// Writes the table of light through rough boundaries
+    /// Write the table of the transmittance of rough boundaries
     Boundary,
-    /// Writes the table of light that fibres return
+    /// Write the table of the albedo of fibres
     Sheen,
 }
 
 impl Measure {
-    /// Its script, and the file that it writes, if what it prints is one.
+    /// Returns the script, and the file that its output is written to, if there is one.
     fn script(self) -> (&'static str, Option<&'static str>) {
         match self {
             Self::Pictures => ("mitsuba_pictures.py", None),
@@ -58,7 +63,7 @@ impl Measure {
         }
     }
 
-    /// Runs it; a table is written when it is whole.
+    /// Runs the script; a table is written when it is complete.
     pub fn run(self, shell: &Shell, rest: &[String]) -> Outcome<()> {
         let (script, table) = self.script();
         let python = shell.command("python3", "").arg(shell.script(script));

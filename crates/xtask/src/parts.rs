@@ -1,4 +1,4 @@
-//! The packages that the program is made of, and their licences.
+//! Packages that the program is made of, and their licences.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -9,11 +9,11 @@ use serde_json::{Value, json};
 
 use crate::shell::{Outcome, Shell};
 
-/// What the program consists of.
+/// Packages that the program is made of.
 pub struct Parts {
-    /// Version of the program.
+    /// Version of the program, such as `0.3.0`.
     pub version: String,
-    /// Where Cargo puts what it builds.
+    /// Folder of Cargo's build outputs.
     pub target: PathBuf,
     /// Foreign packages by name and version.
     packages: BTreeMap<(String, String), Package>,
@@ -25,7 +25,7 @@ struct Package {
 }
 
 impl Parts {
-    /// What `tashika-cli` is built from on this machine, without what only tests and builds use.
+    /// Packages of `tashika-cli` on this machine, without those that only tests and builds use.
     pub fn of_program(shell: &Shell) -> Outcome<Self> {
         let told = shell.cargo("metadata --locked --format-version 1").output()?;
         let metadata: Value = serde_json::from_str(&told).map_err(|e| e.to_string())?;
@@ -34,7 +34,9 @@ impl Parts {
         Self::of(&metadata, &used).ok_or_else(|| "cargo metadata is not as it was".to_owned())
     }
 
-    /// * `used`: lines that begin with a name and `v` and a version.
+    /// Makes the parts from the output of `cargo metadata`.
+    ///
+    /// * `used`: lines that begin with a name, a space, and a version after `v`.
     fn of(metadata: &Value, used: &str) -> Option<Self> {
         let name_and_version = |line: &str| {
             let mut words = line.split_whitespace();
@@ -57,7 +59,7 @@ impl Parts {
         Some(Self { version: version?, target, packages })
     }
 
-    /// In the words of CycloneDX 1.5.
+    /// Bill of materials in the form of CycloneDX 1.5.
     pub fn bill_of_materials(&self) -> String {
         let component = |((name, version), package): (&(String, String), &Package)| {
             json!({
@@ -77,7 +79,7 @@ impl Parts {
         format!("{bill:#}\n")
     }
 
-    /// Name, version and licence of each, and the text of the licence as it lies in the package.
+    /// Name, version and licence of each package, and the text of the licence from the package.
     pub fn licences(&self) -> Outcome<String> {
         let mut text = String::new();
         for ((name, version), package) in &self.packages {
@@ -110,7 +112,8 @@ fn licence_files(folder: &Path) -> Outcome<Vec<PathBuf>> {
 mod tests {
     use super::*;
 
-    /// Of two packages one is used; our own are no parts.
+    /// Test with two versions of a package, of which one is used, and with our own package, which
+    /// is no part.
     #[test]
     fn parts_are_foreign_packages_that_are_used() {
         let registry = "registry+https://github.com/rust-lang/crates.io-index";

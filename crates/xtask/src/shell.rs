@@ -1,6 +1,6 @@
-//! Commands, run from the root of the checkout, and what they say.
+//! Commands, run from the root of the checkout, and their output.
 
-// What is printed is for whoever reads the log.
+// The output is for readers of the log.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 use std::ffi::OsStr;
@@ -10,22 +10,22 @@ use std::{env, fs};
 
 use tempfile::TempDir;
 
-/// What went wrong, in words.
+/// Result with a message as its error.
 pub type Outcome<T> = Result<T, String>;
 
-/// The checkout, and a folder for what nobody keeps.
+/// The checkout, and a folder for temporary files.
 pub struct Shell {
     root: PathBuf,
     work: TempDir,
 }
 
-/// Tells why the task ended.
+/// Prints the error that ended the task.
 pub fn tell_error(message: &str) {
     eprintln!("xtask: {message}");
 }
 
 impl Shell {
-    /// In the checkout that this program was built from.
+    /// Uses the checkout that this program was built from.
     pub fn new() -> Outcome<Self> {
         let here = Path::new(env!("CARGO_MANIFEST_DIR"));
         let root = here.ancestors().nth(2).expect("two folders above").to_owned();
@@ -33,47 +33,47 @@ impl Shell {
         Ok(Self { root, work })
     }
 
-    /// Says what is done next.
+    /// Prints the name of the next step.
     pub fn step(&self, what: &str) {
         println!("\n==> {what}");
     }
 
-    /// Says what was found.
+    /// Prints a result of the step.
     pub fn say(&self, what: &str) {
         println!("{what}");
     }
 
-    /// The root of the checkout.
+    /// Root folder of the checkout.
     pub fn root(&self) -> &Path {
         &self.root
     }
 
-    /// A new folder that is removed at the end.
+    /// Makes a new folder that is removed at the end.
     pub fn folder(&self, name: &str) -> Outcome<PathBuf> {
         let folder = self.work.path().join(name);
         fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
         Ok(folder)
     }
 
-    /// A script of the project.
+    /// Path of a script of the project.
     pub fn script(&self, name: &str) -> PathBuf {
         self.root.join("scripts").join(name)
     }
 
-    /// A command with its first arguments, between spaces.
+    /// Makes a command with its first arguments, separated by spaces.
     pub fn command(&self, program: impl AsRef<OsStr>, args: &str) -> Task {
         let mut command = Command::new(program);
         command.current_dir(&self.root).stdin(Stdio::null()).args(args.split_whitespace());
         Task(command)
     }
 
-    /// Cargo.
+    /// Makes a command of Cargo with its first arguments.
     pub fn cargo(&self, args: &str) -> Task {
         self.command(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()), args)
     }
 
-    /// Builds the program; where it is. The examples beside it have it built with what tests need of
-    /// other crates, so that these are not built again.
+    /// Builds the program and returns its path. The examples are built too: dependencies then have
+    /// the features that the tests need, and are not built again for them.
     pub fn program(&self) -> Outcome<PathBuf> {
         self.cargo("build --locked --release --bins --examples").run()?;
         let told = self.cargo("metadata --locked --no-deps --format-version 1").output()?;
@@ -82,7 +82,7 @@ impl Shell {
         Ok(Path::new(target).join("release/tashika"))
     }
 
-    /// Whether there is a program of that name.
+    /// Returns true if there is a program of that name.
     pub fn has(&self, program: &str) -> bool {
         self.command("sh", "").args(["-c", &format!("command -v {program}")]).succeeds()
     }
@@ -92,41 +92,42 @@ impl Shell {
 pub struct Task(Command);
 
 impl Task {
-    /// More arguments.
+    /// Adds several arguments.
     pub fn args<A: AsRef<OsStr>>(mut self, args: impl IntoIterator<Item = A>) -> Self {
         self.0.args(args);
         self
     }
 
-    /// One more argument.
+    /// Adds one argument.
     pub fn arg(self, arg: impl AsRef<OsStr>) -> Self {
         self.args([arg])
     }
 
-    /// A variable of its environment.
+    /// Sets a variable of the environment.
     pub fn env(mut self, name: &str, value: impl AsRef<OsStr>) -> Self {
         self.0.env(name, value);
         self
     }
 
-    /// The folder in which it is run.
+    /// Sets the folder in which the command is run.
     pub fn within(mut self, folder: &Path) -> Self {
         self.0.current_dir(folder);
         self
     }
 
-    /// Runs it; it has to succeed.
+    /// Runs the command, which has to succeed.
     pub fn run(mut self) -> Outcome<()> {
         let status = self.0.status().map_err(|e| format!("{}: {e}", self.words()))?;
         if status.success() { Ok(()) } else { Err(format!("{}: {status}", self.words())) }
     }
 
-    /// Runs it; it has to succeed, and is only heard if it does not.
+    /// Runs the command, which has to succeed; its output is shown only in the message of a
+    /// failure.
     pub fn run_quietly(self) -> Outcome<()> {
         self.output().map(drop)
     }
 
-    /// What it writes to standard output; it has to succeed.
+    /// Runs the command, which has to succeed, and returns its standard output.
     pub fn output(mut self) -> Outcome<String> {
         let output = self.finish()?;
         if !output.status.success() {
@@ -138,13 +139,14 @@ impl Task {
         Ok(String::from_utf8_lossy(&output.stdout).into_owned())
     }
 
-    /// Its exit code, none if it was ended by a signal, and what it wrote to standard error.
+    /// Runs the command; returns its exit code, `None` if a signal ended it, and its standard
+    /// error.
     pub fn ended(mut self) -> Outcome<(Option<i32>, String)> {
         let output = self.finish()?;
         Ok((output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned()))
     }
 
-    /// Whether it is there and succeeds.
+    /// Runs the command; returns true if it exists and succeeds.
     pub fn succeeds(mut self) -> bool {
         self.finish().is_ok_and(|output| output.status.success())
     }

@@ -7,36 +7,36 @@ use clap::{Args as ClapArgs, Subcommand};
 use super::CommonArgs;
 use crate::values;
 
-/// For which engine.
+/// Engine that runs the job.
 #[derive(Debug, Subcommand)]
 pub enum FarmArgs {
-    /// A bundle of Open Job Description, for render farms: template.json
+    /// Write a bundle of Open Job Description, for render farms: template.json
     #[command(after_help = OPENJD_EXAMPLES)]
     Openjd(FarmJobArgs),
-    /// Scripts for Slurm: submit.sh and what it submits
+    /// Write scripts for Slurm: submit.sh and those that it submits
     #[command(after_help = SLURM_EXAMPLES)]
     Slurm(FarmJobArgs),
 }
 
 #[derive(Debug, ClapArgs)]
 pub struct FarmJobArgs {
-    /// Shares of the tiles, each a task; about ten for each worker are even enough
+    /// Number of shares of the tiles, each a task; about ten for each worker balance the load well
     #[arg(long, value_name = "N", value_parser = values::count, default_value = "16")]
     pub shares: u64,
 
     /// Folder for the job, its lights and its parts, which all machines see under this name; made
-    /// if it is not there
+    /// if it does not exist
     #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub out: PathBuf,
 
-    /// The program as the machines call it
+    /// Command that runs tashika on the machines
     #[arg(long, value_name = "PROGRAM", default_value = "tashika", help_heading = "Machine")]
     pub program: String,
 
     #[command(flatten)]
     pub common: CommonArgs,
 
-    /// The render, as it is typed for one machine
+    /// Render command, as typed for one machine
     #[arg(last = true, required = true, value_name = "render ...")]
     pub line: Vec<String>,
 }

@@ -1,4 +1,4 @@
-//! What was typed of `coverage` and `experiment`.
+//! Arguments of `coverage` and `experiment`.
 
 use std::path::PathBuf;
 
@@ -56,14 +56,14 @@ Pixels are drawn at random and path-traced until the standard error is a quarter
 --error, or --paths are spent; a row judges by the pixels whose truth has a standard error of at
 most a quarter of its own error. The folder gets the truth as reference.exr, to be used again.";
 
-/// What all measurements have.
+/// Options of all measurements.
 #[derive(Debug, Args)]
 pub struct MeasureArgs {
     #[arg(long, value_name = "A,B", value_delimiter = ',', value_parser = values::method, help_heading = "Method",
         help = format!("Methods, of {} [default: all of them]", values::method_names()))]
     pub methods: Vec<SumMethod>,
 
-    /// Seed of gather points, lights and the choice of pixels; methods have the seeds 1, 2, ...
+    /// Seed of gather points, lights and the choice of pixels; methods use the seeds 1, 2, ...
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Method")]
     pub seed: u64,
 
@@ -71,7 +71,7 @@ pub struct MeasureArgs {
     pub common: CommonArgs,
 }
 
-/// The largest cut, as published unless it is said.
+/// Option for the largest cut; the published size by default.
 #[derive(Debug, Args)]
 pub struct PairsArgs {
     /// Largest cut, in pairs of clusters
@@ -94,14 +94,14 @@ pub struct ToleranceArgs {
     pub confidence: f64,
 }
 
-/// How much is measured.
+/// Options for the number of trials.
 #[derive(Debug, Args)]
 pub struct TrialsArgs {
-    /// Pixels at random, whose exact sums are computed; more: narrower intervals
+    /// Number of pixels, drawn at random, whose exact sums are computed; more: narrower intervals
     #[arg(long, value_name = "N", value_parser = values::count, default_value = "200", help_heading = "Image")]
     pub pixels: u64,
 
-    /// Times that each pixel is rendered, with the seeds 1 to N
+    /// Number of times that each pixel is rendered, with the seeds 1 to N
     #[arg(long, value_name = "N", value_parser = values::count, default_value = "1", help_heading = "Method")]
     pub seeds: u64,
 }
@@ -118,18 +118,18 @@ pub struct CoverageArgs {
     #[command(flatten)]
     pub source: SourceArgs,
 
-    /// Relative errors that methods are told and judged by: above 0, at most 100%
+    /// Relative errors that the methods aim at and are judged by: above 0, at most 100%
     #[arg(long, value_name = "1%,2%", value_delimiter = ',', value_parser = values::percentage,
         default_values = ["2%"], allow_negative_numbers = true, help_heading = "Method")]
     pub error: Vec<f64>,
 
-    /// Confidences that methods with intervals are told: above 0, below 100%
+    /// Confidences of the methods that state intervals: above 0, below 100%
     #[arg(long, value_name = "80%,95%", value_delimiter = ',', value_parser = values::percentage,
         default_values = ["50%", "80%", "90%", "95%", "99%"], allow_negative_numbers = true, help_heading = "Method")]
     pub confidence: Vec<f64>,
 
-    /// Besides all pixels, tell of those of a kind by themselves: quarters by brightness, or
-    /// diffuse and glossy surfaces
+    /// Also report groups of pixels separately: quarters by brightness, or diffuse and glossy
+    /// surfaces
     #[arg(long, value_name = "brightness,material", value_delimiter = ',', value_parser = values::grouping,
         help_heading = "Image")]
     pub by: Vec<Grouping>,
@@ -154,20 +154,21 @@ pub struct CoverageArgs {
 
 #[derive(Debug, Subcommand)]
 pub enum ExperimentArgs {
-    /// The figures of Iwasaki 2019: images, reference and relative errors of each method
+    /// Make the figures of Iwasaki 2019: images, reference and relative errors of each method
     #[command(after_help = SEED_EXAMPLES)]
     Seed(SeedArgs),
-    /// Rays a pixel against the number of virtual point lights and of gather points
+    /// Measure rays a pixel against the number of virtual point lights and of gather points
     #[command(after_help = SCALING_EXAMPLES)]
     Scaling(ScalingArgs),
-    /// Cost of each method when it is told what it takes for the same quality
+    /// Measure the cost of each method at equal quality
     #[command(after_help = EQUAL_QUALITY_EXAMPLES)]
     EqualQuality(EqualQualityArgs),
-    /// What our own method keeps and costs without each of its ingredients
+    /// Measure the claims that hold and the cost of our method, whole and without each of its
+    /// ingredients
     #[command(after_help = ABLATION_EXAMPLES)]
     Ablation(AblationArgs),
-    /// Our method with --truth transport, and a path tracer that stops at its own interval, against
-    /// converged path tracing
+    /// Measure our method with --truth transport, and a path tracer that stops at its own interval,
+    /// against converged path tracing
     #[command(after_help = TRANSPORT_EXAMPLES)]
     Transport(TransportArgs),
 }
@@ -184,7 +185,7 @@ pub struct SeedArgs {
     #[command(flatten)]
     pub filter: FilterArgs,
 
-    /// Virtual point lights, about
+    /// Approximate number of virtual point lights
     #[arg(long, value_name = "N", value_parser = values::count, default_value = "55k", help_heading = "Light")]
     pub vpls: u64,
 
@@ -201,11 +202,11 @@ pub struct SeedArgs {
     #[command(flatten)]
     pub pairs: PairsArgs,
 
-    /// Compute the exact sums of that many pixels at random only [default: of all]
+    /// Compute the exact sums of only N pixels, drawn at random [default: of all pixels]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Image")]
     pub pixels: Option<u64>,
 
-    /// Folder for all files; made if it is not there
+    /// Folder for all files; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = "seed", help_heading = "Output")]
     pub out: PathBuf,
 
@@ -218,7 +219,7 @@ pub struct ScalingArgs {
     #[command(flatten)]
     pub stage: StageArgs,
 
-    /// Gather points a pixel, 1 to 1024; each with each number of lights
+    /// Numbers of gather points a pixel, 1 to 1024; each is measured with each number of lights
     #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = values::count,
         default_values = ["1", "4", "16", "64"], help_heading = "Image")]
     pub gather: Vec<u64>,
@@ -226,7 +227,7 @@ pub struct ScalingArgs {
     #[command(flatten)]
     pub filter: FilterArgs,
 
-    /// Virtual point lights, about
+    /// Approximate numbers of virtual point lights
     #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = values::count,
         default_values = ["1k", "10k", "100k"], help_heading = "Light")]
     pub vpls: Vec<u64>,
@@ -243,7 +244,7 @@ pub struct ScalingArgs {
     #[command(flatten)]
     pub trials: TrialsArgs,
 
-    /// Folder for the tables; made if it is not there
+    /// Folder for the tables; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = "scaling", help_heading = "Output")]
     pub out: PathBuf,
 
@@ -268,7 +269,7 @@ pub struct AblationArgs {
     #[command(flatten)]
     pub trials: TrialsArgs,
 
-    /// Folder for the tables; made if it is not there
+    /// Folder for the tables; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = "ablation", help_heading = "Output")]
     pub out: PathBuf,
 
@@ -296,14 +297,14 @@ pub struct EqualQualityArgs {
     pub share: f64,
 
     /// Largest cut, in pairs of clusters, for all methods: the published maximum of lightcuts and
-    /// mdlc would keep them from any quality beyond it [default: 1048576]
+    /// mdlc would limit their quality [default: 1048576]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub max_pairs: Option<u64>,
 
     #[command(flatten)]
     pub trials: TrialsArgs,
 
-    /// Folder for the tables; made if it is not there
+    /// Folder for the tables; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = "equal-quality", help_heading = "Output")]
     pub out: PathBuf,
 
@@ -322,42 +323,42 @@ pub struct TransportArgs {
     #[command(flatten)]
     pub lights: LightArgs,
 
-    /// Relative errors that both are told and judged by: above 0, at most 100%
+    /// Relative errors that both methods aim at and are judged by: above 0, at most 100%
     #[arg(long, value_name = "2%,5%", value_delimiter = ',', value_parser = values::percentage,
         default_values = ["2%", "5%", "10%"], allow_negative_numbers = true, help_heading = "Method")]
     pub error: Vec<f64>,
 
-    /// Confidence that both are told: above 0, below 100%
+    /// Confidence of the intervals of both methods: above 0, below 100%
     #[arg(long, value_name = "95%|0.95", value_parser = values::percentage, default_value = "95%",
         allow_negative_numbers = true, help_heading = "Method")]
     pub confidence: f64,
 
-    /// Which of the two; path is the path tracer
+    /// Methods to measure; path is the path tracer
     #[arg(long, value_name = "tashika,path", value_delimiter = ',', value_enum,
         default_values = ["tashika", "path"], help_heading = "Method")]
     pub methods: Vec<TransportMethod>,
 
-    /// Paths a pixel of the truth, and of the path tracer, at most
+    /// Largest number of paths a pixel, of the truth and of the path tracer
     #[arg(long, value_name = "N", value_parser = values::count, default_value = "1M", help_heading = "Method")]
     pub paths: u64,
 
-    /// The truth of an earlier run of the same scene, size, camera, seed and number of pixels
+    /// Truth from an earlier run with the same scene, size, camera, seed and number of pixels
     #[arg(long, value_name = "FILE.exr", help_heading = "Image")]
     pub reference: Option<PathBuf>,
 
-    /// Pixels at random
+    /// Number of pixels, drawn at random
     #[arg(long, value_name = "N", value_parser = values::count, default_value = "200", help_heading = "Image")]
     pub pixels: u64,
 
-    /// Seed of everything
+    /// Seed of all random numbers, also those of the truth
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Method")]
     pub seed: u64,
 
-    /// Times that each pixel is rendered, each with lights and paths of its own
+    /// Number of times that each pixel is rendered, each with lights and paths of its own
     #[arg(long, value_name = "N", value_parser = values::count, default_value = "1", help_heading = "Method")]
     pub seeds: u64,
 
-    /// Folder for the tables and the truth; made if it is not there
+    /// Folder for the tables and the truth; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = "transport", help_heading = "Output")]
     pub out: PathBuf,
 
@@ -365,10 +366,10 @@ pub struct TransportArgs {
     pub common: CommonArgs,
 }
 
-/// What estimates light transport.
+/// Estimator of light transport.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum TransportMethod {
-    /// Ours
+    /// Our method
     Tashika,
     /// Path tracing until Student's interval is narrow enough
     Path,

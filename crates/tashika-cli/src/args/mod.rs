@@ -1,4 +1,4 @@
-//! What was typed. The doc comments are the texts of `--help`.
+//! Arguments as typed. The doc comments are the texts of `--help`.
 
 mod camera;
 mod farm;
@@ -47,11 +47,11 @@ pub struct Args {
 pub enum Command {
     /// Render a scene to an OpenEXR image with a PNG and a page beside it
     Render(Box<RenderArgs>),
-    /// Say what is in a scene, and what of it was approximated or ignored
+    /// List the contents of a scene, and the items that were approximated or ignored
     Info(InfoArgs),
-    /// Trace the virtual point lights of a scene to a file, or say what is in such a file
+    /// Trace the virtual point lights of a scene to a file, or describe such a file
     Vpl(VplArgs),
-    /// Measure an image against a reference: shares, errors, kept claims, and a picture of the
+    /// Measure an image against a reference: shares, errors, claims that hold, and a picture of the
     /// error
     Compare(CompareArgs),
     /// Write a render as a job for many machines: shares of its tiles, then a merge
@@ -59,18 +59,19 @@ pub enum Command {
     Farm(FarmArgs),
     /// Join parts of an image that were rendered with --tiles
     Merge(MergeArgs),
-    /// Look into an image of any size in the browser: its planes, its claims, and its error where
-    /// there is a reference
+    /// View an image of any size in the browser: its planes, its claims and, with a reference, its
+    /// error
     View(ViewArgs),
-    /// Measure how often methods keep to their tolerance and to their intervals
+    /// Measure how often methods meet their tolerance, and how often their intervals cover the
+    /// truth
     Coverage(CoverageArgs),
     /// Run an experiment of the literature: images, tables, a page
     #[command(subcommand)]
     Experiment(ExperimentArgs),
-    /// Print what a shell completes commands and options by
+    /// Print the script by which a shell completes commands and options
     #[command(after_help = COMPLETIONS_EXAMPLES)]
     Completions(CompletionsArgs),
-    /// Print the page of a command, or of the program, for man
+    /// Print the man page of a command, or of the program
     #[command(after_help = MAN_EXAMPLES)]
     Man(ManArgs),
 }
@@ -142,56 +143,57 @@ Infinite errors are null in the JSON file and are left out of the mean alone. A 
 is not finite has failed: it is outside of any tolerance. RMSE and relMSE are of linear RGB; PSNR,
 SSIM and LDR-FLIP (67 pixels per degree) of the sRGB picture, exposed as the reference asks.";
 
-/// The scene, shared by all commands.
+/// Options for reading a scene, shared by the commands that read one.
 #[derive(Debug, ClapArgs)]
 pub struct SceneArgs {
     /// Let the scene read files outside its own folder
     #[arg(long, help_heading = "Scene")]
     pub allow_outside: bool,
 
-    /// Go on without meshes and images that the scene names and that are not there; `info` lists
-    /// what takes their place
+    /// Continue without meshes and images that the scene names but that do not exist; `info` lists
+    /// their replacements
     #[arg(long, help_heading = "Scene")]
     pub allow_missing: bool,
 
-    /// The scene as it is at this time, in seconds, of a file in which things move
-    /// [default: glTF and USD, as they are without their animations; pbrt and Mitsuba, where things are first]
+    /// Time in seconds at which a scene with motion is read
+    /// [default: glTF and USD, without their animations; pbrt and Mitsuba, at the first positions]
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, help_heading = "Scene")]
     pub at: Option<f64>,
 
-    /// From when to when the shutter of cameras is open, in seconds from --at, from each of the
-    /// --frames, or from 0: a camera that moves meanwhile is blurred, and so are things that move,
-    /// by path tracing or in sums over one set of lights
-    /// [default: with a time closed; else as the file says, pbrt and Mitsuba]
+    /// Times at which the shutter of cameras opens and closes, in seconds from --at, from the time
+    /// of each of the --frames, or from 0. Cameras that move meanwhile are blurred. So are things
+    /// that move, in path tracing and in sums over one set of lights
+    /// [default: with --at or --frames, no blur; otherwise as in the file, for pbrt and Mitsuba]
     #[arg(long, value_name = "OPEN,CLOSE", value_parser = values::shutter, allow_hyphen_values = true,
         help_heading = "Scene")]
     pub shutter: Option<[f64; 2]>,
 
-    /// Light from infinity instead of the scene's: an image by latitude and longitude,
+    /// Light from infinity in place of the scene's: an image by latitude and longitude,
     /// FILE[,scale=S][,rotate=DEG][,up=z], or a clear sky,
     /// sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]
     #[arg(long, value_name = "FILE|sky:...", help_heading = "Scene")]
     pub environment: Option<AskedEnvironment>,
 
-    /// A light beside the scene's: sun:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z],
-    /// point:X,Y,Z,WATTS, or ies:FILE@X,Y,Z[,scale=S][,rotate=DEG][,up=z]; may be said several
-    /// times
+    /// Light in addition to the scene's:
+    /// sun:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z], point:X,Y,Z,WATTS, or
+    /// ies:FILE@X,Y,Z[,scale=S][,rotate=DEG][,up=z]; may be given several times
     #[arg(long, value_name = "sun:...|point:...|ies:...", help_heading = "Scene")]
     pub light: Vec<AskedLight>,
 }
 
-/// What is looked at, from where, how large.
+/// Options for the scene, its cameras and the size of the image.
 #[derive(Debug, ClapArgs)]
 pub struct StageArgs {
-    /// Scene file (.gltf, .glb, .usda, .usdc, .usdz, .obj, .pbrt, .xml), or builtin:room, builtin:tiny
+    /// Scene file (.gltf, .glb, .usda, .usdc, .usdz, .obj, .pbrt, .xml), or builtin:room,
+    /// builtin:tiny
     /// [default: builtin:room]
     pub scene: Option<String>,
 
     #[command(flatten)]
     pub camera: CameraArgs,
 
-    /// Refuse a scene that cannot be rendered as its file says: what `info` lists as repaired,
-    /// approximated or ignored becomes an error
+    /// Refuse a scene that cannot be rendered as its file describes it: each item that `info` lists
+    /// as repaired, approximated or ignored becomes an error
     #[arg(long, help_heading = "Scene")]
     pub strict: bool,
 
@@ -216,9 +218,9 @@ pub struct RenderArgs {
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::crop, help_heading = "Image")]
     pub crop: Option<Window>,
 
-    /// Render only the K-th of N shares of the image's tiles, for N machines, or some of them
-    /// (1,3/4); `tashika merge` joins the parts. Of an audited picture parts claim nothing, and merging
-    /// them audits the whole; it is another picture than the one that a single machine makes
+    /// Render only the K-th of N shares of the image's tiles, for N machines, or several shares
+    /// (1,3/4); `tashika merge` joins the parts. Parts of an audited picture claim nothing: merging
+    /// audits the whole, whose bits differ from those that a single machine renders without --tiles
     #[arg(long, value_name = "K/N", help_heading = "Image")]
     pub tiles: Option<TileShare>,
 
@@ -228,46 +230,47 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub source: SourceArgs,
 
-    /// Trace the virtual point lights of this render, write them to a file, and end; with
-    /// --vpl-file and the same --truth, others render with them to the same bits
+    /// Trace the virtual point lights of this render, write them to a file, and exit; with
+    /// --vpl-file and the same --truth, other runs render the same bits from this file
     #[arg(long, value_name = "FILE", conflicts_with_all = ["vpl_file", "tiles", "audit", "checkpoint", "serve", "tev"],
         help_heading = "Light")]
     pub write_vpls: Option<PathBuf>,
 
-    /// How pixels are computed
+    /// Method that computes the pixels
     #[arg(long, value_enum, default_value_t = Method::Tashika, help_heading = "Method")]
     pub method: Method,
 
     /// Relative error that a pixel may have, for the methods that control it: above 0, at most
-    /// 100%. Not said, a picture is made that takes minutes, and pixels that are not within 5% by
-    /// then say so
-    /// [default: 2% of a sum (--truth vpl)]
+    /// 100%. Without it, light transport becomes a picture that takes minutes; pixels that are not
+    /// within 5% by then are marked as such
+    /// [default: 2% for a sum (--truth vpl)]
     #[arg(long, value_name = "2%|0.02", value_parser = values::percentage, allow_negative_numbers = true,
         help_heading = "Method")]
     pub error: Option<f64>,
 
-    /// What is controlled, with --method tashika: the luminance, or the worst of the three
-    /// channels, relative to the largest [default: luminance]
+    /// Quantity whose error is controlled, with --method tashika, or path with --error or --claim:
+    /// the luminance, or the worst of the three channels, relative to the largest
+    /// [default: luminance]
     #[arg(long, value_name = "luminance|channels", value_parser = values::controlled, help_heading = "Method")]
     pub control: Option<Controlled>,
 
-    /// Absolute error that is enough where it is more than --error allows, with --method tashika:
-    /// for dark pixels, as luminance in the unit of the image
-    /// [default: of light transport, --error of a hundredth of the view's mean; of a sum, 0]
+    /// Absolute error that is accepted where --error allows less, with --method tashika, or path
+    /// with --error or --claim: for dark pixels, as luminance in the unit of the image
+    /// [default: for light transport, --error times a hundredth of the view's mean; for a sum, 0]
     #[arg(long, value_name = "E", allow_negative_numbers = true, help_heading = "Method")]
     pub absolute: Option<f64>,
 
-    /// Confidence of the interval about a pixel, for the methods that state one: above 0, below
+    /// Confidence of the interval around a pixel, for the methods that state one: above 0, below
     /// 100%
     /// [default: 95%]
     #[arg(long, value_name = "95%|0.95", value_parser = values::percentage, allow_negative_numbers = true,
         help_heading = "Method")]
     pub confidence: Option<f64>,
 
-    /// What is claimed, with --method tashika, all but certified with path too: of each pixel,
-    /// calibrated intervals hold at least as often as the confidence says, by measurement; certified
-    /// ones by proof, for two to six times the rays. Audited is a claim about the picture as a whole, which is reconstructed: --share of
-    /// its pixels are within --error, as --audit pixels tell that were checked
+    /// Kind of claim, for --method tashika and, except certified, for path. Calibrated: the
+    /// interval of each pixel covers the truth at least as often as the confidence says, by
+    /// measurement. Certified: by proof, for two to six times the rays. Audited: the picture is
+    /// reconstructed, and --share of its pixels are within --error, by a check of --audit pixels
     /// [default: calibrated; audited with --quality draft and good]
     #[arg(long, value_enum, help_heading = "Method")]
     pub claim: Option<Claim>,
@@ -278,51 +281,57 @@ pub struct RenderArgs {
         help_heading = "Method")]
     pub share: Option<f64>,
 
-    /// How sure that is to be, with --claim audited
+    /// Confidence that --share is reached, with --claim audited
     /// [default: 99%]
     #[arg(long, value_name = "99%|0.99", value_parser = values::percentage, allow_negative_numbers = true,
         help_heading = "Method")]
     pub assurance: Option<f64>,
 
-    /// How good the picture is to be: draft is --claim audited --error 10%, good the same with 5%,
-    /// final has each pixel within 2%
+    /// Quality of the picture: draft is --claim audited --error 10%, good is --claim audited
+    /// --error 5%, final has each pixel within 2%
     #[arg(long, value_name = "draft|good|final", value_parser = values::quality, help_heading = "Method")]
     pub quality: Option<Quality>,
 
-    /// About how long an audited picture may take, with its audit; what is claimed of it then is what
-    /// was reached. Parts of one (--tiles) have no end but their work
+    /// Approximate time limit of an audited picture, including its audit; the claim states the
+    /// share that was reached by then. Parts of a picture (--tiles) are limited by their work only
     /// [default: as long as 64 million paths take]
     #[arg(long, value_name = "60s|5m|1h", value_parser = values::duration, help_heading = "Method")]
     pub time: Option<Duration>,
 
-    /// What smooths an audited picture: the own reconstruction, or Open Image Denoise 2 (oidn), by the
-    /// library that TASHIKA_OIDN or the system names, or by this FILE; the same bits are then no
-    /// longer promised for every machine. Parts (--tiles) say which, and `merge` uses it
+    /// Denoiser of an audited picture: our reconstruction (own), or Open Image Denoise 2, in the
+    /// library that TASHIKA_OIDN or the system names (oidn) or in this FILE. With Open Image
+    /// Denoise the bits may depend on the machine. Parts (--tiles) store its name, and `merge`
+    /// needs the same --denoiser
     /// [default: own]
     #[arg(long, value_name = "own|oidn|FILE", help_heading = "Method")]
     pub denoiser: Option<PathBuf>,
 
-    /// What --error is the distance from, with --method tashika: light transport itself
-    /// (transport), the sum over one set of virtual point lights (vpl), or what an endless number
-    /// of such lights would give, with their clamp and without what they do not carry (clamped)
+    /// Truth that --error is measured from, with --method tashika: light transport itself
+    /// (transport), the sum over one set of virtual point lights (vpl), or the limit of that sum
+    /// for infinitely many lights, with their clamp and without the light that they do not carry
+    /// (clamped)
     /// [default: transport; vpl with --claim certified and with --vpl-file]
     #[arg(long, value_name = "vpl|transport|clamped", value_parser = values::truth, help_heading = "Method")]
     pub truth: Option<Truth>,
 
-    /// After the render, compute the truth of N pixels at random, exact sums or by path tracing,
-    /// and tell how many are within --error; with --claim audited, pixels that are checked
+    /// After the render, compute the truth of N pixels at random, by exact sums or by path tracing,
+    /// and report how many are within --error. With --claim audited: number of pixels that the
+    /// audit checks
     /// [default: none; 600 with --claim audited]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub audit: Option<u64>,
 
-    /// Largest cut, in pairs of clusters; of light transport, pairs and paths. A pixel that reaches
-    /// it says so and claims nothing
-    /// [default: 65536 of light transport, 128 to 4096 by the size of the image if no --error is said; 1000 for lightcuts and mdlc, as published; else 1048576]
+    /// Largest cut, in pairs of clusters; for light transport, in pairs and paths. A pixel that
+    /// reaches it is marked as such and claims nothing
+    /// [default: for light transport 65536, or without --error 128 to 4096 by the size of the
+    /// image; for lightcuts and mdlc 1000, as published; else 1048576]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub max_pairs: Option<u64>,
 
-    /// Paths a pixel, with --method path; with --error or --claim calibrated, those at most
-    /// [default: 64; 1048576 with --error, 128 to 4096 by the size of the image with --claim calibrated alone]
+    /// Number of paths a pixel, with --method path; with --error or --claim calibrated, the largest
+    /// number
+    /// [default: 64; 1048576 with --error; 128 to 4096 by the size of the image with --claim
+    /// calibrated alone]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub paths: Option<u64>,
 
@@ -343,8 +352,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub picture: PictureArgs,
 
-    /// Show the image in the viewer tev while it is rendered; without an address in the tev of this
-    /// machine, 127.0.0.1:14158
+    /// Show the image in the viewer tev at HOST:PORT while it is rendered; without an address, in
+    /// the tev of this machine, 127.0.0.1:14158
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = tev::DEFAULT_ADDRESS,
         value_parser = values::address, help_heading = "Output")]
     pub tev: Option<String>,
@@ -352,13 +361,13 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub budget: BudgetArgs,
 
-    /// Keep finished tiles in FILE.exr.checkpoint until the image is written; if that is there from
-    /// an earlier run of the same command, however it ended, go on from it
+    /// Keep finished tiles in FILE.exr.checkpoint until the image is written; resume from that file
+    /// if an earlier run of the same command left one, however that run ended
     #[arg(long, help_heading = "Output")]
     pub checkpoint: bool,
 
-    /// Show the render in the browser while it goes on; when it has ended the program stays as long
-    /// as the page is open
+    /// Show the render in the browser while it runs; afterwards the program stays as long as the
+    /// page is open
     #[arg(long, help_heading = "Output")]
     pub serve: bool,
 
@@ -382,8 +391,9 @@ pub struct GatherArgs {
 
 #[derive(Debug, ClapArgs)]
 pub struct FilterArgs {
-    /// Pixel filter: where the points, or paths, of a pixel are; box: in it, evenly; tent, gaussian
-    /// (of standard deviation 1/2) and blackman-harris (3 pixels across): around it too
+    /// Pixel filter, by which the points or paths of a pixel are distributed: box, evenly inside
+    /// the pixel; tent, gaussian (standard deviation 1/2 pixel) and blackman-harris (3 pixels
+    /// across), also around it
     /// [default: box]
     #[arg(long, value_name = "box|tent|gaussian|blackman-harris", value_parser = values::filter,
         help_heading = "Image")]
@@ -413,11 +423,11 @@ pub struct LightArgs {
     pub set: SetArgs,
 }
 
-/// How a set of virtual point lights is made.
+/// Options for making a set of virtual point lights.
 #[derive(Debug, ClapArgs)]
 pub struct SetArgs {
-    /// Distance in metres below which a virtual point light grows no brighter; auto follows their
-    /// spacing, off leaves bright spots [default: auto]
+    /// Distance in metres below which a virtual point light grows no brighter; auto follows the
+    /// spacing of the lights, off leaves bright spots [default: auto]
     #[arg(long, value_name = "auto|off|METRES", value_parser = values::clamp, allow_negative_numbers = true,
         help_heading = "Light")]
     pub clamp: Option<Clamp>,
@@ -428,19 +438,19 @@ pub struct SetArgs {
     pub instants: Option<u64>,
 }
 
-/// What every command has.
+/// Options of every command.
 #[derive(Debug, ClapArgs)]
 pub struct CommonArgs {
-    /// Write what the summary says as JSON, for scripts; - is standard output, in place of the summary
+    /// Write the summary as JSON, for scripts; - is standard output, in place of the summary
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub json: Option<PathBuf>,
 
-    /// How progress is told on standard error
+    /// Format of progress on standard error
     #[arg(long, value_enum, default_value_t = LogStyle::Auto, help_heading = "Output")]
     pub log: LogStyle,
 
-    /// Add what is told of progress to a file too, in words, or in JSON with --log json; - is
-    /// standard error, line by line
+    /// Append progress to a file too, in words, or in JSON with --log json; - is standard error,
+    /// line by line
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub log_file: Option<PathBuf>,
 
@@ -448,34 +458,34 @@ pub struct CommonArgs {
     #[arg(short, long, help_heading = "Output")]
     pub quiet: bool,
 
-    /// Threads; 0 is one a core. The image does not depend on it
+    /// Number of threads; 0 is one for each core. The image does not depend on it
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Machine")]
     pub threads: usize,
 }
 
-/// How progress is told.
+/// Format of progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum LogStyle {
-    /// One line that is drawn over on a terminal, plain lines elsewhere
+    /// One line that is redrawn on a terminal, plain lines elsewhere
     Auto,
-    /// Plain lines
+    /// One plain line a message
     Plain,
     /// One JSON object a line, for programs
     Json,
 }
 
-/// By which kind of argument an interval is claimed.
+/// Kind of a claim, by its justification.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Claim {
     /// Measured
     Calibrated,
     /// Proven
     Certified,
-    /// Of a share of the pixels, by an audit
+    /// Share of the pixels, by an audit
     Audited,
 }
 
-/// How pixels are computed.
+/// Method that computes the pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Method {
     /// The whole sum over all virtual point lights
@@ -486,20 +496,21 @@ pub enum Method {
     Mdlc,
     /// Nabata 2016: clusters of lights as strata, with a confidence interval
     Nabata2016,
-    /// Sakai 2018: the same on pairs of clusters
+    /// Sakai 2018: pairs of clusters as strata, with a confidence interval
     Sakai2018,
-    /// Iwasaki 2019: the same, with bounds for glossy materials
+    /// Iwasaki 2019: as Sakai 2018, with bounds for glossy materials
     Iwasaki2019,
-    /// Ours: refined until the interval of each pixel is narrow enough, and the interval holds
+    /// Ours: refines each pixel until its interval, which covers the truth with the stated
+    /// confidence, is narrow enough
     Tashika,
-    /// The same with certified claims: --method tashika --claim certified
+    /// Ours with certified claims: --method tashika --claim certified
     TashikaCertified,
     /// Path tracing, an independent estimate of light transport itself
     Path,
 }
 
 impl Method {
-    /// The method as the library calls it: by the same name.
+    /// Returns the library's method of this name.
     pub fn name(self) -> tashika::error::Result<MethodName> {
         self.to_possible_value().expect("no method is hidden").get_name().parse()
     }
@@ -507,7 +518,8 @@ impl Method {
 
 #[derive(Debug, ClapArgs)]
 pub struct InfoArgs {
-    /// Scene file (.gltf, .glb, .usda, .usdc, .usdz, .obj, .pbrt, .xml), or builtin:room, builtin:tiny
+    /// Scene file (.gltf, .glb, .usda, .usdc, .usdz, .obj, .pbrt, .xml), or builtin:room,
+    /// builtin:tiny
     /// [default: builtin:room]
     pub scene: Option<String>,
 
@@ -521,7 +533,7 @@ pub struct InfoArgs {
 #[derive(Debug, ClapArgs)]
 #[command(after_help = VPL_EXAMPLES)]
 pub struct VplArgs {
-    /// Scene to trace (as for `render`), or a .vpl file to tell about [default: builtin:room]
+    /// Scene to trace (as for `render`), or a .vpl file to describe [default: builtin:room]
     #[arg(value_name = "SCENE|FILE.vpl")]
     pub input: Option<String>,
 
@@ -554,7 +566,7 @@ pub struct MergeArgs {
     #[arg(short, long, value_name = "FILE.exr", help_heading = "Output")]
     pub output: PathBuf,
 
-    /// Write the image even though parts are missing; it says which
+    /// Write the image even if parts are missing; its metadata lists the shares that it has
     #[arg(long, help_heading = "Output")]
     pub partial: bool,
 
@@ -564,8 +576,8 @@ pub struct MergeArgs {
     #[command(flatten)]
     pub budget: BudgetArgs,
 
-    /// What smooths an audited picture, if its parts were rendered for another than the own
-    /// reconstruction, as for `render`
+    /// Denoiser of an audited picture, as for `render`; it has to be the one for which the parts
+    /// were rendered
     /// [default: own]
     #[arg(long, value_name = "own|oidn|FILE", help_heading = "Output")]
     pub denoiser: Option<PathBuf>,
@@ -580,15 +592,15 @@ pub struct MergeArgs {
 #[derive(Debug, ClapArgs)]
 #[command(after_help = VIEW_EXAMPLES)]
 pub struct ViewArgs {
-    /// OpenEXR image to look into, of any renderer
+    /// OpenEXR image to view, of any renderer
     #[arg(value_name = "FILE.exr")]
     pub image: PathBuf,
 
-    /// OpenEXR image that errors are measured from, of the same size
+    /// OpenEXR image of the same size, from which errors are measured
     #[arg(value_name = "REF.exr")]
     pub reference: Option<PathBuf>,
 
-    /// Tone mapping that the page begins with, as for `render`; the page has all of them
+    /// Initial tone mapping of the page, as for `render`; the page has all of them
     #[arg(long, value_name = "natural|linear|filmic|aces|agx", default_value_t, help_heading = "Output")]
     pub tonemap: Tone,
 
@@ -599,23 +611,22 @@ pub struct ViewArgs {
     pub common: CommonArgs,
 }
 
-/// What pixels that ran out of budget are to the exit code.
+/// Option for the exit code when pixels ran out of budget.
 #[derive(Debug, ClapArgs)]
 pub struct BudgetArgs {
-    /// Exit with 0 rather than 4 though pixels ran out of budget: for engines that would do the
-    /// work again
+    /// Exit with 0 instead of 4 if pixels ran out of budget, for engines that would repeat the work
     #[arg(long, help_heading = "Output")]
     pub accept_budget: bool,
 }
 
-/// How a page is served.
+/// Options for serving a page.
 #[derive(Debug, ClapArgs)]
 pub struct ServeArgs {
-    /// Port of this machine on which the page is served; 0 is any that is free
+    /// Port of this machine on which the page is served; 0 is any free port
     #[arg(long, value_name = "PORT", default_value_t = 0, help_heading = "Machine")]
     pub port: u16,
 
-    /// Only print the address of the page, do not open it
+    /// Print the address of the page without opening it
     #[arg(long, help_heading = "Machine")]
     pub no_browser: bool,
 }
@@ -627,22 +638,23 @@ pub struct CompareArgs {
     #[arg(value_name = "A.exr")]
     pub image: PathBuf,
 
-    /// OpenEXR image that is taken for the truth, of the same size
+    /// OpenEXR image of the same size that is taken for the truth
     #[arg(value_name = "REF.exr")]
     pub reference: PathBuf,
 
-    /// Layer of A.exr that is measured, such as reconstruction, instead of the estimate; nothing is
-    /// claimed of it
+    /// Layer of A.exr to measure instead of the estimate, such as reconstruction; a layer has no
+    /// claims
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
 
-    /// Tolerance, relative to the reference: above 0, at most 100% [default: the error that A.exr was
-    /// rendered to, with its absolute tolerance, or 2%]
+    /// Tolerance, relative to the reference: above 0, at most 100%
+    /// [default: the error that A.exr was rendered to, with its absolute tolerance, or 2%]
     #[arg(long, value_name = "2%|0.02", value_parser = values::percentage,
         allow_negative_numbers = true, help_heading = "Tolerance")]
     pub error: Option<f64>,
 
-    /// What is tolerated however dark the reference is, as luminance in the unit of the images
+    /// Absolute error that is tolerated even where the reference is dark, as luminance in the unit
+    /// of the images
     /// [default: 0]
     #[arg(long, value_name = "E", allow_negative_numbers = true, help_heading = "Tolerance")]
     pub absolute: Option<f64>,
@@ -655,8 +667,8 @@ pub struct CompareArgs {
     #[arg(long, value_name = "FILE.html", help_heading = "Output")]
     pub html: Option<PathBuf>,
 
-    /// Tone mapping that the page begins with, as for `render`; the page has all of them. Numbers,
-    /// and the picture of the error, do not depend on it
+    /// Initial tone mapping of the page, as for `render`; the page has all of them. The numbers and
+    /// the picture of the error do not depend on it
     /// [default: natural]
     #[arg(long, value_name = "natural|linear|filmic|aces|agx", requires = "html", help_heading = "Output")]
     pub tonemap: Option<Tone>,

@@ -1,4 +1,4 @@
-//! What was typed of `completions` and `man`.
+//! Arguments of `completions` and `man`.
 
 use clap::Args as ClapArgs;
 use clap_complete::Shell;
@@ -17,14 +17,14 @@ Examples:
 
 #[derive(Debug, ClapArgs)]
 pub struct CompletionsArgs {
-    /// For which shell
+    /// Shell that the script is made for
     #[arg(value_enum)]
     pub shell: Shell,
 }
 
 #[derive(Debug, ClapArgs)]
 pub struct ManArgs {
-    /// The command whose page it is; the program's if none
+    /// Command that the page describes; the program if none
     #[arg(value_name = "COMMAND")]
     pub command: Vec<String>,
 }

@@ -1,5 +1,5 @@
-//! `tashika experiment ablation`: what our own method keeps and costs without each of its
-//! ingredients.
+//! `tashika experiment ablation`: claims that hold and cost of our method, whole and without each
+//! of its ingredients.
 
 use tashika::experiment::{Column, Ground};
 
@@ -22,7 +22,7 @@ const COLUMNS: &[Column] = &[
     Column::Seconds,
 ];
 
-/// Runs the whole method, then each of the others.
+/// Runs the whole method, then the method without each ingredient.
 pub fn work(plan: &AblationPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let measure = &plan.measure;
     let watcher = Watcher::new(meter, Seconds::default());

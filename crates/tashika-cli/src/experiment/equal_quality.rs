@@ -1,5 +1,4 @@
-//! `tashika experiment equal-quality`: what each method costs when it is told what it takes for the
-//! same quality.
+//! `tashika experiment equal-quality`: cost of each method at equal quality.
 
 use tashika::experiment::{Cell, Column, Ground, Row, Search};
 use tashika::integrator::ControlOptions;
@@ -25,7 +24,7 @@ const COLUMNS: &[Column] = &[
     Column::Seconds,
 ];
 
-/// Searches, method by method.
+/// Searches the largest target error of each method in turn.
 pub fn work(plan: &EqualQualityPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let measure = &plan.measure;
     let watcher = Watcher::new(meter, Seconds::default());
@@ -67,8 +66,8 @@ pub fn work(plan: &EqualQualityPlan, meter: &Meter) -> Result<Outcome, Failure> 
     findings.finish(&measure.common, Some(&plan.folder), meter)
 }
 
-/// The row of the largest error with which the method does what is asked, or of the last that was
-/// tried; none if interrupted.
+/// Row of the largest target error at which `share` of the pixels are within the tolerance, or of
+/// the last one tried if there is none; `None` if interrupted.
 fn search(bench: &Bench<'_>, ground: &Ground<'_>, cell: &Cell, share: f64) -> Result<Option<Row>, Failure> {
     let mut search = Search::new(cell.tolerance);
     let mut best: Option<Row> = None;

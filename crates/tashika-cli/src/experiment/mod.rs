@@ -11,7 +11,7 @@ use crate::interrupt;
 use crate::plan::ExperimentPlan;
 use crate::progress::metered;
 
-/// Runs the experiment that was asked for.
+/// Runs the experiment of the plan.
 pub fn run(plan: &ExperimentPlan) -> Result<Outcome, Failure> {
     interrupt::listen(plan.common());
     metered(plan.common(), |meter| match plan {

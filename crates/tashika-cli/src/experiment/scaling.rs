@@ -70,7 +70,7 @@ pub fn work(plan: &ScalingPlan, meter: &Meter) -> Result<Outcome, Failure> {
         }
         Ok(())
     })?;
-    // By method, so that each is one curve after the other.
+    // Sorted by method, so that each curve has consecutive rows.
     let order = |method: &str| measure.cells.iter().position(|cell| cell.method.name() == method);
     findings.rows.sort_by_key(|row| order(row.method));
     findings.finish(&measure.common, Some(&plan.folder), meter)

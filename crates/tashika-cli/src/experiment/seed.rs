@@ -33,10 +33,10 @@ const COLUMNS: &[Column] = &[
     Column::Seconds,
 ];
 
-/// Name of the reference's files.
+/// Stem of the names of the reference's files.
 const REFERENCE: &str = "reference";
 
-/// Renders, compares, writes everything.
+/// Renders all methods, compares them with the reference, and writes all files.
 pub fn work(plan: &SeedPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let measure = &plan.measure;
     let watcher = Watcher::new(meter, Seconds::default());
@@ -76,7 +76,7 @@ pub fn work(plan: &SeedPlan, meter: &Meter) -> Result<Outcome, Failure> {
     findings.finish(&measure.common, Some(&plan.folder), meter)
 }
 
-/// What does not change from method to method.
+/// Inputs that are the same for all methods.
 struct Run<'a> {
     bench: Bench<'a>,
     setting: Setting<'a>,
@@ -85,7 +85,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Renders one method's image and holds it against the reference; none if interrupted.
+    /// Renders one method's image and compares it with the reference; `None` if interrupted.
     fn method(
         &self,
         cell: &Cell,
@@ -109,7 +109,7 @@ impl Run<'_> {
         let name = cell.method.name();
         write_exr(&gallery.folder.file(&format!("{name}.exr")), &rendered.film)?;
         gallery.show(&rendered.film, name)?;
-        // Of a few pixels there is nothing to see.
+        // An error image of a few pixels would show nothing.
         if let Pixels::All(_) = self.pixels {
             let file = format!("{name}-error.png");
             write_file(&gallery.folder.file(&file), &error_image(&comparison).png())?;
@@ -118,14 +118,14 @@ impl Run<'_> {
     }
 }
 
-/// Pictures of one brightness.
+/// Writer of pictures that have one exposure.
 struct Gallery<'a> {
     folder: &'a Folder,
     exposure: Exposure,
 }
 
 impl Gallery<'_> {
-    /// Writes the picture of a film; the first one sets the brightness.
+    /// Writes the picture of a film; the first one sets the exposure.
     fn show(&mut self, film: &Film, name: &str) -> Result<(), Failure> {
         let file = format!("{name}.png");
         let tone_map = ToneMap { exposure: self.exposure, ..ToneMap::default() };

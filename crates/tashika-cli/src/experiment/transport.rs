@@ -1,5 +1,5 @@
-//! `tashika experiment transport`: what is promised of light transport, and what a path tracer's
-//! own interval makes of the same promise.
+//! `tashika experiment transport`: intervals about light transport, by our method and by a path
+//! tracer that stops at its own interval.
 
 use std::time::Instant;
 
@@ -39,13 +39,13 @@ const COLUMNS: &[Column] = &[
     Column::Seconds,
 ];
 
-/// Tells the truth from the estimates.
+/// Mask of the seed of the truth, so that no estimate has its random numbers.
 const OTHER_SEED: u64 = 0x7_2074;
 
-/// Runs both with every error.
+/// Runs the methods with every error.
 pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let mut seconds = Seconds::default();
-    // A file that cannot be read is told before any work.
+    // A file that cannot be read fails before any work.
     let stored = plan.reference.as_ref().map(|file| read_exr(file)).transpose()?;
     let stage = Stage::load(&plan.stage, meter, &mut seconds)?;
     let pixels = Pixels::of(Window::full(stage.framed.size), Some(plan.pixels), plan.seed)?;
@@ -108,7 +108,7 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
         }
         Ok(())
     })?;
-    // What was rendered before an interruption is told.
+    // Results from before an interruption are reported.
     let begun = trials.iter().filter(|trials| !trials.films.is_empty());
     findings.rows = begun.map(|trials| trials.row(&stage, vpls, gather.points)).collect();
     findings.below.extend(trials.iter().filter_map(Trials::disjoint));
@@ -127,7 +127,7 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
     Ok(if fewest < plan.seeds { Outcome::Interrupted } else { outcome })
 }
 
-/// The truth of the pixels; none if interrupted.
+/// Path-traces the truth of the pixels; `None` if interrupted.
 fn truth(
     plan: &TransportPlan,
     bench: &Bench<'_>,
@@ -151,15 +151,15 @@ fn truth(
     Ok(Some(rendered.film))
 }
 
-/// What belongs to a seed.
+/// View and lights of one seed.
 struct Drawn<'a> {
     setting: Setting<'a>,
     lights: &'a GuidedLights,
-    /// Of the seed, from 0 on.
+    /// Index of the seed, from 0.
     number: u64,
 }
 
-/// What a method makes of one promise, with several seeds.
+/// Results of a method with one error, for several seeds.
 struct Trials<'a> {
     method: TransportMethod,
     options: &'a ControlOptions,
@@ -167,7 +167,7 @@ struct Trials<'a> {
     pool: Pool,
     films: Vec<Film>,
     seconds: f64,
-    /// Pairs of claims of two seeds: how many there are, and how many of these are disjoint.
+    /// Number of pairs of claims of two seeds, and number of these that are disjoint.
     pairs: [u64; 2],
 }
 
@@ -185,7 +185,7 @@ impl<'a> Trials<'a> {
         }
     }
 
-    /// Renders the pixels with the seed of that number; whether it was not interrupted.
+    /// Renders the pixels with one seed; returns false if interrupted.
     fn render(
         &mut self,
         plan: &TransportPlan,
@@ -232,7 +232,7 @@ impl<'a> Trials<'a> {
             scene: stage.scene.name().to_owned(),
             vpls,
             gather,
-            // Without those whose truth is not known well enough.
+            // Pixels whose truth is too uncertain are not counted.
             pixels: self.pool.trials() / seeds,
             group: None,
         };
@@ -247,7 +247,7 @@ impl<'a> Trials<'a> {
         Row::new(&subject, told, &self.pool, self.seconds)
     }
 
-    /// How often two seeds contradict each other, in words; none of one seed.
+    /// Sentence about the share of disjoint pairs of claims; `None` if there are no pairs.
     fn disjoint(&self) -> Option<String> {
         let [pairs, disjoint] = self.pairs;
         (pairs > 0).then(|| {

@@ -1,4 +1,4 @@
-//! The steps of a render on many machines, as lines of this program.
+//! The steps of a render on many machines, as command lines of this program.
 
 use std::path::{Path, PathBuf};
 
@@ -8,24 +8,24 @@ use tashika::scene::builtin;
 use crate::exit::Failure;
 use crate::plan::FarmPlan;
 
-/// What an engine is to do: `lights` if there are any, then each share, then `merge`.
+/// Steps for an engine: `lights` if there are any, then each share, then `merge`.
 pub struct Job {
-    /// Name, for people.
+    /// Name of the job, for people.
     pub name: String,
-    /// Where everything is, for all machines.
+    /// Absolute path of the folder of the job, valid on all machines.
     pub folder: PathBuf,
-    /// The image in the end.
+    /// Absolute path of the merged image.
     pub image: PathBuf,
-    /// How many shares there are.
+    /// Number of shares of the tiles.
     pub shares: u32,
-    /// The line that traces the lights, if they are made once for all.
+    /// Command line that traces the lights, if they are traced once for all shares.
     pub lights: Option<Vec<String>>,
     render: Vec<String>,
     merge: Vec<String>,
 }
 
 impl Job {
-    /// The steps of what was typed.
+    /// Makes the steps from the checked arguments.
     pub fn new(plan: &FarmPlan) -> Result<Self, Failure> {
         let folder = absolute(&plan.folder)?;
         let image = absolute(&plan.render.outputs.exr)?;
@@ -36,7 +36,7 @@ impl Job {
             }
             scene => scene.map(str::to_owned),
         };
-        // The same place for all machines, wherever they run.
+        // An absolute path is valid in any working folder.
         let typed: Vec<String> = plan
             .words
             .iter()
@@ -75,7 +75,7 @@ impl Job {
         let method = method_in_scene(plan)?;
         let (truth, traced) = match &method {
             Method::Sum { lights, .. } => (None, lights.is_some()),
-            // Lights that are given are else taken for a sum's.
+            // Without `--truth`, lights from a file would be taken for those of a sum.
             Method::Transport { lights, truth, .. } => (lights.as_ref().map(|_| truth), lights.is_some()),
             Method::Audited { .. } | Method::Path { .. } => (None, false),
         };
@@ -90,11 +90,11 @@ impl Job {
             }
             line
         });
-        // Parts are laid out as they are quickest written; what is asked for is asked of the whole.
+        // Parts have the layout that is quickest to write; `--exr` applies to the merged image.
         let [layout, words] = split(&words, &["--exr"]);
         let mut render = vec![program.clone()];
         render.extend(words);
-        // An engine takes any exit code but 0 for a lost worker.
+        // An engine takes any exit code except 0 for a lost worker.
         render.extend(["--checkpoint", "--accept-budget"].map(str::to_owned));
         let mut merge = vec![program, "merge".to_owned()];
         for number in 1..=plan.shares {
@@ -108,7 +108,7 @@ impl Job {
         Ok(Self { name, folder, image, shares: plan.shares, lights, render, merge })
     }
 
-    /// The line of a share, whose number the engine writes as `number`.
+    /// Command line of a share; `number` is the engine's notation for the number of the share.
     pub fn share(&self, number: &str) -> Vec<String> {
         let mut line = self.render.clone();
         let file = self.folder.join(part(number)).to_string_lossy().into_owned();
@@ -116,20 +116,20 @@ impl Job {
         line
     }
 
-    /// The line that joins the parts.
+    /// Command line that joins the parts.
     pub fn merge(&self) -> &[String] {
         &self.merge
     }
 }
 
-/// The method of the shares. Only the scene says whether the default method traces lights: what moves
-/// or scatters is rendered by paths.
+/// Method of the shares. The scene decides whether the default method traces lights: scenes that
+/// move or scatter are rendered by paths.
 fn method_in_scene(plan: &FarmPlan) -> Result<Method, Failure> {
     let asked = &plan.render.asked.request;
     if asked.method != MethodName::default() || asked.lights_given {
         return Ok(plan.render.resolved.method.clone());
     }
-    // Files that only the machines have are judged there.
+    // A scene that only the machines have is checked there.
     let Ok(scene) = plan.render.stage.scene.load() else { return Ok(plan.render.resolved.method.clone()) };
     Ok(asked.in_scene(&scene).resolve()?.method)
 }
@@ -150,10 +150,10 @@ fn path_text(path: &Path) -> Result<String, Failure> {
 /// Options without a value.
 const FLAGS: [&str; 6] =
     ["--checkpoint", "--allow-outside", "--allow-missing", "--accept-budget", QUIET[0], QUIET[1]];
-/// The option not to tell anything.
+/// Names of the option that suppresses all messages.
 const QUIET: [&str; 2] = ["--quiet", "-q"];
 
-/// Splits words into those of the named options, with their values, and all others.
+/// Splits words into the named options, with their values, and all other words.
 fn split(words: &[String], names: &[&str]) -> [Vec<String>; 2] {
     let mut parts = [Vec::new(), Vec::new()];
     let mut words = words.iter();

@@ -1,9 +1,9 @@
-//! `tashika farm`: a render as a job of an engine that others keep: shares of the tiles on many
-//! machines, then a merge.
+//! `tashika farm`: a render as a job for the engine of a render farm, with shares of the tiles on
+//! many machines and then a merge.
 //!
-//! Every step is a line of this program, so that any engine that runs lines on machines with a
-//! common folder can do it. Lost workers are the engine's to find; a share that is run again goes
-//! on from its checkpoint, and gives the same bits.
+//! Every step is a command line of this program. An engine needs only to run command lines on
+//! machines with a common folder, and to find lost workers. A share that is run again resumes from
+//! its checkpoint, and gives the same bits.
 
 mod job;
 mod openjd;
@@ -21,7 +21,7 @@ use crate::progress::metered;
 use crate::summary::{Rows, counted, write_json};
 use job::Job;
 
-/// What was written.
+/// Summary of the written job, as JSON.
 #[derive(Debug, Serialize)]
 struct Report {
     shares: u32,
@@ -92,7 +92,7 @@ fn tell(common: &Common, report: &Report, farm: Farm) -> Result<(), Failure> {
     rows.print()
 }
 
-/// Scripts are to be run.
+/// Makes scripts executable.
 #[cfg_attr(not(unix), expect(unused_variables))]
 fn make_executable(path: &Path) -> Result<(), Failure> {
     #[cfg(unix)]

@@ -1,11 +1,11 @@
 //! A job as an Open Job Description bundle (Open Job Description, Template Schemas 2023-09), which
-//! render farms take as it is.
+//! render farms accept unchanged.
 
 use serde_json::{Value as Json, json};
 
 use super::job::Job;
 
-/// The template; JSON, which the specification takes beside YAML.
+/// Template of the job in JSON, which the specification accepts besides YAML.
 pub fn files(job: &Job) -> Vec<(String, String)> {
     let mut steps = Vec::new();
     if let Some(lights) = &job.lights {

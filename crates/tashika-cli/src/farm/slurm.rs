@@ -1,20 +1,20 @@
-//! A job as scripts for Slurm: the lights, an array of shares that are put back into the queue when
-//! their machine is lost, the merge.
+//! A job as scripts for Slurm: the lights, an array of shares that are requeued when their machine
+//! is lost, the merge.
 
 use super::job::Job;
 use crate::summary::shell_word;
 
-/// Stands for the number of the share; no path has it.
+/// Placeholder for the number of the share; no path contains it.
 const SHARE: &str = "\u{0}";
 
-/// A word as a shell takes it, with the variable for the share.
+/// Quotes a word for a shell; Slurm's variable for the number of the task replaces `SHARE`.
 fn quoted(word: &str) -> String {
     let parts: Vec<String> =
         word.split(SHARE).map(|p| if p.is_empty() { String::new() } else { shell_word(p) }).collect();
     if word.is_empty() { shell_word(word) } else { parts.join("\"$SLURM_ARRAY_TASK_ID\"") }
 }
 
-/// The script to be run, then those that it submits.
+/// Scripts of the job: first the one to run, then those that it submits.
 pub fn files(job: &Job) -> Vec<(String, String)> {
     let folder = shell_word(&job.folder.to_string_lossy());
     let name = shell_word(&job.name);

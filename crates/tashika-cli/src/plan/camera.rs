@@ -1,34 +1,34 @@
-//! Which cameras of a scene are meant.
+//! Cameras of a scene that are chosen by name.
 
 use tashika::scene::{Camera, Scene};
 
 use crate::exit::Failure;
 
-/// What stands for every camera, unless one has this name.
+/// Name that stands for every camera, unless a camera has this name.
 const ALL: &str = "all";
 
-/// The cameras that were typed.
+/// Names of cameras, as typed.
 #[derive(Clone, Debug)]
 pub struct Cameras(Vec<String>);
 
 impl Cameras {
-    /// Of what was typed, each one name or several with commas between; nothing is the scene's
-    /// first.
+    /// Takes typed values, each one name or several with commas between; an empty list is the
+    /// scene's first camera.
     pub fn new(typed: &[String]) -> Self {
         Self(typed.to_vec())
     }
 
-    /// Whether several may be meant, so that each image is named after its camera.
+    /// Returns true if several may be chosen, so that each image is named after its camera.
     pub fn several(&self) -> bool {
         self.0.len() > 1 || self.0.iter().any(|typed| typed == ALL || typed.contains(','))
     }
 
-    /// What was typed.
+    /// Returns the names with commas between.
     pub fn typed(&self) -> String {
         self.0.join(",")
     }
 
-    /// The cameras of the scene, in the order that was typed, each once; at least one.
+    /// Chosen cameras of the scene, in the typed order, each once; at least one.
     pub fn of<'s>(&self, scene: &'s Scene) -> Result<Vec<&'s Camera>, Failure> {
         if self.0.is_empty() {
             return Ok(vec![&scene.cameras()[0]]);

@@ -1,4 +1,4 @@
-//! What is to be done by `farm`.
+//! Plan of `farm`.
 
 use std::path::{Path, PathBuf};
 
@@ -10,40 +10,40 @@ use super::{Cameras, Common, Frames, RenderPlan};
 use crate::args::{Args, Command, FarmArgs};
 use crate::exit::Failure;
 
-/// For which engine.
+/// Engine that runs a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Farm {
-    /// Open Job Description.
+    /// Template of Open Job Description.
     OpenJd,
-    /// Slurm.
+    /// Scripts that are submitted to Slurm.
     Slurm,
 }
 
-/// A render as a job.
+/// Checked arguments of a job.
 #[derive(Debug)]
 pub struct FarmPlan {
-    /// For which engine.
+    /// Engine that runs the job.
     pub farm: Farm,
-    /// How many shares.
+    /// Number of shares of the tiles.
     pub shares: u32,
-    /// Where the job goes.
+    /// Folder that the job is written to.
     pub folder: PathBuf,
-    /// The program as the machines call it.
+    /// Command that runs this program on the machines.
     pub program: String,
-    /// What was typed of the render, its name first.
+    /// Words of the render as typed, `render` first.
     pub words: Vec<String>,
-    /// Which of these words is the scene.
+    /// Word among these that names the scene.
     pub scene: Option<String>,
-    /// What smooths the picture, by its name or its file, if that was said.
+    /// Denoiser of an audited picture, by its name or its file, if one was given.
     pub denoiser: Option<PathBuf>,
-    /// The same, checked.
+    /// Plan of the render that was typed.
     pub render: RenderPlan,
-    /// What every command has.
+    /// Options of every command.
     pub common: Common,
 }
 
 impl FarmPlan {
-    /// Checks what was typed, that of the render too.
+    /// Checks the arguments, including those of the render.
     pub fn new(args: &FarmArgs) -> Result<Self, Failure> {
         let (farm, job) = match args {
             FarmArgs::Openjd(job) => (Farm::OpenJd, job),
@@ -77,7 +77,7 @@ impl FarmPlan {
             let expected = "one frame of a job, by --at; write a job for each";
             return Err(Failure::option("frames", frames.typed(), expected));
         }
-        // Checked as the shares will be; whether they keep finished tiles is the job's business.
+        // Checked in the form of a share; the job itself adds `--checkpoint` to the shares.
         render.tiles = Some(share);
         render.checkpoint = false;
         let plan = RenderPlan::new(&render)?;

@@ -1,12 +1,12 @@
-//! Which frames of an animation are rendered, and when they are.
+//! Frames of an animation that are rendered, and their times.
 
 use crate::args::FramesArgs;
 use crate::exit::Failure;
 
-/// Frames a second if nothing is said: those of films.
+/// Default number of frames a second, that of films.
 const FPS: f64 = 24.0;
 
-/// The frames from one to another, both of them too.
+/// Range of frames, including both ends.
 #[derive(Clone, Copy, Debug)]
 pub struct Frames {
     first: u32,
@@ -15,7 +15,7 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// Of what was typed, if anything was.
+    /// Takes the arguments; `None` if they name no frames.
     pub fn new(args: &FramesArgs) -> Result<Option<Self>, Failure> {
         let fps = args.fps.unwrap_or(FPS);
         if !(fps > 0.0 && fps.is_finite()) {
@@ -24,17 +24,17 @@ impl Frames {
         Ok(args.frames.map(|[first, last]| Self { first, last, fps }))
     }
 
-    /// What was typed.
+    /// Returns the range as it is typed: `1..48`.
     pub fn typed(&self) -> String {
         format!("{}..{}", self.first, self.last)
     }
 
-    /// The number of the first.
+    /// Number of the first frame.
     pub fn first(&self) -> u32 {
         self.first
     }
 
-    /// Numbers and times (s), in order.
+    /// Numbers and times (s) of the frames, in order.
     pub fn all(&self) -> impl Iterator<Item = (u32, f64)> + use<> {
         let fps = self.fps;
         (self.first..=self.last).map(move |number| (number, f64::from(number) / fps))

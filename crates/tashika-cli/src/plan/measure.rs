@@ -1,4 +1,4 @@
-//! What is to be done by `coverage` and `experiment`.
+//! Plans of `coverage` and `experiment`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,28 +15,28 @@ use crate::args::{
 use crate::exit::Failure;
 use crate::values::measured;
 
-/// What all measurements have.
+/// Options of all measurements.
 #[derive(Debug)]
 pub struct MeasurePlan {
     /// Scene, camera, size.
     pub stage: StagePlan,
     /// Seed of gather points, lights and the choice of pixels.
     pub seed: u64,
-    /// Methods with what they are told.
+    /// Methods with their errors, confidences and seeds.
     pub cells: Vec<Cell>,
-    /// What every command has.
+    /// Options of every command.
     pub common: Common,
 }
 
-/// Where a measurement is written to.
+/// Destination of the files of a measurement.
 enum Outputs<'a> {
     /// Files, each by its name.
     Files(&'a [&'a Path]),
-    /// All to a folder.
+    /// All files in one folder.
     Folder(&'a Folder),
 }
 
-/// What methods are told.
+/// Options that the methods are run with.
 struct Told<'a> {
     errors: &'a [f64],
     confidences: &'a [f64],
@@ -79,25 +79,25 @@ impl MeasurePlan {
     }
 }
 
-/// A measurement of coverage.
+/// Checked arguments of `coverage`.
 #[derive(Debug)]
 pub struct CoveragePlan {
-    /// What all measurements have.
+    /// Options of all measurements.
     pub measure: MeasurePlan,
     /// Gather points and lights.
     pub asked: Asked,
-    /// Pixels at random.
+    /// Number of pixels, drawn at random.
     pub pixels: u64,
-    /// What they are grouped by, besides.
+    /// Groupings of pixels that are reported besides all pixels.
     pub by: Vec<Grouping>,
     /// Page to write.
     pub html: Option<PathBuf>,
-    /// Rows for spreadsheets to write.
+    /// File to write with the rows for spreadsheets.
     pub csv: Option<PathBuf>,
 }
 
 impl CoveragePlan {
-    /// Checks what was typed, and that the outputs can be written.
+    /// Checks the arguments, and that the outputs can be written.
     pub fn new(args: &CoverageArgs) -> Result<Self, Failure> {
         let asked = Asked::of_a_sum(&args.source, &args.gather, args.measure.seed)?;
         let told = Told {
@@ -120,23 +120,23 @@ impl CoveragePlan {
     }
 }
 
-/// An experiment.
+/// Checked arguments of `experiment`.
 #[derive(Debug)]
 pub enum ExperimentPlan {
     /// Images, reference and errors.
     Seed(SeedPlan),
     /// Rays against lights and gather points.
     Scaling(ScalingPlan),
-    /// Cost of the same quality.
+    /// Cost of each method at equal quality.
     EqualQuality(EqualQualityPlan),
-    /// What each ingredient of our method is worth.
+    /// Our method without each of its ingredients.
     Ablation(AblationPlan),
-    /// Light transport, by us and by a path tracer.
+    /// Light transport, by our method and by a path tracer.
     Transport(TransportPlan),
 }
 
 impl ExperimentPlan {
-    /// Checks what was typed, and that the outputs can be written; makes the folder.
+    /// Checks the arguments, and that the outputs can be written; makes the folder.
     pub fn new(args: &ExperimentArgs) -> Result<Self, Failure> {
         Ok(match args {
             ExperimentArgs::Seed(args) => Self::Seed(SeedPlan::new(args)?),
@@ -147,7 +147,7 @@ impl ExperimentPlan {
         })
     }
 
-    /// What every command has.
+    /// Options of every command.
     pub fn common(&self) -> &Common {
         match self {
             Self::Seed(plan) => &plan.measure.common,
@@ -162,20 +162,20 @@ impl ExperimentPlan {
 /// Whole images of all methods.
 #[derive(Debug)]
 pub struct SeedPlan {
-    /// What all measurements have.
+    /// Options of all measurements.
     pub measure: MeasurePlan,
     /// Gather points and lights.
     pub asked: Asked,
-    /// Pixels whose exact sums are computed; none: all.
+    /// Number of pixels whose exact sums are computed; `None` for all.
     pub pixels: Option<u64>,
-    /// Where everything goes.
+    /// Folder that all files are written to.
     pub folder: Folder,
 }
 
 impl SeedPlan {
     fn new(args: &SeedArgs) -> Result<Self, Failure> {
         let request = Request {
-            // Of a file, that is how many there are.
+            // The number of lights is that of the file, if there is one.
             vpls: args.vpl_file.is_none().then_some(args.vpls),
             clamp: args.set.clamp,
             instants: args.set.instants,
@@ -201,13 +201,13 @@ impl SeedPlan {
 /// Costs against numbers of lights and of gather points.
 #[derive(Debug)]
 pub struct ScalingPlan {
-    /// What all measurements have.
+    /// Options of all measurements.
     pub measure: MeasurePlan,
     /// For each number of lights, each number of gather points.
     pub asked: Vec<Vec<Asked>>,
-    /// Pixels at random.
+    /// Number of pixels, drawn at random.
     pub pixels: u64,
-    /// Where the tables go.
+    /// Folder that the tables are written to.
     pub folder: Folder,
 }
 
@@ -239,18 +239,18 @@ impl ScalingPlan {
     }
 }
 
-/// Costs of the same quality.
+/// Cost of each method at equal quality.
 #[derive(Debug)]
 pub struct EqualQualityPlan {
-    /// What all measurements have; the errors in the cells are where the searches begin.
+    /// Options of all measurements; the searches begin at the errors of the cells.
     pub measure: MeasurePlan,
     /// Gather points and lights.
     pub asked: Asked,
-    /// Pixels at random.
+    /// Number of pixels, drawn at random.
     pub pixels: u64,
-    /// Share of them that has to be within the tolerance.
+    /// Share of the pixels that has to be within the tolerance.
     pub share: f64,
-    /// Where the tables go.
+    /// Folder that the tables are written to.
     pub folder: Folder,
 }
 
@@ -273,16 +273,16 @@ impl EqualQualityPlan {
     }
 }
 
-/// The calibrated method, and the same without each of its ingredients.
+/// The calibrated method, whole and without each of its ingredients.
 #[derive(Debug)]
 pub struct AblationPlan {
-    /// What all measurements have.
+    /// Options of all measurements.
     pub measure: MeasurePlan,
     /// Gather points and lights.
     pub asked: Asked,
-    /// Pixels at random.
+    /// Number of pixels, drawn at random.
     pub pixels: u64,
-    /// Where the tables go.
+    /// Folder that the tables are written to.
     pub folder: Folder,
 }
 
@@ -316,32 +316,32 @@ impl AblationPlan {
 pub struct Folder(PathBuf);
 
 impl Folder {
-    /// A folder that may not be there yet.
+    /// Takes the path of a folder, which need not exist yet.
     pub(super) fn new(path: &Path) -> Self {
         Self(path.to_owned())
     }
 
-    /// Path of a file in it.
+    /// Path of a file in the folder.
     pub fn file(&self, name: &str) -> PathBuf {
         self.0.join(name)
     }
 
-    /// The table for scripts.
+    /// Path of the table for scripts.
     pub fn json(&self) -> PathBuf {
         self.file("table.json")
     }
 
-    /// The table for people.
+    /// Path of the table for people.
     pub fn markdown(&self) -> PathBuf {
         self.file("table.md")
     }
 
-    /// The table for spreadsheets.
+    /// Path of the table for spreadsheets.
     pub fn csv(&self) -> PathBuf {
         self.file("table.csv")
     }
 
-    /// The page.
+    /// Path of the page.
     pub fn html(&self) -> PathBuf {
         self.file("index.html")
     }

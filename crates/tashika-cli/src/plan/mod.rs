@@ -1,4 +1,4 @@
-//! What is to be done: every value checked, before any work.
+//! Plans of all commands, with every value checked before any work.
 
 mod camera;
 mod farm;
@@ -41,7 +41,7 @@ use crate::args::{
 };
 use crate::exit::Failure;
 
-/// Where the scene comes from.
+/// Source of the scene, with the options for reading it.
 #[derive(Clone, Debug)]
 pub struct SceneSource {
     name: PathBuf,
@@ -53,7 +53,7 @@ impl SceneSource {
     fn new(typed: Option<&str>, args: &SceneArgs) -> Result<Self, Failure> {
         let name = typed.map_or_else(|| format!("{}room", builtin::PREFIX), str::to_owned);
         if let Some(name) = name.strip_prefix(builtin::PREFIX) {
-            // No option: it is typed by itself.
+            // The message names no option, since a scene is typed without one.
             builtin::by_name(name).map_err(|e| Failure::usage(e.to_string()))?;
         }
         let lights = LightChanges { environment: args.environment.clone(), lights: args.light.clone() };
@@ -68,13 +68,13 @@ impl SceneSource {
         Ok(Self { name: PathBuf::from(name), lights, options })
     }
 
-    /// The file; none of a built-in scene.
+    /// Returns the file of the scene; `None` for a built-in scene.
     fn file(&self) -> Option<&Path> {
         let is_builtin = self.name.to_str().is_some_and(|name| name.starts_with(builtin::PREFIX));
         (!is_builtin).then_some(&self.name)
     }
 
-    /// The file, if there is none of that name.
+    /// Returns the file of the scene if it does not exist.
     pub fn missing_file(&self) -> Option<&Path> {
         self.file().filter(|path| !path.exists())
     }
@@ -84,49 +84,49 @@ impl SceneSource {
         Ok(open_scene(&self.name, &self.lights, &self.options)?)
     }
 
-    /// What to call the scene while it is being read.
+    /// Name of the scene in messages while it is read.
     pub fn label(&self) -> String {
         self.file().map_or_else(|| "the built-in scene".to_owned(), |path| path.display().to_string())
     }
 
-    /// Name of the format.
+    /// Name of the scene's file format.
     pub fn format(&self) -> &'static str {
         let Some(path) = self.file() else { return "built-in" };
         scene_format(path).unwrap_or("unknown")
     }
 
-    /// What is asked for of its lights.
+    /// Returns the requested changes to the scene's light.
     pub fn lights(&self) -> &LightChanges {
         &self.lights
     }
 
-    /// The files that it is made of, as far as they are named by the user.
+    /// Returns the files of the scene that the user names.
     fn files(&self) -> impl Iterator<Item = &Path> {
         self.file().into_iter().chain(self.lights.files())
     }
 }
 
-/// What is asked of pixels, and the lights if they come from a file.
+/// Request for pixels and planes, with the lights if they come from a file.
 #[derive(Clone, Debug)]
 pub struct Asked {
-    /// What is asked for.
+    /// Method and options that the pixels are rendered with.
     pub request: Request,
-    /// The file of the VPLs.
+    /// File to read the VPLs from.
     pub vpl_file: Option<PathBuf>,
-    /// Which tiles.
+    /// Share of the tiles to render.
     pub share: TileShare,
-    /// What is to smooth a picture, where it is not our own.
+    /// Smoother of an audited picture; `None` for our reconstruction.
     pub smoother: Option<Arc<dyn Smoother>>,
-    /// Ranks of mattes, if there are to be any.
+    /// Number of ranks of the mattes; `None` without mattes.
     pub mattes: Option<u32>,
-    /// Whether there are to be motion vectors.
+    /// True if motion vectors are added.
     pub motion_vectors: bool,
-    /// Groups of lights of which each has a layer, if there are to be any.
+    /// Groups of lights that have a layer each; `None` without such layers.
     pub groups: Option<LightGrouping>,
 }
 
 impl Asked {
-    /// Checks every value; all tiles.
+    /// Checks every value; all tiles are rendered.
     fn new(request: Request, vpl_file: Option<&Path>) -> Result<Self, Failure> {
         let request = Request { lights_given: vpl_file.is_some(), ..request };
         request.check()?;
@@ -142,7 +142,7 @@ impl Asked {
         })
     }
 
-    /// What was typed of a sum over lights that are traced or read, at gather points.
+    /// Request of a sum over lights that are traced or read, from the arguments.
     fn of_a_sum(source: &SourceArgs, gather: &GatherArgs, seed: u64) -> Result<Self, Failure> {
         let request = Request {
             vpls: source.lights.vpls,
@@ -156,24 +156,24 @@ impl Asked {
         Self::new(request, source.vpl_file.as_deref())
     }
 
-    /// The file of the VPLs, if there is one.
+    /// Returns the file of the VPLs, if there is one.
     pub fn vpl_file(&self) -> Option<&Path> {
         self.vpl_file.as_deref()
     }
 }
 
-/// What is looked at, from where, how large.
+/// Scene, cameras, and size of the image.
 #[derive(Clone, Debug)]
 pub struct StagePlan {
-    /// The scene.
+    /// Source that the scene is read from.
     pub scene: SceneSource,
-    /// Whether notes that depart from the file are errors.
+    /// True if notes about departures from the file are errors.
     pub strict: bool,
-    /// Which cameras.
+    /// Names of the cameras to render.
     pub cameras: Cameras,
-    /// What of them is another than the scene says.
+    /// Replacements of the cameras' projection and lens.
     pub change: CameraChange,
-    /// How large, and which part.
+    /// Size of the image, and the part that is rendered.
     pub framing: Framing,
 }
 
@@ -189,30 +189,30 @@ impl StagePlan {
         Ok(Self { scene, strict: args.strict, cameras, change, framing })
     }
 
-    /// The same of the scene at a time (s).
+    /// Returns the plan for the scene at another time (s).
     pub fn at(&self, seconds: f64) -> Self {
         let mut stage = self.clone();
         stage.scene.options.at = Some(seconds);
         stage
     }
 
-    /// The files that it reads, with that of the lights.
+    /// Returns the files of the scene, and that of the lights if there is one.
     fn inputs<'a>(&'a self, lights: Option<&'a Path>) -> Vec<&'a Path> {
         self.scene.files().chain(lights).collect()
     }
 }
 
-/// A look at a scene.
+/// Checked arguments of `info`.
 #[derive(Debug)]
 pub struct InfoPlan {
-    /// The scene.
+    /// Source that the scene is read from.
     pub scene: SceneSource,
-    /// What every command has.
+    /// Options of every command.
     pub common: Common,
 }
 
 impl InfoPlan {
-    /// Checks what was typed, and that the outputs can be written.
+    /// Checks the arguments, and that the outputs can be written.
     pub fn new(args: &InfoArgs) -> Result<Self, Failure> {
         let scene = SceneSource::new(args.scene.as_deref(), &args.scene_args)?;
         let inputs: Vec<&Path> = scene.files().collect();
@@ -221,33 +221,33 @@ impl InfoPlan {
     }
 }
 
-/// Lights traced to a file, or a look at such a file.
+/// Checked arguments of `vpl`.
 #[derive(Debug)]
 pub struct VplPlan {
-    /// What to do.
+    /// Tracing of lights, or description of a file.
     pub task: VplTask,
-    /// What every command has.
+    /// Options of every command.
     pub common: Common,
 }
 
-/// The two things that `vpl` does.
+/// One of the two tasks of `vpl`.
 #[derive(Debug)]
 pub enum VplTask {
-    /// Trace the lights of a scene; write them, if there is a file to write.
+    /// Trace the lights of a scene, and write them if there is an output.
     Trace {
-        /// The scene.
+        /// Source that the scene is read from.
         scene: SceneSource,
-        /// How many lights, and which.
+        /// Number of lights, clamp, instants and seed.
         options: VplOptions,
         /// File to write.
         output: Option<PathBuf>,
     },
-    /// Tell about a file.
+    /// Describe a file of lights.
     Inspect(PathBuf),
 }
 
 impl VplPlan {
-    /// Checks what was typed, and that the outputs can be written.
+    /// Checks the arguments, and that the outputs can be written.
     pub fn new(args: &VplArgs) -> Result<Self, Failure> {
         let file = args.input.as_deref().map(Path::new).filter(|p| has_ending(p, "vpl"));
         if let Some(file) = file {
@@ -288,31 +288,31 @@ impl VplPlan {
     }
 }
 
-/// A comparison.
+/// Checked arguments of `compare`.
 #[derive(Debug)]
 pub struct ComparePlan {
-    /// Image to measure.
+    /// OpenEXR image that is measured.
     pub image: PathBuf,
     /// Image that is taken for the truth.
     pub reference: PathBuf,
     /// Layer of the image, if not its main one.
     pub layer: Option<String>,
-    /// Relative tolerance, if one was asked for.
+    /// Relative tolerance, if one was given.
     pub error: Option<f64>,
-    /// Absolute tolerance, if one was asked for.
+    /// Absolute tolerance, if one was given.
     pub absolute: Option<f64>,
     /// Picture of the error to write.
     pub picture: Option<PathBuf>,
     /// Page to write.
     pub html: Option<PathBuf>,
-    /// How radiance is shown there at first.
+    /// Initial tone mapping of the page.
     pub tone: Tone,
-    /// What every command has.
+    /// Options of every command.
     pub common: Common,
 }
 
 impl ComparePlan {
-    /// Checks what was typed, and that the outputs can be written.
+    /// Checks the arguments, and that the outputs can be written.
     pub fn new(args: &CompareArgs) -> Result<Self, Failure> {
         let default = Tolerance::default();
         let relative = args.error.unwrap_or(default.relative);
@@ -336,33 +336,33 @@ impl ComparePlan {
     }
 }
 
-/// Parts to be joined.
+/// Checked arguments of `merge`.
 #[derive(Debug)]
 pub struct MergePlan {
-    /// Films.
+    /// Films to be joined.
     pub parts: Vec<PathBuf>,
     /// Image to write.
     pub exr: PathBuf,
-    /// How it is laid out.
+    /// Layout of the image file.
     pub layout: ExrLayout,
     /// Picture to write.
     pub png: PathBuf,
     /// Page to write.
     pub html: PathBuf,
-    /// Whether parts may be missing.
+    /// True if parts may be missing.
     pub partial: bool,
-    /// Whether pixels that ran out of budget are no matter.
+    /// True if pixels that ran out of budget do not change the exit code.
     pub accept_budget: bool,
-    /// What smooths an audited picture; none is our own.
+    /// Smoother of an audited picture; `None` for our reconstruction.
     pub smoother: Option<Arc<dyn Smoother>>,
-    /// How the picture is made.
+    /// Exposure and tone mapping of the picture.
     pub tone_map: ToneMap,
-    /// What every command has.
+    /// Options of every command.
     pub common: Common,
 }
 
 impl MergePlan {
-    /// Checks what was typed, and that the outputs can be written.
+    /// Checks the arguments, and that the outputs can be written.
     pub fn new(args: &MergeArgs) -> Result<Self, Failure> {
         let tone_map = tone_map(&args.picture)?;
         let exr = with_ending(&args.output, "exr")?;
@@ -386,30 +386,30 @@ impl MergePlan {
     }
 }
 
-/// How the picture beside an image is made.
+/// Checks the options for the picture beside an image.
 fn tone_map(args: &PictureArgs) -> Result<ToneMap, Failure> {
     let tone_map = ToneMap { exposure: args.exposure, tone: args.tonemap };
     tone_map.validate()?;
     Ok(tone_map)
 }
 
-/// A look into an image.
+/// Checked arguments of `view`.
 #[derive(Debug)]
 pub struct ViewPlan {
-    /// Image to look into.
+    /// OpenEXR image that is shown.
     pub image: PathBuf,
     /// Image that errors are measured from.
     pub reference: Option<PathBuf>,
-    /// How radiance is shown at first.
+    /// Initial tone mapping of the page.
     pub tone: Tone,
-    /// How it is served.
+    /// Port of the page, and the choice of a browser.
     pub serving: Serving,
-    /// What every command has.
+    /// Options of every command.
     pub common: Common,
 }
 
 impl ViewPlan {
-    /// Checks what was typed.
+    /// Checks the arguments.
     pub fn new(args: &ViewArgs) -> Result<Self, Failure> {
         let inputs: Vec<&Path> =
             std::iter::once(args.image.as_path()).chain(args.reference.as_deref()).collect();
@@ -423,17 +423,17 @@ impl ViewPlan {
     }
 }
 
-/// How a page is served.
+/// Options for serving a page.
 #[derive(Debug)]
 pub struct Serving {
-    /// Port; zero is any that is free.
+    /// Port of the server; zero is any free port.
     pub port: u16,
-    /// Whether a browser is to open it.
+    /// True if a browser opens the page.
     pub browser: bool,
 }
 
 impl Serving {
-    /// A browser is opened where somebody sits at a terminal; `told` is whether a file tells the
+    /// Opens a browser only if standard error is a terminal. `told` is true if a file receives the
     /// address.
     fn new(args: &ServeArgs, quiet: bool, told: bool) -> Result<Self, Failure> {
         let browser = !args.no_browser && std::io::stderr().is_terminal();
@@ -446,35 +446,36 @@ impl Serving {
     }
 }
 
-/// What every command has.
+/// Options of every command.
 #[derive(Debug)]
 pub struct Common {
     /// File for scripts; `-` is standard output.
     pub json: Option<PathBuf>,
-    /// Whether only errors are printed.
+    /// True if only errors are printed.
     pub quiet: bool,
-    /// How progress is told.
+    /// Format and file of progress.
     pub log: Log,
-    /// Threads; zero is one a core.
+    /// Number of threads; zero is one a core.
     pub threads: usize,
 }
 
-/// How progress is told.
+/// Format and file of progress.
 #[derive(Debug)]
 pub struct Log {
-    /// On standard error.
+    /// Format on standard error.
     pub style: LogStyle,
-    /// Added to this file too; `-` is standard error.
+    /// File that progress is appended to as well; `-` is standard error.
     pub file: Option<PathBuf>,
 }
 
-/// Whether a file is named as the standard stream: `-`.
+/// Returns true if a path is that of the standard stream: `-`.
 pub fn is_standard_stream(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
 impl Common {
-    /// Whether rows for people go to standard output: not where JSON does.
+    /// Returns true if rows for people go to standard output: neither with `quiet`, nor if JSON
+    /// goes there.
     pub fn prints_rows(&self) -> bool {
         !self.quiet && !self.json.as_deref().is_some_and(is_standard_stream)
     }
@@ -509,7 +510,7 @@ fn has_ending(path: &Path, ending: &str) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending))
 }
 
-/// The path, if it ends so.
+/// Returns the path if it has the ending.
 fn with_ending(path: &Path, ending: &str) -> Result<PathBuf, Failure> {
     if has_ending(path, ending) {
         Ok(path.to_owned())

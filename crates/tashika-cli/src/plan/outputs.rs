@@ -7,28 +7,28 @@ use tashika::io::check_writable;
 use super::{is_standard_stream, with_ending};
 use crate::exit::Failure;
 
-/// The files of one image.
+/// Files of one image.
 #[derive(Clone, Debug)]
 pub struct Outputs {
-    /// Image.
+    /// OpenEXR file of the image.
     pub exr: PathBuf,
-    /// Picture.
+    /// Tone-mapped picture of the image.
     pub png: PathBuf,
-    /// Page.
+    /// Page that shows the image.
     pub html: PathBuf,
-    /// What the summary says, for scripts.
+    /// Summary for scripts, if one is written.
     pub json: Option<PathBuf>,
 }
 
 impl Outputs {
-    /// The image of that name, picture and page beside it.
+    /// Names the picture and the page after the image, and puts them beside it.
     pub fn new(exr: &Path, json: Option<PathBuf>) -> Result<Self, Failure> {
         let exr = with_ending(exr, "exr")?;
         let [png, html] = ["png", "html"].map(|ending| exr.with_extension(ending));
         Ok(Self { exr, png, html, json })
     }
 
-    /// The files of each of several cameras, named after them.
+    /// Files of each of several cameras, named after the cameras.
     pub fn of_cameras(&self, names: &[&str]) -> Result<Vec<Self>, Failure> {
         let mut all: Vec<Self> = Vec::new();
         for name in names {
@@ -43,12 +43,12 @@ impl Outputs {
         Ok(all)
     }
 
-    /// The files of a frame of an animation, named after its number.
+    /// Files of a frame of an animation, named after its number.
     pub fn of_frame(&self, number: u32) -> Self {
         self.named(&format!("{number:04}"))
     }
 
-    /// Checks that all of them can be written.
+    /// Checks that all files can be written.
     pub fn check(&self) -> Result<(), Failure> {
         let json = self.json.iter().filter(|json| !is_standard_stream(json));
         for path in [&self.exr, &self.png, &self.html].into_iter().chain(json) {
@@ -57,7 +57,7 @@ impl Outputs {
         Ok(())
     }
 
-    /// The same, with a hyphen and `ending` after their names.
+    /// Files with a hyphen and `ending` after the stems of their names.
     fn named(&self, ending: &str) -> Self {
         let named = |path: &PathBuf| {
             let mut name = path.file_stem().unwrap_or_default().to_owned();
@@ -81,8 +81,8 @@ impl Outputs {
     }
 }
 
-/// A name as a part of a file's: what file systems and shells may take for something else becomes a
-/// hyphen.
+/// Makes a part of a file's name from a name: characters that file systems or shells may interpret
+/// become hyphens.
 fn in_file_name(name: &str) -> String {
     let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
     name.chars().map(plain).collect()

@@ -1,4 +1,4 @@
-//! What is to be done by `render`.
+//! Plan of `render`.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -13,44 +13,44 @@ use super::{Asked, Common, Frames, Outputs, Serving, StagePlan, tone_map};
 use crate::args::{Claim, RenderArgs};
 use crate::exit::Failure;
 
-/// A render.
+/// Checked arguments of `render`.
 #[derive(Debug)]
 pub struct RenderPlan {
     /// Scene, camera, size.
     pub stage: StagePlan,
-    /// What is asked of pixels.
+    /// Request for pixels and planes.
     pub asked: Asked,
-    /// What that comes to, for an image of any size.
+    /// Method that the request resolves to, for an image of any size.
     pub resolved: Resolved,
-    /// Where the lights are written, if they are all that is made.
+    /// File that the lights are written to, if nothing is rendered.
     pub write_vpls: Option<PathBuf>,
-    /// Which frames of an animation, if not the scene as it is.
+    /// Frames of an animation; `None` for the scene at one time.
     pub frames: Option<Frames>,
-    /// Files to write; of several cameras or frames, what theirs are named after.
+    /// Files to write; with several cameras or frames, their names are derived from these.
     pub outputs: Outputs,
-    /// How the image is laid out.
+    /// Layout of the image file.
     pub layout: ExrLayout,
-    /// How the picture is made.
+    /// Exposure and tone mapping of the picture.
     pub tone_map: ToneMap,
-    /// Where the viewer listens that is to show it meanwhile.
+    /// Address of the viewer that shows the image during the render.
     pub tev: Option<String>,
     /// True if pixels that ran out of budget do not change the exit code, even with an error to
     /// meet.
     pub accept_budget: bool,
-    /// Where finished tiles are kept meanwhile, if they are.
+    /// File that keeps finished tiles during the render, if there is one.
     pub checkpoint: Option<PathBuf>,
-    /// How it is shown in the browser, if it is.
+    /// Port and browser of the page that shows the render; `None` without such a page.
     pub serve: Option<Serving>,
-    /// What every command has.
+    /// Options of every command.
     pub common: Common,
-    /// How long an audited picture may take.
+    /// Time limit of an audited picture.
     pub time: Option<Duration>,
-    /// Pixels whose truths are computed after the render.
+    /// Number of pixels whose truths are computed after the render.
     pub audit: Option<u64>,
 }
 
 impl RenderPlan {
-    /// Checks what was typed, and that the outputs can be written.
+    /// Checks the arguments, and that the outputs can be written.
     pub fn new(args: &RenderArgs) -> Result<Self, Failure> {
         let stage = StagePlan::new(&args.stage, args.crop)?;
         let tone_map = tone_map(&args.picture)?;
@@ -119,7 +119,7 @@ impl RenderPlan {
         });
         let written: Vec<&Path> = match &args.write_vpls {
             Some(path) => vec![path],
-            // The names are known when the scene is.
+            // The names are known once the scene is read.
             None if several => Vec::new(),
             None => [exr, png, html].into_iter().chain(&checkpoint).map(PathBuf::as_path).collect(),
         };
@@ -144,7 +144,7 @@ impl RenderPlan {
     }
 }
 
-/// An option that goes with one image only.
+/// Returns an option that was given and is possible for one image only, if there is one.
 fn of_one_image(args: &RenderArgs) -> Option<&'static str> {
     [
         (args.write_vpls.is_some(), "--write-vpls"),
@@ -156,7 +156,7 @@ fn of_one_image(args: &RenderArgs) -> Option<&'static str> {
     .find_map(|(typed, option)| typed.then_some(option))
 }
 
-/// An option that goes with one scene only.
+/// Returns an option that was given and is possible for one scene only, if there is one.
 fn of_one_scene(args: &RenderArgs) -> Option<&'static str> {
     args.source.vpl_file.is_some().then_some("--vpl-file")
 }

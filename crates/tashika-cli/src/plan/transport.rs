@@ -1,4 +1,4 @@
-//! What is to be done by `experiment transport`.
+//! Plan of `experiment transport`.
 
 use std::path::PathBuf;
 
@@ -9,35 +9,35 @@ use super::{Common, Folder, StagePlan};
 use crate::args::{TransportArgs, TransportMethod};
 use crate::exit::Failure;
 
-/// Light transport, by us and by a path tracer.
+/// Checked arguments of `experiment transport`.
 #[derive(Debug)]
 pub struct TransportPlan {
     /// Scene, camera, size.
     pub stage: StagePlan,
     /// Gather points and lights, of the first seed and for the strictest error.
     pub request: Request,
-    /// Who.
+    /// Estimators that are measured.
     pub methods: Vec<TransportMethod>,
-    /// What they are told, one after the other; at least one.
+    /// Options of the estimators, one for each error; at least one.
     pub options: Vec<ControlOptions>,
-    /// Paths a pixel at most.
+    /// Largest number of paths a pixel.
     pub most_paths: u32,
-    /// The truth of an earlier run.
+    /// File with the truth of an earlier run.
     pub reference: Option<PathBuf>,
-    /// Pixels at random.
+    /// Number of pixels, drawn at random.
     pub pixels: u64,
-    /// Seed of everything.
+    /// First seed. It also chooses the pixels, and the seed of the truth is derived from it.
     pub seed: u64,
-    /// Times that each pixel is rendered, at least one; the seeds count up from that.
+    /// Number of times that each pixel is rendered, at least one; the seeds count up from `seed`.
     pub seeds: u64,
-    /// Where the tables go.
+    /// Folder that the tables and the truth are written to.
     pub folder: Folder,
-    /// What every command has.
+    /// Options of every command.
     pub common: Common,
 }
 
 impl TransportPlan {
-    /// Checks what was typed, and that the outputs can be written; makes the folder.
+    /// Checks the arguments, and that the outputs can be written; makes the folder.
     pub fn new(args: &TransportArgs) -> Result<Self, Failure> {
         if args.seeds == 0 {
             return Err(Failure::option("seeds", 0, "1 or more"));
@@ -45,7 +45,7 @@ impl TransportPlan {
         let stage = StagePlan::new(&args.stage, None)?;
         let request = Request {
             truth: Some(Truth::Transport),
-            // For the strictest.
+            // The defaults follow from the strictest error.
             error: args.error.iter().copied().min_by(f64::total_cmp),
             vpls: args.lights.vpls,
             clamp: args.lights.set.clamp,
@@ -81,7 +81,7 @@ impl TransportPlan {
         })
     }
 
-    /// The rule that a careful user of a path tracer would stop by.
+    /// Stopping rule that a careful user of a path tracer would choose.
     pub fn stops_by_itself(&self, options: &ControlOptions) -> PathStop {
         PathStop::until(*options, self.most_paths)
     }

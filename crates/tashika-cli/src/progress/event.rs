@@ -1,73 +1,75 @@
-//! What is told while a command works: each event in words for people, and as one JSON object on a
-//! line for programs.
+//! Events of a command at work: each in words for people, and as one JSON object on a line for
+//! programs.
 
 use indicatif::HumanCount;
 use serde::Serialize;
 use tashika::error::visible;
 
-/// Something that is told. Its JSON has the name of the event as `event`.
+/// Event that is reported. Its JSON has the name of the event as `event`.
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Event<'a> {
-    /// What begins now.
+    /// Beginning of a phase of the work.
     Phase {
-        /// In words.
+        /// Description of the phase.
         what: &'a str,
     },
-    /// Something that should be known.
+    /// Remark for the user.
     Note {
-        /// In words.
+        /// Text of the remark.
         what: &'a str,
     },
-    /// How far the phase is.
+    /// Progress within the current phase.
     Progress(Standing),
-    /// The command has ended, and what it was to write is written.
+    /// End of a command that wrote its files.
     Done {
         /// Exit code of the program.
         exit_code: u8,
-        /// Since the command began.
+        /// Time since the command began (s).
         seconds: f64,
-        /// Memory in use, if the system tells.
+        /// Memory in use (bytes), if the system reports it.
         memory_bytes: Option<u64>,
     },
-    /// The command has ended, and nothing useful was written.
+    /// End of a command that wrote nothing useful.
     Error {
-        /// In words.
+        /// Message of the error.
         what: &'a str,
         /// Exit code of the program.
         exit_code: u8,
     },
 }
 
-/// How far a phase is.
+/// Progress of a phase.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Standing {
-    /// Pixels finished.
+    /// Number of pixels that are finished.
     pub pixels: u64,
-    /// Pixels to do in all.
+    /// Number of pixels of the whole phase.
     pub of: u64,
-    /// Finished pixels that claim something within their budget, where any may.
+    /// Finished pixels that claim something within their budget; none if no pixel may claim
+    /// anything.
     pub claiming: Option<u64>,
-    /// The same as a share of the finished pixels.
+    /// `claiming` as a share of the finished pixels.
     pub claiming_share: Option<f64>,
-    /// The same as `claiming`, by its name in earlier versions.
+    /// `claiming`, by its name in earlier versions.
     pub promise_met: Option<u64>,
-    /// The same as `claiming_share`, by its name in earlier versions.
+    /// `claiming_share`, by its name in earlier versions.
     pub promise_share: Option<f64>,
-    /// Rays and segments traced.
+    /// Number of rays and segments that were traced.
     pub rays: u64,
-    /// The same a second.
+    /// Number of rays and segments that were traced a second.
     pub rays_per_second: f64,
-    /// Since the phase began.
+    /// Time since the phase began (s).
     pub seconds: f64,
-    /// For the rest, as `pace` estimates it.
+    /// Time for the remaining pixels (s), as `pace` estimates it.
     pub seconds_left: Option<f64>,
-    /// Memory in use, if the system tells.
+    /// Memory in use (bytes), if the system reports it.
     pub memory_bytes: Option<u64>,
 }
 
 impl Event<'_> {
-    /// On one line, for people; some events show by themselves.
+    /// Formats the event for people, on one line; `None` for the end, which people see by
+    /// themselves.
     pub fn words(&self) -> Option<String> {
         match self {
             Self::Phase { what } => Some(visible(what).into_owned()),
@@ -78,13 +80,13 @@ impl Event<'_> {
         }
     }
 
-    /// On one line, for programs.
+    /// Formats the event for programs, on one line.
     pub fn json(&self) -> String {
         serde_json::to_string(self).expect("events are plain data")
     }
 }
 
-/// Returns text for people, line by line, in which no name can steer a terminal.
+/// Returns the text for people with escapes in each line, so that no name can steer a terminal.
 pub fn visible_lines(text: &str) -> String {
     text.split('\n').map(visible).collect::<Vec<_>>().join("\n")
 }
@@ -112,7 +114,7 @@ fn floored(part: u64, of: u64) -> String {
     format!("{}.{}", thousandths / 10, thousandths % 10)
 }
 
-/// Rays a second, with a prefix.
+/// Formats rays a second, with a prefix.
 pub fn rate(rays_per_second: f64) -> String {
     let (value, unit) = match rays_per_second {
         r if r >= 1e9 => (r / 1e9, "Grays/s"),
@@ -123,13 +125,13 @@ pub fn rate(rays_per_second: f64) -> String {
     format!("{value:.1} {unit}")
 }
 
-/// Megabytes, or gigabytes from ten on.
+/// Formats bytes as megabytes, or as gigabytes from ten gigabytes.
 fn memory(bytes: u64) -> String {
     let bytes = bytes as f64;
     if bytes < 1e10 { format!("{:.0} MB", bytes / 1e6) } else { format!("{:.1} GB", bytes / 1e9) }
 }
 
-/// Minutes and seconds, with hours from the first.
+/// Formats seconds as minutes and seconds, with hours from one hour.
 fn clock(seconds: f64) -> String {
     let s = seconds.round() as u64;
     let (hours, minutes, s) = (s / 3600, s / 60 % 60, s % 60);

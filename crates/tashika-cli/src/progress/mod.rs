@@ -1,7 +1,7 @@
-//! What is told while a command works, and where: one line that is drawn over on a terminal, plain
-//! lines elsewhere, JSON for programs, the same in a file.
+//! Progress of a command and its destinations: one line that is redrawn on a terminal, plain lines
+//! elsewhere, JSON for programs, and either form in a file.
 //!
-//! [`event`] has the words, [`pace`] the time that is left.
+//! [`event`] formats the events, [`pace`] estimates the remaining time.
 
 mod event;
 mod pace;
@@ -31,7 +31,7 @@ const JSON_INTERVAL: Duration = Duration::from_secs(1);
 /// Time between redrawings.
 const REDRAW_INTERVAL: Duration = Duration::from_millis(100);
 
-/// Runs a command on its threads, with a meter that also tells its end.
+/// Runs a command on its threads, with a meter that also reports its end.
 pub fn metered(
     common: &Common,
     work: impl FnOnce(&Meter) -> Result<Outcome, Failure> + Send,
@@ -41,12 +41,12 @@ pub fn metered(
     meter.end(result)
 }
 
-/// A note as a line for programs.
+/// Formats a note as a line for programs.
 pub fn note_in_json(what: &str) -> String {
     Event::Note { what }.json()
 }
 
-/// Tells what is being done.
+/// Reporter of phases, notes and progress.
 pub struct Meter {
     created: Instant,
     state: Mutex<State>,
@@ -55,13 +55,13 @@ pub struct Meter {
 struct State {
     begun: Instant,
     progress: Progress,
-    /// Whether pixels of this phase may claim something.
+    /// True if pixels of this phase may claim something.
     promises: bool,
     pace: Pace,
     sinks: Vec<Sink>,
 }
 
-/// Where it is told, and how.
+/// Destination of events, with their format and interval.
 struct Sink {
     place: Place,
     json: bool,
@@ -70,11 +70,11 @@ struct Sink {
 }
 
 enum Place {
-    /// One line of a terminal, drawn over.
+    /// One line of a terminal, redrawn.
     Line(ProgressBar),
-    /// Lines of standard error.
+    /// Separate lines on standard error.
     StandardError,
-    /// Lines added to a file.
+    /// Lines appended to a file.
     File(File),
 }
 
@@ -94,7 +94,7 @@ impl Sink {
             (Place::Line(bar), Event::Phase { .. } | Event::Progress(_)) => bar.set_message(line),
             (Place::Line(bar), _) => bar.suspend(|| eprintln!("{line}")),
             (Place::StandardError, _) => eprintln!("{line}"),
-            // In one piece, so that lines of programs that share a file are not torn.
+            // One write a line, so that programs that share a file do not tear lines.
             (Place::File(file), _) => file.write_all(format!("{line}\n").as_bytes())?,
         }
         Ok(())
@@ -102,7 +102,7 @@ impl Sink {
 }
 
 impl Meter {
-    /// A meter as the user wants it.
+    /// Makes a meter with the destinations that the options name.
     fn new(common: &Common) -> Result<Self, Failure> {
         let json = common.log.style == LogStyle::Json;
         let mut sinks = Vec::new();
@@ -126,12 +126,12 @@ impl Meter {
         Ok(Self { created: now, state: Mutex::new(state) })
     }
 
-    /// Tells what begins now, and restarts the clock.
+    /// Reports the beginning of a phase, and restarts the clock.
     pub fn phase(&self, what: &str) {
         self.begin(what, false);
     }
 
-    /// The same, of a render whose pixels may claim something.
+    /// Begins the phase of a render whose pixels may claim something.
     pub fn promising_phase(&self, what: &str) {
         self.begin(what, true);
     }
@@ -144,12 +144,12 @@ impl Meter {
         state.tell(&Event::Phase { what });
     }
 
-    /// Tells something that stays.
+    /// Reports a remark, which stays on a terminal.
     pub fn note(&self, what: &str) {
         self.state().tell(&Event::Note { what });
     }
 
-    /// Tells how far the render is, where it is time to.
+    /// Reports the progress of a render to the destinations whose interval has passed.
     pub fn update(&self, progress: &Progress) {
         let mut state = self.state();
         let now = Instant::now();
@@ -158,7 +158,7 @@ impl Meter {
         let pixels = progress.tally.rendered();
         state.pace.observe(pixels, progress.of, seconds);
         let all = pixels == progress.of;
-        // Programs are told of the last pixel too.
+        // Programs receive the last pixel too.
         let due = |sink: &Sink| now - sink.told >= sink.interval || (all && sink.json);
         if state.sinks.iter().any(due) {
             let event = Event::Progress(state.standing(seconds));
@@ -172,13 +172,13 @@ impl Meter {
         }
     }
 
-    /// How far the render is, in words.
+    /// Progress of the render, in words.
     pub fn words(&self) -> String {
         let state = self.state();
         Event::Progress(state.standing(state.begun.elapsed().as_secs_f64())).words().unwrap_or_default()
     }
 
-    /// Ends the drawing; returns how far the render came.
+    /// Clears the line on a terminal; returns the last progress of the render.
     pub fn finish(&self) -> Progress {
         let state = self.state();
         for sink in &state.sinks {
@@ -189,7 +189,7 @@ impl Meter {
         state.progress
     }
 
-    /// Tells how the command ended.
+    /// Reports the end of the command.
     fn end(&self, result: Result<Outcome, Failure>) -> Result<Outcome, Failure> {
         self.finish();
         let mut state = self.state();
@@ -202,8 +202,7 @@ impl Meter {
             Err(failure) => {
                 let what = failure.to_string();
                 let event = Event::Error { what: &what, exit_code: failure.code() };
-                // On a screen for people the program itself says it, as it says what is wrong with
-                // an option.
+                // On a screen for people `main` prints the error, as it prints those of options.
                 state.tell_those(&event, |sink| sink.json || matches!(sink.place, Place::File(_)));
                 let told = state.sinks.iter().any(|s| s.json && matches!(s.place, Place::StandardError));
                 Err(if told { failure.told() } else { failure })
@@ -216,7 +215,7 @@ impl Meter {
     }
 }
 
-/// An error is not told beside a line that is no longer true.
+/// Clears the line on a terminal, so that no outdated progress stands beside an error.
 impl Drop for Meter {
     fn drop(&mut self) {
         self.finish();
@@ -228,7 +227,8 @@ impl State {
         self.tell_those(event, |_| true);
     }
 
-    /// Tells those; a file that takes no more is told about, once, and left.
+    /// Reports to the chosen destinations; one that fails is removed, and the others receive a
+    /// note.
     fn tell_those(&mut self, event: &Event<'_>, mut chosen: impl FnMut(&mut Sink) -> bool) {
         let mut trouble = None;
         self.sinks.retain_mut(|sink| {
@@ -274,7 +274,7 @@ fn open(path: &Path) -> Result<File, Failure> {
     file.map_err(|e| Failure::file(format!("cannot write {}: {e}", path.display())))
 }
 
-/// Memory that the program occupies now, where the system tells.
+/// Memory that the program occupies now (bytes), if the system reports it.
 fn memory_bytes() -> Option<u64> {
     memory_stats().map(|memory| memory.physical_mem as u64)
 }

@@ -1,4 +1,4 @@
-//! How long the rest will take, from what the work took lately.
+//! Time for the remaining work, from its recent pace.
 //!
 //! Tiles differ: a sky is done in no time, a glass takes long, and neighbours resemble each other.
 //! So the time per pixel is that of recent pixels. With `Δpₖ` pixels finished in `Δtₖ` seconds
@@ -8,9 +8,9 @@
 //! T ← e^(−Δp / m) T + Δt      P ← e^(−Δp / m) P + Δp      seconds left = (T / P) · (pixels left)
 //! ```
 //!
-//! where the memory `m` is a tenth of all pixels: what was finished a tenth of the work ago weighs
-//! a third. It is the observed pace carried on, not a forecast: it cannot know what the tiles to
-//! come are like.
+//! where the memory `m` is a tenth of all pixels: pixels that were finished a tenth of the work ago
+//! weigh a third. The estimate continues the observed pace and is no forecast: the cost of later
+//! tiles is unknown.
 //!
 //! # Guarantee
 //! Exact, rounding apart, where every pixel takes the same time, however observations are spaced.
@@ -18,7 +18,7 @@
 //! # Held to this by
 //! The tests below.
 
-/// Share of all pixels after which what was observed weighs a third.
+/// Share of all pixels after which an observation weighs a third.
 const MEMORY: f64 = 0.1;
 
 /// The pace of one run.
@@ -32,11 +32,12 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// Takes note that so many pixels were finished after so many seconds. Fewer pixels than
-    /// before, or another number in all, begin another run.
+    /// Records that `pixels` of `of` pixels were finished after `seconds`. Fewer pixels than
+    /// before, or another `of`, begin another run.
     pub fn observe(&mut self, pixels: u64, of: u64, seconds: f64) {
         if pixels < self.pixels || of != self.of {
-            // The first run begins with the clock, those after it when they are first seen.
+            // The first run begins with the clock, a later one at the last observation of the run
+            // before.
             let begun = if self.of == 0 { 0.0 } else { self.seconds };
             *self = Self { of, seconds: begun, ..Self::default() };
         }
@@ -48,7 +49,7 @@ impl Pace {
         self.seconds = seconds;
     }
 
-    /// Seconds that the remaining pixels take at the recent pace; none before the first is
+    /// Seconds that the remaining pixels take at the recent pace; `None` before any pixel is
     /// finished.
     pub fn seconds_left(&self) -> Option<f64> {
         let left = self.of.saturating_sub(self.pixels) as f64;
@@ -60,8 +61,8 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// What is said to be left after each observation of a run of 1000 pixels that ends so many
-    /// seconds after each number of them.
+    /// Estimates of the remaining seconds after each observation (pixels, seconds) of a run of 1000
+    /// pixels.
     fn left(observed: impl IntoIterator<Item = (u64, f64)>) -> Vec<f64> {
         let mut pace = Pace::default();
         assert_eq!(pace.seconds_left(), None, "nothing is known yet");

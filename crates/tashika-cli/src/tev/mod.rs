@@ -1,7 +1,7 @@
 //! The image viewer tev (<https://github.com/Tom94/tev>), which shows an image while it is
 //! rendered.
 //!
-//! [`packet`] is what is said, as bytes; [`viewer`] says it over a connection.
+//! [`packet`] writes packets as bytes; [`viewer`] sends them over a connection.
 
 mod packet;
 mod viewer;

@@ -1,6 +1,6 @@
-//! What tev is told, as bytes.
+//! Packets for tev, as bytes.
 //!
-//! A packet is, all numbers little-endian and without padding,
+//! The layout of a packet, with all numbers little-endian and without padding, is
 //!
 //! ```text
 //! u32   bytes of the packet, these four among them
@@ -8,7 +8,7 @@
 //! …     what belongs to the operation
 //! ```
 //!
-//! Texts end with a zero byte. Of the operations that tev knows two are used:
+//! Texts end with a zero byte. Two of tev's operations are used:
 //!
 //! ```text
 //! 4  CreateImage      u8 whether to bring it to front, text name of the image, i32 width, i32 height,
@@ -22,7 +22,7 @@
 //! `samples[offsets[c] + p · strides[c]]`. Here channels lie one after the other:
 //! `offsets[c] = c · pixels`, all strides are 1.
 //!
-//! The source of this layout is that of tev (`include/tev/Ipc.h` and `src/Ipc.cpp`).
+//! The source of this layout is the code of tev (`include/tev/Ipc.h` and `src/Ipc.cpp`).
 //!
 //! # Held to this by
 //! The tests below, byte by byte; those of the program in `tests/tev.rs`, which read packets by the
@@ -54,7 +54,7 @@ pub fn samples(film: &Film, tile: Window) -> Vec<f32> {
     samples
 }
 
-/// A new image, brought to front; all its samples are zero until it is updated.
+/// Packet that makes an image, brought to front; its samples are zero until it is updated.
 pub fn create_image(name: &str, size: [u32; 2], channels: &[String]) -> Vec<u8> {
     let mut packet = Packet::new(CREATE_IMAGE, true);
     packet.text(name);
@@ -63,7 +63,7 @@ pub fn create_image(name: &str, size: [u32; 2], channels: &[String]) -> Vec<u8> 
     packet.finish()
 }
 
-/// Samples of a part of the image, channel after channel.
+/// Packet with the samples of a part of the image, channel after channel.
 ///
 /// # Panics
 /// If there is not one sample for each channel and pixel.
@@ -89,13 +89,15 @@ impl Packet {
         Self(vec![0, 0, 0, 0, operation, u8::from(to_front)])
     }
 
-    /// A zero inside would end the text early, and all that follows would be misread.
+    /// Adds a text without its zero bytes. A zero would end the text early, and all that follows
+    /// would be misread.
     fn text(&mut self, text: &str) {
         self.0.extend(text.bytes().filter(|&byte| byte != 0));
         self.0.push(0);
     }
 
-    /// Sizes and places are far below 2³¹, where signed and unsigned numbers are the same bytes.
+    /// Adds sizes and places. All are far below 2³¹, where signed and unsigned numbers have equal
+    /// bytes.
     fn integers(&mut self, numbers: &[u32]) {
         self.0.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
     }

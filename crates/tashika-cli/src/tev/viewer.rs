@@ -1,9 +1,9 @@
 //! The connection to a viewer: tiles are handed over, and a thread of its own sends them.
 //!
-//! Who renders never waits: packets are queued, as many as there are if the viewer is slow. Each
-//! pixel is sent once, so the queue is never larger than the film. The socket does not block, so
-//! that a viewer that stands still is told from one that is gone: while the render runs it may
-//! stand still as long as it likes; at the end it is waited for while it reads.
+//! The render never waits: packets are queued, however slow the viewer is. Each pixel is sent once,
+//! so the queue is never larger than the film. The socket does not block, which distinguishes a
+//! viewer that stands still from one that is gone. While the render runs, the viewer may stand
+//! still for any time; at the end the program waits for it while it reads.
 //!
 //! # Held to this by
 //! The tests below; those of the program in `tests/tev.rs`.
@@ -22,16 +22,16 @@ use tashika::render::Finished;
 use super::packet;
 use crate::exit::Failure;
 
-/// Where tev listens if nobody tells it otherwise.
+/// Address at which tev listens by default.
 pub const DEFAULT_ADDRESS: &str = "127.0.0.1:14158";
-/// How long an answer to the first call is waited for.
+/// Longest wait for the connection.
 const CONNECT_PATIENCE: Duration = Duration::from_secs(5);
-/// How long a viewer may stand still once the render is done.
+/// Longest time that a viewer may stand still once the render is done.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// Time between looks at a viewer that has no room for more.
+/// Time between attempts to send to a viewer that has no room for more.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// A viewer that is shown the tiles of one image.
+/// Connection to a viewer that shows the tiles of one image.
 pub struct Viewer {
     address: String,
     image: String,
@@ -41,12 +41,12 @@ pub struct Viewer {
     thread: JoinHandle<()>,
 }
 
-/// What the sending thread has in common with who renders.
+/// State that the sending thread shares with the render.
 #[derive(Default)]
 struct Shared {
-    /// Whether nothing more will be queued.
+    /// True once nothing more will be queued.
     ending: AtomicBool,
-    /// Why nothing more is sent, until it is told.
+    /// Error that ended the sending, until it is reported.
     trouble: Mutex<Option<io::Error>>,
 }
 
@@ -57,7 +57,7 @@ impl Shared {
 }
 
 impl Viewer {
-    /// Calls the viewer; the image will have the name of the file that is to be written.
+    /// Connects to the viewer; the image has the name of the file that is to be written.
     pub fn connect(address: &str, file: &Path) -> Result<Self, Failure> {
         let stream = call(address).map_err(|e| {
             Failure::file(format!(
@@ -68,7 +68,7 @@ impl Viewer {
         Ok(Self::over(stream, address, file, PATIENCE))
     }
 
-    /// A viewer at the other end of `stream`.
+    /// Makes the connection to a viewer at the other end of `stream`.
     fn over(mut stream: impl Write + Send + 'static, address: &str, file: &Path, patience: Duration) -> Self {
         let (queue, packets) = channel();
         let shared = Arc::new(Shared::default());
@@ -89,7 +89,7 @@ impl Viewer {
         }
     }
 
-    /// Queues a finished tile; returns, once, what is wrong with the viewer.
+    /// Queues a finished tile; returns, once, the error of the connection.
     pub fn show(&self, finished: &Finished<'_>) -> Option<String> {
         let Finished { film, tile, .. } = *finished;
         if !self.thread.is_finished() {
@@ -103,8 +103,8 @@ impl Viewer {
         self.trouble()
     }
 
-    /// Waits until all is sent or the viewer stands still; returns what is wrong with it if that
-    /// was not told.
+    /// Waits until all is sent or the viewer stands still; returns the error of the connection if
+    /// `show` did not.
     pub fn finish(self) -> Option<String> {
         let Self { address, queue, shared, thread, .. } = self;
         shared.ending.store(true, Ordering::Relaxed);
@@ -116,7 +116,7 @@ impl Viewer {
     }
 
     fn queue(&self, packet: Vec<u8>) {
-        // Nobody listens if the connection broke just now, which is told elsewhere.
+        // Sending fails if the connection broke just now, which is reported elsewhere.
         let _ = self.queue.send(packet);
     }
 
@@ -129,7 +129,7 @@ fn told(address: &str, error: &io::Error) -> String {
     format!("tev at {address} shows no more of the image ({error}); the files are not affected")
 }
 
-/// A connection that does not block.
+/// Opens a connection that does not block.
 fn call(address: &str) -> io::Result<TcpStream> {
     let mut last = io::Error::new(ErrorKind::NotFound, "the name has no address");
     for place in address.to_socket_addrs()? {
@@ -144,7 +144,8 @@ fn call(address: &str) -> io::Result<TcpStream> {
     Err(last)
 }
 
-/// Sends all packets that come; gives up where `ending` is set and nothing is taken for `patience`.
+/// Sends all packets that come; gives up if `ending` is set and the viewer takes nothing for
+/// `patience`.
 fn send(
     stream: &mut impl Write,
     packets: &Receiver<Vec<u8>>,
@@ -189,7 +190,7 @@ mod tests {
     const SPECS: &[PlaneSpec] =
         &[PlaneSpec { name: "", channels: &["R", "G", "B"], unit: "1", kind: SampleKind::F32, doc: "" }];
 
-    /// Takes a few bytes at a time, up to a number of them, and then always answers the same.
+    /// Takes a few bytes at a time, `room` in all, and then always fails with `then`.
     struct Peer {
         taken: Arc<Mutex<Vec<u8>>>,
         room: usize,
@@ -212,7 +213,8 @@ mod tests {
         }
     }
 
-    /// Shows two tiles to such a peer; what it took, and what was told in `show` and at the end.
+    /// Shows two tiles to such a peer; returns the bytes that it took, the errors of `show`, and
+    /// the error at the end.
     fn shown(room: usize, then: ErrorKind) -> (Vec<u8>, Vec<String>, Option<String>) {
         let taken = Arc::new(Mutex::new(Vec::new()));
         let peer = Peer { taken: Arc::clone(&taken), room, then };

@@ -1,25 +1,27 @@
-//! Index of refraction of the medium around a place, and of those that emitters stand in.
+//! Index of refraction of the medium around a place, and around emitters.
 //!
-//! Rays go out from the place through all glass, up to the first surface that is none. Each crossing
-//! multiplies the index that the ray is in: by `1/η` where it leaves glass of index `η`, by `η` where it
-//! enters it. The medium outside of all glass is the thinnest on the way, of index 1, so that
+//! Rays go out from the place through all glass, up to the first surface that is not glass. Each
+//! crossing multiplies the index of the medium that the ray is in: by `1/η` where the ray leaves
+//! glass of index `η`, by `η` where it enters it. The medium outside of all glass is the thinnest
+//! on the way, of index 1, so that
 //!
 //! ```text
 //! n = max_k Π_{j ≤ k} η_j^(±1)          + where crossing j leaves glass, − where it enters it, k ≥ 0
 //! ```
 //!
-//! is the index around the place by that ray. The median of the rays that cross any glass counts, and
-//! 1 where none does: the surface of a pond is no closed object, and not all rays leave the water.
+//! is the index around the place by that ray. The result is the median over the rays that cross any
+//! glass, and 1 where none does: the surface of a pond is no closed object, and not all rays leave
+//! the water.
 //!
-//! Panes of thin glass and boundaries of media bend nothing, and are passed.
+//! Panes of thin glass and boundaries of media refract nothing, and are passed.
 //!
-//! # What it is for
-//! Paths carry *basic* radiance `L/n²` ([`crate::bsdf::Glass`]). A camera in a medium of index `n` sees
-//! `n²` times as much, and an emitter in one shines with `1/n²` of its radiance.
+//! # Use
+//! Paths carry *basic* radiance `L/n²` ([`crate::bsdf::Glass`]). A camera in a medium of index `n`
+//! sees `n²` times as much, and an emitter in such a medium shines with `1/n²` of its radiance.
 //!
 //! # Assumptions
-//! Around a place the normals of glass point outwards. A single sheet whose inside faces the place makes
-//! the place one inside of glass.
+//! Around a place the normals of glass point outwards. A single sheet whose inside faces the place
+//! counts as glass that encloses it.
 //!
 //! # Held to this by
 //! The suite's `inside_glass`, by closed forms.
@@ -34,12 +36,12 @@ use crate::math::elementary::sin_cos;
 use crate::math::{Instants, Ray, Vec2, Vec3};
 use crate::scene::{Camera, Emitter, InstanceId, Scene, Surface, SurfacePoint};
 
-/// Rays that go out from a place.
+/// Number of rays from a place.
 const RAYS: u32 = 64;
-/// Surfaces that a ray passes at most.
+/// Maximum number of surfaces that a ray passes.
 const MOST_PASSED: u32 = 64;
 
-/// `1/n²` of emitters that stand in glass.
+/// Factors `1/n²` of emitters; 1 outside of glass.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct OfEmitters {
     instances: Vec<f32>,
@@ -47,7 +49,7 @@ pub(super) struct OfEmitters {
 }
 
 impl OfEmitters {
-    /// Those of the tracer's scene; none if all are outside of glass.
+    /// Factors of the tracer's scene; `None` if all emitters are outside of glass.
     pub(super) fn of(tracer: &Tracer) -> Option<Arc<Self>> {
         let scene = tracer.scene();
         if !has_solid_glass(scene) {
@@ -87,8 +89,8 @@ impl Tracer {
         }
     }
 
-    /// The scene's emitters without a surface, in its order, of basic intensity: intensity over the
-    /// square of the index of refraction around the emitter.
+    /// Emitters without a surface, in the order of the scene, with basic intensity: intensity over
+    /// the square of the index of refraction around the emitter.
     pub fn emitters(&self) -> impl Iterator<Item = Emitter> + '_ {
         self.scene().emitters().iter().enumerate().map(|(place, emitter)| match &self.of_emitters {
             None => *emitter,
@@ -96,8 +98,9 @@ impl Tracer {
         })
     }
 
-    /// Index of refraction of the medium around a camera, relative to that outside of all glass: 1 where
-    /// no glass encloses it. Of a camera that moves, in the middle of the time that its shutter is open.
+    /// Index of refraction of the medium around a camera, relative to that outside of all glass: 1
+    /// where no glass encloses it. For a moving camera, the index is that in the middle of the time
+    /// that its shutter is open.
     pub fn index_around_camera(&self, camera: &Camera) -> f32 {
         let middle = camera.central_ray(Vec2::splat(0.5), Instants::STILL, [1, 1]);
         self.index_around(middle.map_or(camera.position(), |ray| ray.origin), Instants::STILL)
@@ -114,7 +117,7 @@ impl Tracer {
         if found.is_empty() { 1.0 } else { found[(found.len() - 1) / 2] }
     }
 
-    /// Index around the origin of a ray; none if the ray crosses no glass.
+    /// Index around the origin of a ray; `None` if the ray crosses no glass.
     fn index_along(&self, mut ray: Ray, share: f32) -> Option<f32> {
         let scene = self.scene();
         let (mut index, mut largest, mut crossed) = (1.0_f64, 1.0_f64, false);
@@ -137,7 +140,7 @@ impl Tracer {
     }
 }
 
-/// Whether anything that is placed is solid glass.
+/// Returns true if any instance is solid glass.
 fn has_solid_glass(scene: &Scene) -> bool {
     scene.instance_ids().any(|instance| matches!(scene.material_of(instance).surface, Surface::Glass { .. }))
 }

@@ -1,9 +1,9 @@
-//! What boxes have to do with segments: one segment with the eight boxes of a node, a group of
-//! segments with them, and one box with sixteen segments.
+//! Tests of boxes against segments: the eight boxes of a node against one segment or a group of
+//! segments, and one box against sixteen segments.
 //!
-//! All three are made of the same roundings, which are monotone: a group enters every box that one
-//! of its segments would enter alone, and a segment that meets the box of a leaf meets those of all
-//! its ancestors.
+//! All three use the same roundings, which are monotone: a group enters every box that one of its
+//! segments would enter alone, and a segment that meets the box of a leaf meets those of all its
+//! ancestors.
 
 use super::bvh::Node;
 use super::triangle::Lines;
@@ -23,7 +23,7 @@ pub(super) fn reciprocal(d: f32) -> f32 {
     1.0 / if d.abs() < SMALLEST_DIRECTION { SMALLEST_DIRECTION.copysign(d) } else { d }
 }
 
-/// The same of several.
+/// Reciprocals of several numbers, each finite and with the sign of its number.
 #[inline(always)]
 pub(super) fn reciprocals<F: Vector>(d: F) -> F {
     let smallest = F::splat(SMALLEST_DIRECTION);
@@ -36,12 +36,12 @@ pub(super) fn limit(t_max: f32) -> f32 {
     t_max * SLAB_SLACK
 }
 
-/// One segment or ray.
+/// A segment or ray, prepared for slab tests.
 #[derive(Clone, Copy)]
 pub(super) struct Slope<F> {
     origin: [F; 3],
     reciprocal: [F; 3],
-    /// Numbers of the near and far planes of each axis in [`Node::planes`].
+    /// Indices of the near and far planes of each axis in [`Node::planes`].
     near: [usize; 3],
     far: [usize; 3],
 }
@@ -65,7 +65,7 @@ impl<F: F32x8> Slope<F> {
         slope
     }
 
-    /// Children of a node that the segment meets below [`limit`], as a mask; and the parameters at
+    /// Mask of the children of a node that the segment meets below [`limit`], and the parameters at
     /// which it enters them.
     #[inline(always)]
     pub fn meets_children(&self, node: &Node, limit: f32) -> (u32, F) {
@@ -95,8 +95,8 @@ pub(super) struct Beam<F> {
 }
 
 impl<F: F32x8> Beam<F> {
-    /// The beam around segments: by axis, the least and the largest origin and reciprocal
-    /// direction. `None` if directions differ in sign.
+    /// Creates the beam around segments, given the least and the largest origin and reciprocal
+    /// direction by axis. `None` if directions differ in sign.
     #[inline(always)]
     pub fn new(origins: [[f32; 2]; 3], reciprocals: [[f32; 2]; 3]) -> Option<Self> {
         let mut beam = Self {
@@ -124,7 +124,7 @@ impl<F: F32x8> Beam<F> {
         Some(beam)
     }
 
-    /// Children of a node that some segment may meet below [`limit`], as a mask.
+    /// Mask of the children of a node that some segment may meet below [`limit`].
     #[inline(always)]
     pub fn meets_children(&self, node: &Node, limit: f32) -> u32 {
         let (mut near, mut far) = (F::splat(0.0), F::splat(limit));
@@ -132,7 +132,8 @@ impl<F: F32x8> Beam<F> {
         for axis in 0..3 {
             let into = F::load(&node.planes[self.near[axis]]) - self.from[0][axis];
             let out = F::load(&node.planes[self.far[axis]]) - self.from[1][axis];
-            // A product with either end of the interval; the smaller is early, the larger late.
+            // Products with both ends of the interval: the smaller bounds the entry, the larger the
+            // exit.
             let [small, large] = [self.reciprocal[0][axis], self.reciprocal[1][axis]];
             near = (into * small).min(into * large).max(near);
             far = ((out * small).max(out * large) * slack).min(far);
@@ -141,7 +142,7 @@ impl<F: F32x8> Beam<F> {
     }
 }
 
-/// Which segments meet one child's box below [`limit`], as a mask.
+/// Mask of the segments that meet one child's box below [`limit`].
 #[inline(always)]
 pub(super) fn meet_child<F: Vector>(
     s: &Lines<F>,

@@ -1,7 +1,6 @@
-//! Trees of boxes with eight children a node: what their boxes have to do with a ray is decided for
-//! all eight at once.
+//! Trees of boxes with eight children a node: a ray is tested against all eight boxes at once.
 //!
-//! Built from the root, straight to eight children: of the parts of a node the largest is
+//! Built from the root, straight to eight children: the largest part of a node is
 //! [split](super::split) in two until there are eight. Items are sorted in place; a leaf is a range
 //! of them. The tree is a function of the items and their order, not of threads.
 
@@ -11,28 +10,28 @@ use super::split::{Bounds, Item, halve, split};
 use crate::math::Aabb;
 use crate::math::simd::WIDTH;
 
-/// From this depth on items are split in halves: heuristics may split off one item after the other.
+/// Depth beyond which items are split in halves: heuristics may split off one item after the other.
 const UNEVEN_DEPTH: usize = 32;
 
 /// Room for the nodes that wait while a tree is traversed depth first: no tree is deeper than
-/// `UNEVEN_DEPTH` and one level a bit of the number of items, and each level leaves at most
+/// `UNEVEN_DEPTH` plus one level for each bit of the number of items, and each level leaves at most
 /// `WIDTH - 1` nodes behind.
 pub(super) const MAX_WAITING: usize = (UNEVEN_DEPTH + 33) * (WIDTH - 1) + 1;
 
-/// Items of a node above which what is below its children is built in parallel.
+/// Number of items of a node above which the subtrees of its children are built in parallel.
 const PARALLEL: usize = 1 << 14;
 
-/// An inner node: the boxes of up to [`WIDTH`] children, component by component, and where these
-/// are.
+/// An inner node: the boxes of up to [`WIDTH`] children, component by component, and the numbers of
+/// the children.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Node {
     /// Boxes of the children, grown by the build's margin: the lower planes of the three axes, then
-    /// the upper ones. Absent ones are inverted and have no items.
+    /// the upper ones. Absent children have inverted boxes and no items.
     pub planes: [[f32; WIDTH]; 6],
     /// Number of a leaf or of an inner node.
     pub first: [u32; WIDTH],
-    /// Items of a leaf; none of an inner node.
+    /// Number of items of a leaf; zero for an inner node.
     pub count: [u8; WIDTH],
     /// Bits of the children that are inner nodes.
     pub inner: u32,
@@ -49,7 +48,7 @@ impl Node {
         inner: 0,
     };
 
-    /// Whether a child is an inner node.
+    /// Returns true if a child is an inner node.
     #[inline(always)]
     pub fn is_inner(&self, slot: usize) -> bool {
         self.inner >> slot & 1 != 0
@@ -68,17 +67,17 @@ impl Node {
 pub(super) struct Bvh {
     /// Nodes, the root first; empty if there are no items.
     pub nodes: Vec<Node>,
-    /// The first item of each leaf, in the order in which a depth-first walk meets them, and how
-    /// many these are.
+    /// First item and number of items of each leaf, in the order in which a depth-first walk meets
+    /// the leaves.
     pub leaves: Vec<(u32, u32)>,
 }
 
 impl Bvh {
-    /// A tree over items with at most `most` of them in a leaf, 1 to [`WIDTH`]; sorts them so that
-    /// each leaf is a range.
+    /// Builds a tree over items with at most `most` items in a leaf (1 to [`WIDTH`]). Sorts the
+    /// items so that each leaf is a range.
     ///
     /// Boxes are grown by 2⁻²² of the largest coordinate: a segment that touches a box's face is
-    /// inside it, whatever rounding says.
+    /// inside it, despite rounding.
     pub fn build(items: &mut [Item], most: usize) -> Self {
         let bounds = Bounds::of(items);
         let b = bounds.aabb();
@@ -93,7 +92,7 @@ impl Bvh {
         bvh
     }
 
-    /// Takes over another tree, and says which node its root has become.
+    /// Appends another tree and returns the new number of its root.
     fn append(&mut self, other: Self) -> u32 {
         let (nodes, leaves) = (self.nodes.len() as u32, self.leaves.len() as u32);
         self.leaves.extend(other.leaves);
@@ -107,7 +106,7 @@ impl Bvh {
     }
 }
 
-/// Items of a node, which become a child of it.
+/// Range of items that becomes a child of a node.
 #[derive(Clone, Copy)]
 struct Part {
     begin: usize,
@@ -115,14 +114,15 @@ struct Part {
     bounds: Bounds,
 }
 
-/// What all nodes of a tree are made with.
+/// Parameters that all nodes of a tree share.
 struct Growth {
     most: usize,
     margin: f32,
 }
 
 impl Growth {
-    /// Adds the node over all `items`, of which the first has number `first`, and what is below it.
+    /// Adds the node over all `items`, and the subtree below it; `first` is the number of the first
+    /// item.
     fn grow(&self, items: &mut [Item], first: usize, all: Part, depth: usize, bvh: &mut Bvh) {
         let mut parts = [all; WIDTH];
         let parts = self.parts(items, all, depth, &mut parts);
@@ -171,8 +171,8 @@ impl Growth {
         }
     }
 
-    /// The children of a node: the largest part is split until there are [`WIDTH`], and the larger
-    /// come first, since they are the likelier blockers.
+    /// Splits the largest part of a node until there are [`WIDTH`] children. The larger ones come
+    /// first, since they are the likelier blockers.
     fn parts<'a>(
         &self,
         items: &mut [Item],
@@ -220,7 +220,7 @@ mod tests {
         (0..count).map(|_| scattered()).collect()
     }
 
-    /// Holds a tree to what walks rely on; returns its depth.
+    /// Checks the properties that walks rely on; returns the depth of the tree.
     fn check(boxes: &[Aabb], most: usize) -> usize {
         let mut items = items(boxes);
         let bvh = Bvh::build(&mut items, most);

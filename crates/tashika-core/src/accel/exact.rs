@@ -1,8 +1,7 @@
 //! Signs of edge functions and signed volumes without rounding errors.
 //!
-//! Vector code decides most questions about a triangle with a bound of its error
-//! ([`triangle`](super::triangle)). The rest is decided here, first in double precision with a
-//! bound, then exactly.
+//! Vector code decides most signs by an error bound ([`triangle`](super::triangle)). The others are
+//! decided here, first in double precision with a bound, then exactly.
 //!
 //! # Exact signs
 //! A determinant of three vectors is a sum of six products `x y z` of single-precision numbers.
@@ -16,7 +15,7 @@ use std::cmp::Ordering;
 
 use glam::{DVec3, Vec3};
 
-/// Most terms of a sum: four determinants of twelve parts.
+/// Maximum number of terms of a sum: four determinants of twelve parts.
 const TERMS: usize = 48;
 
 /// An exact sum of doubles: nonoverlapping components, by increasing magnitude.
@@ -87,7 +86,7 @@ fn edge(p: Vec3, q: Vec3, o: Vec3, d: Vec3) -> Ordering {
     })
 }
 
-/// The sign of a number that is wrong by at most `γ₁₀` times `size`, if that is certain.
+/// Sign of a number whose error is at most `γ₁₀` times `size`, if certain.
 fn certain(number: f64, size: f64) -> Option<Ordering> {
     (number.abs() > GAMMA_10 * size).then(|| number.total_cmp(&0.0))
 }
@@ -192,8 +191,8 @@ mod tests {
     use crate::accel::scales::{orientation, random_exponent};
     use crate::rng::{Purpose, Stream};
 
-    /// Against `robust`, whose numbers are doubles and whose sums are others: of points anywhere,
-    /// and of points so close to a plane that most signs are rounding.
+    /// Signs agree with those of `robust`, which sums doubles in another way, for points anywhere
+    /// and for points so close to a plane that rounding decides most signs.
     #[test]
     fn signs_agree_with_another_exact_predicate() {
         let mut s = Stream::new(1, Purpose::Test, 0);
@@ -228,8 +227,8 @@ mod tests {
         assert!(signs.iter().all(|count| *count > 5000), "{signs:?}");
     }
 
-    /// A power of two for each number multiplies the sum by all of them and leaves its sign, down
-    /// to the smallest numbers and up to the largest.
+    /// Scaling each number by a power of two scales the sum and leaves its sign, down to the
+    /// smallest numbers and up to the largest.
     #[test]
     fn signs_do_not_depend_on_the_scale() {
         let mut s = Stream::new(2, Purpose::Test, 0);

@@ -1,5 +1,5 @@
-//! The way from the library to the instruction set that the machine has: one entry for each
-//! question and set.
+//! Dispatch from the library to the instruction set of the machine: one entry for each query and
+//! set.
 
 use std::cell::RefCell;
 
@@ -18,7 +18,7 @@ thread_local! {
     static WAITING: RefCell<Waiting> = RefCell::new(Waiting::new(Some(Occluders::new())));
 }
 
-/// The share of light that passes along each segment of `batch`, added to `visibility` in order.
+/// Appends the transmittance of static geometry along each segment of `batch` to `visibility`.
 pub(super) fn visibility(
     level: Level,
     trees: &Trees,
@@ -29,8 +29,7 @@ pub(super) fn visibility(
     WAITING.with_borrow_mut(|waiting| level.run(Visibility { trees, scene, batch, waiting, visibility }));
 }
 
-/// The same as plainly as can be: without vector instructions, and as if nothing had been asked
-/// before.
+/// Scalar twin of [`visibility`]: without vector instructions and without remembered occluders.
 pub(super) fn plain_visibility(
     trees: &Trees,
     scene: &Scene,
@@ -41,13 +40,13 @@ pub(super) fn plain_visibility(
     Level::PORTABLE.run(Visibility { trees, scene, batch, waiting, visibility });
 }
 
-/// The first surface along a ray.
+/// First static surface along a ray.
 pub(super) fn closest_hit(level: Level, trees: &Trees, scene: &Scene, ray: &Ray, key: u64) -> Option<Hit> {
     WAITING.with_borrow_mut(|waiting| level.run(ClosestHit { trees, scene, ray, key, waiting }))
 }
 
-/// The same after a share of the time that the shutter is open, `standing` being the first surface of
-/// those that stand.
+/// First surface along a ray after a share of the time that the shutter is open, given `standing`,
+/// the first static surface.
 pub(super) fn closest_moving_hit(
     level: Level,
     trees: &Trees,
@@ -61,8 +60,8 @@ pub(super) fn closest_moving_hit(
     })
 }
 
-/// Multiplies the visibility of each segment of `batch` by what passes that which moves, after a
-/// share of the time that the shutter is open.
+/// Multiplies the visibility of each segment of `batch` by the transmittance of moving geometry,
+/// after a share of the time that the shutter is open.
 pub(super) fn pass_moving(
     level: Level,
     trees: &Trees,
@@ -150,7 +149,7 @@ impl Work for ClosestHit<'_> {
     }
 }
 
-/// Traces fans, in groups where they are large enough.
+/// Traces fans, in groups if they are large enough.
 #[inline(always)]
 fn trace<V: Vectors>(
     trees: &Trees,

@@ -1,16 +1,16 @@
-//! Hearing what is asked of a tracer: to measure it again, alone.
+//! Recording of the queries to a tracer, so that tracing alone can be repeated and timed.
 
 use std::fmt;
 
 use super::segments::SegmentBatch;
 use crate::math::Ray;
 
-/// Hears of every question to a [`Tracer`](super::Tracer), before it is answered. Called from any
+/// Receives every query to a [`Tracer`](super::Tracer) before it is answered. Called from any
 /// thread.
 pub trait Listener: fmt::Debug + Send + Sync {
-    /// Visibility is asked for.
+    /// Receives a batch of segments whose visibility is queried.
     fn segments(&self, batch: &SegmentBatch);
 
-    /// The closest hit is asked for, with the key of holes.
+    /// Receives a ray whose closest hit is queried, and the key that decides holes.
     fn ray(&self, ray: &Ray, key: u64);
 }

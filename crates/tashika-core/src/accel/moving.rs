@@ -1,15 +1,15 @@
-//! What moves while the shutter is open.
+//! Geometry that moves while the shutter is open.
 //!
-//! Instances that move have a tree of their own, over boxes that hold each of them at all times
-//! ([`Scene::box_of`]). A ray or a segment has one time, and enters an instance whose box it meets by the
-//! transform of that time. What stands is walked through before, by code that knows no time: of what
-//! a ray meets, the nearer of both counts; of what a segment passes, the product.
+//! Moving instances have a tree of their own, over boxes that hold each instance at all times
+//! ([`Scene::box_of`]). A ray or a segment has one time, and enters an instance whose box it meets
+//! by the transform of that time. Static geometry is traced before, by code without time. A ray
+//! takes the nearer of the two hits, a segment the product of the two transmittances.
 //!
-//! The tree of a mesh that deforms has boxes that hold its triangles at all times, and leaves with
-//! those of both ends of the time: where a walk comes to a leaf, its triangles are put
-//! [between](Block::towards).
+//! The tree of a mesh that deforms has boxes that hold its triangles at all times. Its leaves store
+//! the triangles at both ends of the time; a walk that comes to a leaf interpolates
+//! [between](Block::towards) them.
 //!
-//! Segments walk alone here: those of a path are few.
+//! Segments walk alone here, as a path has few of them.
 //!
 //! Held to this by `accel::tests`.
 
@@ -23,12 +23,12 @@ use crate::math::Ray;
 use crate::math::simd::F32x8;
 use crate::scene::{InstanceId, Scene};
 
-/// The tree over what moves.
+/// Tree over the instances that move.
 #[derive(Debug)]
 pub(super) struct Moving {
     /// Each leaf is one of `movers`.
     pub top: Bvh,
-    /// In the order of the leaves of `top`.
+    /// Moving instances, in the order of the leaves of `top`.
     pub movers: Vec<Mover>,
 }
 
@@ -39,7 +39,7 @@ pub(super) struct Mover {
     pub tree: u32,
 }
 
-/// Those that move, after a share of the time that the shutter is open.
+/// Moving instances after a share of the time that the shutter is open.
 struct Moved<'a> {
     trees: &'a Trees,
     scene: &'a Scene,
@@ -94,8 +94,8 @@ impl Met for Deformed<'_> {
     }
 }
 
-/// The first surface along a ray after a share of the time, `standing` being the first of those that
-/// stand.
+/// Closest hit along a ray after a share of the time, given `standing`, the closest hit of static
+/// geometry.
 #[inline(always)]
 pub(super) fn closest_hit<F: F32x8>(
     trees: &Trees,
@@ -112,8 +112,8 @@ pub(super) fn closest_hit<F: F32x8>(
     nearest.hit
 }
 
-/// Multiplies what is visible along each segment of a batch by what passes that which moves, after
-/// a share of the time.
+/// Multiplies the visibility of each segment of a batch by the transmittance of moving geometry,
+/// after a share of the time.
 #[inline(always)]
 pub(super) fn pass_batch<F: F32x8>(
     trees: &Trees,

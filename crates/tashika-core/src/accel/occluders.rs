@@ -1,14 +1,15 @@
-//! What stopped segments lately: tried before a walk, which it saves if it stops the next one, too.
+//! Leaves that stopped recent segments. Each is tried before a walk, which is saved if the leaf
+//! stops the next segment, too.
 //!
-//! Neighbouring pixels look at the same clusters of lights past the same things: of the segments
-//! that are blocked, two fifths or more are blocked by the leaf that stopped the last one with
-//! about their direction.
+//! Neighbouring pixels see the same clusters of lights past the same geometry: of the segments that
+//! are blocked, two fifths or more are blocked by the leaf that stopped the last segment of nearly
+//! the same direction.
 //!
 //! # Guarantee
-//! The answer is the one of the walk: what is tried is a leaf whose box the segment meets, so that
-//! the walk would come to it (`beam`), and only if nothing at all passes it. Held to this by
-//! `accel::tests::what_was_asked_before_does_not_matter`, and on the segments of whole renders by
-//! the benchmark `tracing`.
+//! The answer is that of the walk. A leaf is tried only if the segment meets its box, so that the
+//! walk would come to the leaf (`beam`), and ends the query only if nothing at all passes it. Held
+//! to this by `accel::tests::what_was_asked_before_does_not_matter`, and on the segments of whole
+//! renders by the benchmark `tracing`.
 
 use glam::Vec3;
 
@@ -22,23 +23,23 @@ pub(super) struct Leaf {
     pub slot: u32,
 }
 
-/// The leaves that stopped the last segments of each cell of directions.
+/// For each cell of directions, the leaf that stopped its last segment.
 pub(super) struct Occluders([Leaf; 6 * CELLS * CELLS]);
 
 impl Occluders {
-    /// None: the first child of the first node is as good a guess as any.
+    /// Begins with the first child of the root in all cells, a guess as good as any.
     pub const fn new() -> Self {
         Self([Leaf { node: 0, slot: 0 }; 6 * CELLS * CELLS])
     }
 
-    /// That of the cell of a direction.
+    /// Leaf of the cell of a direction.
     #[inline(always)]
     pub fn of(&mut self, direction: Vec3) -> &mut Leaf {
         &mut self.0[cell(direction)]
     }
 }
 
-/// The cell of a cube's surface that a direction points to; of no direction, any.
+/// Cell of a cube's surface that a direction points to; any cell if the direction is zero or NaN.
 #[inline(always)]
 fn cell(direction: Vec3) -> usize {
     let d = direction.to_array();

@@ -1,10 +1,10 @@
 //! Visibility of up to [`LANES`] segments at once: one walk through the trees for all of them.
 //!
-//! Inner nodes are judged for the whole group: intervals around the segments' origins and
-//! reciprocal directions bound the parameters at which any of them can be inside a box, for the
-//! eight children of a node at once. What is left, and triangles, is judged lane by lane. Where
-//! only few lanes are left they walk on alone, and segments whose directions differ in sign have no
-//! useful intervals and walk alone from the start.
+//! Inner nodes are tested for the whole group: intervals around the origins and reciprocal
+//! directions of the segments bound the parameters at which any segment can be inside a box, for
+//! the eight children of a node at once. Boxes that remain, and triangles, are tested lane by lane.
+//! Where only few lanes are left, each walks on alone. Segments whose directions differ in sign
+//! have no useful intervals and walk alone from the start.
 //!
 //! A lane is tested against the triangles of those leaves whose boxes it meets itself, in the order
 //! of the tree, however it walks (`accel::tests::grouping_does_not_change_a_bit`).
@@ -25,10 +25,10 @@ use crate::scene::Scene;
 /// Segments that travel together.
 pub(super) const LANES: usize = 2 * WIDTH;
 
-/// Lanes up to which each walks on alone.
+/// Number of lanes up to which each walks on alone.
 pub(super) const FEW: u32 = 3;
 
-/// Numbers of all lanes.
+/// One number for each lane.
 type Lanes = [f32; LANES];
 
 /// Segments that walk together, in the space of one tree.
@@ -41,7 +41,7 @@ pub(super) struct Packet {
 }
 
 impl Packet {
-    /// Of at most [`LANES`] segments.
+    /// Creates a packet of at most [`LANES`] segments.
     #[inline(always)]
     fn new(segments: &[Segment]) -> Self {
         let none = [[0.0; LANES]; 3];
@@ -57,7 +57,7 @@ impl Packet {
         packet
     }
 
-    /// The same in the space of an instance.
+    /// The segments in the space of an instance.
     #[inline(always)]
     fn in_space_of<F: F32x16, const BOUNDED: bool>(&self, placed: &Placed) -> Self {
         let origin = placed.points(each!(|axis| F::load(&self.origin[axis])));
@@ -104,7 +104,7 @@ impl Packet {
         Beam::new(origins, reciprocals)
     }
 
-    /// Which lanes meet the box of a child.
+    /// Lanes that meet the box of a child.
     #[inline(always)]
     fn meets_child<F: F32x16>(&self, limit: f32, node: &Node, slot: usize, lanes: u32) -> u32 {
         let r = each!(|axis| F::load(&self.reciprocal[axis]));
@@ -118,7 +118,7 @@ impl Packet {
     }
 }
 
-/// The least and the largest of those that are meant.
+/// Least and largest value in the lanes of `own`.
 #[inline(always)]
 fn hull<F: F32x16>(values: &Lanes, own: F::Mask) -> [f32; 2] {
     let values = F::load(values);
@@ -131,7 +131,7 @@ fn hull<F: F32x16>(values: &Lanes, own: F::Mask) -> [f32; 2] {
     interval
 }
 
-/// The share of light that passes along each of at most [`LANES`] segments.
+/// Transmittance of static geometry along each of at most [`LANES`] segments.
 #[inline(always)]
 pub(super) fn visible<V: Vectors, const BOUNDED: bool>(
     trees: &Trees,
@@ -151,7 +151,7 @@ pub(super) fn visible<V: Vectors, const BOUNDED: bool>(
     visible
 }
 
-/// Multiplies what is visible by what passes the instances.
+/// Multiplies `visible` by the transmittance of static instances.
 #[inline(always)]
 fn pass_placed<V: Vectors, const BOUNDED: bool>(
     trees: &Trees,
@@ -215,7 +215,8 @@ fn pass_placed<V: Vectors, const BOUNDED: bool>(
     }
 }
 
-/// What passes the triangles below a node for a segment that walks on alone.
+/// Product of `visible` and the transmittance of the triangles below a node, for a segment that
+/// walks alone.
 #[inline(always)]
 fn pass_alone<V: Vectors, const BOUNDED: bool>(
     tree: &Tree,
@@ -229,8 +230,8 @@ fn pass_alone<V: Vectors, const BOUNDED: bool>(
     single::pass::<V::Eight, BOUNDED>(tree, root, s, visible, place, &mut waiting.below, &mut occluder)
 }
 
-/// Multiplies what is visible by what passes the triangles of a tree; the lanes of which something
-/// is left.
+/// Multiplies `visible` by the transmittance of the triangles of a tree; returns the lanes that are
+/// not blocked.
 #[inline(always)]
 fn pass<V: Vectors, const BOUNDED: bool>(
     tree: &Tree,
@@ -277,8 +278,8 @@ fn pass<V: Vectors, const BOUNDED: bool>(
         let node = &tree.nodes[number as usize];
         let base = top;
         for_bits!(beam.meets_children(node, limit), below WIDTH, |slot| {
-            // A wide beam meets what no lane does: near silhouettes the targets of a fan lie far
-            // apart.
+            // A wide beam meets boxes that no lane meets: near silhouettes the targets of a fan lie
+            // far apart.
             let mut lanes = packet.meets_child::<V::Sixteen>(limit, node, slot, lanes & active);
             if lanes == 0 {
                 continue;
@@ -319,7 +320,7 @@ fn pass<V: Vectors, const BOUNDED: bool>(
                 }
             }
         });
-        // The first child comes on top, so that leaves are met in the same order by all.
+        // The first child comes on top, so that all walks meet leaves in the same order.
         waiting.packets_below[base..top].reverse();
     }
     active

@@ -1,20 +1,21 @@
 //! Pyramids of rays from one point, and a test that proves them empty.
 //!
-//! A pyramid is the set of places `p` with `n_k · (p − a) ≥ 0` for its apex `a` and the inward normals
-//! `n_k` of its sides. It misses a box of center `c` and half extents `h` if one side separates them:
+//! A pyramid is the set of places `p` with `n_k · (p − a) ≥ 0` for its apex `a` and the inward
+//! normals `n_k` of its sides. It misses a box of center `c` and half extents `h` if one side
+//! separates them:
 //!
 //! ```text
 //! n_k · (c − a) + |n_k| · h < −s (|c| + |h| + m) max(|n_k|, 1)
 //! ```
 //!
-//! with `s` for the rounding of normals, which are products of rays in single precision, and of
-//! coordinates, and `m` for the largest coordinates that `a` was computed from. Trees are walked through
-//! with this test. A triangle is missed by the same test of its corners, or if the plane of the apex and
-//! one of its edges separates the two.
+//! with `s` for the rounding of coordinates and of normals, which are products of rays in single
+//! precision, and `m` for the largest coordinates that `a` was computed from. Trees are walked
+//! through with this test. A triangle is missed if the test holds for its corners, or if the plane
+//! of the apex and one of its edges separates it from the pyramid.
 //!
 //! # Guarantee
-//! No ray of a pyramid that is empty by this test meets a surface. Pyramids without a surface may fail
-//! it. Held to this by `gather::pyramid`, by rays at random.
+//! No ray of a pyramid that is empty by this test meets a surface. Pyramids without a surface may
+//! fail the test. Held to this by `gather::pyramid`, with random rays.
 
 use super::bvh::Node;
 use super::tracer::Tracer;
@@ -25,18 +26,18 @@ use crate::math::{Affine3A, DVec3, Vec3};
 /// `s`: errors of unit directions, of their products and of coordinates are each below 2⁻²².
 const ROUNDING: f64 = 1e-6;
 
-/// A pyramid of rays.
+/// Rays from an apex within four planes.
 #[derive(Clone, Copy, Debug)]
 pub struct Pyramid {
     apex: DVec3,
     /// Largest coordinates that the apex was computed from (m).
     magnitude: f64,
-    /// Inward normals: of two sides opposite to each other, and of the two others.
+    /// Inward normals: of two opposite sides, then of the other two.
     sides: [DVec3; 4],
 }
 
 impl Pyramid {
-    /// The pyramid about the direction `axis`.
+    /// Creates the pyramid around the direction `axis`.
     ///
     /// * `sides`: two unit directions in the plane of each side, far from each other; the first two
     ///   sides are opposite to each other.
@@ -49,7 +50,7 @@ impl Pyramid {
         Self { apex, magnitude: apex.length(), sides: sides.map(inward) }
     }
 
-    /// The same in the space of an instance.
+    /// The pyramid in the space of an instance.
     fn in_space_of(&self, to_world: &Affine3A, to_object: &Affine3A) -> Self {
         let normals = to_world.matrix3.as_dmat3().transpose();
         let (linear, moved) = (to_object.matrix3.as_dmat3(), to_object.translation.as_dvec3());
@@ -59,7 +60,7 @@ impl Pyramid {
         Self { apex, magnitude, sides: self.sides.map(|side| normals * side) }
     }
 
-    /// Whether no ray meets a box, for certain.
+    /// Returns true if certainly no ray meets a box.
     fn misses_box(&self, lo: DVec3, hi: DVec3) -> bool {
         let (center, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
         let size = center.length() + half.length() + self.magnitude;
@@ -69,7 +70,7 @@ impl Pyramid {
         })
     }
 
-    /// Whether no ray meets a triangle, for certain.
+    /// Returns true if certainly no ray meets a triangle.
     fn misses_triangle(&self, corners: [DVec3; 3]) -> bool {
         let size = corners.iter().map(|p| p.length()).fold(self.magnitude, f64::max);
         let seen = corners.map(|p| p - self.apex);
@@ -80,7 +81,7 @@ impl Pyramid {
         let [a, b, c, d] = self.sides;
         let edges = [a.cross(c), a.cross(d), b.cross(c), b.cross(d)].map(|edge| {
             let unit = edge.normalize_or_zero();
-            // The one of both directions that is inside the other sides.
+            // The one of the two directions that is inside the other sides.
             let inside: f64 = self.sides.iter().map(|side| side.dot(unit)).sum();
             unit * inside.signum()
         });
@@ -94,7 +95,7 @@ impl Pyramid {
         self.sides.iter().any(is_outside) || [[p, q, r], [q, r, p], [r, p, q]].into_iter().any(is_beside)
     }
 
-    /// Whether no ray meets a leaf that is not `is_missed`, for certain.
+    /// Returns true if all rays certainly miss every leaf, by its box or by `is_missed`.
     fn misses_leaves(&self, nodes: &[Node], is_missed: impl Fn(u32) -> bool) -> bool {
         let mut waiting = if nodes.is_empty() { vec![] } else { vec![0] };
         while let Some(number) = waiting.pop() {
@@ -117,7 +118,7 @@ impl Pyramid {
         true
     }
 
-    /// Whether no ray meets a triangle of a tree, for certain.
+    /// Returns true if certainly no ray meets a triangle of a tree.
     fn misses_tree(&self, tree: &Tree) -> bool {
         self.misses_leaves(&tree.nodes, |leaf| {
             let block = &tree.blocks[leaf as usize];
@@ -129,7 +130,8 @@ impl Pyramid {
 }
 
 impl Tracer {
-    /// Whether no ray of a pyramid meets a surface, for certain; false in all scenes with motion.
+    /// Returns true if certainly no ray of a pyramid meets a surface; false in all scenes with
+    /// motion.
     pub fn is_empty_within(&self, pyramid: &Pyramid) -> bool {
         let (trees, scene) = (self.trees(), self.scene());
         let misses_placed = |leaf: u32| {

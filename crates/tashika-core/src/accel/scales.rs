@@ -1,4 +1,4 @@
-//! Triangles of all sizes, against exact arithmetic that is not the tracer's.
+//! Tests of triangles of all sizes, against exact arithmetic that is not the tracer's.
 
 use std::cmp::Ordering;
 
@@ -17,12 +17,12 @@ pub(super) fn orientation([a, b, c]: [DVec3; 3], o: DVec3) -> Ordering {
     robust::orient3d(a, b, c, o).total_cmp(&0.0)
 }
 
-/// A power of two.
+/// Random power of two, with exponent in `least..most`.
 pub(super) fn random_exponent(s: &mut Stream, least: i32, most: i32) -> f32 {
     2f64.powi(least + s.below((most - least) as u64) as i32) as f32
 }
 
-/// Returns true if the line meets the closed triangle, in exact geometry; nothing if `o + d` is not
+/// Returns true if the line meets the closed triangle, in exact geometry; `None` if `o + d` is not
 /// a double.
 fn line_meets(o: Vec3, d: Vec3, v: &Corners) -> Option<bool> {
     let (o, d, v) = (o.as_dvec3(), d.as_dvec3(), v.map(Vec3::as_dvec3));
@@ -34,8 +34,8 @@ fn line_meets(o: Vec3, d: Vec3, v: &Corners) -> Option<bool> {
     Some(!(sides.contains(&Ordering::Less) && sides.contains(&Ordering::Greater)))
 }
 
-/// Returns true if the ends of a segment are on opposite sides of the plane of a triangle, or those
-/// of a ray if it has no end; nothing if `v₀ + d` is not a double.
+/// Returns true if the ends of a segment, or those of a ray if `end` is `None`, are on opposite
+/// sides of the plane of a triangle. `None` if `v₀ + d` is not a double.
 fn crosses_plane(o: Vec3, d: Vec3, end: Option<Vec3>, v: &Corners) -> Option<bool> {
     let [v0, v1, v2] = v.map(Vec3::as_dvec3);
     let side = |p: DVec3| orientation([v0, v1, v2], p);
@@ -52,7 +52,7 @@ fn crosses_plane(o: Vec3, d: Vec3, end: Option<Vec3>, v: &Corners) -> Option<boo
     Some(side(o.as_dvec3()) != Ordering::Equal && side(o.as_dvec3()) == end.reverse())
 }
 
-/// The answer for one segment in exact geometry, if there is one.
+/// Returns true if a segment is blocked in exact geometry; `None` if doubles cannot decide.
 fn is_blocked(o: Vec3, d: Vec3, end: Option<Vec3>, triangles: &[Corners]) -> Option<bool> {
     let mut blocked = false;
     for v in triangles {
@@ -61,8 +61,9 @@ fn is_blocked(o: Vec3, d: Vec3, end: Option<Vec3>, triangles: &[Corners]) -> Opt
     Some(blocked)
 }
 
-/// Asks in every way for the segments from `o` through `aims` and as far beyond, and holds the
-/// answers to those of exact geometry; how many were free and how many blocked.
+/// Compares the answers of the tracer with exact geometry: for the segments from `o` to twice the
+/// distance of each of `aims`, and for the rays along them, in groups and alone. Counts the free
+/// and the blocked segments.
 fn hold_to_exact(t: &Tracer, triangles: &[Corners], o: Vec3, aims: &[Vec3], counts: &mut [usize; 2]) {
     let targets: Vec<Vec3> = aims.iter().map(|aim| o + (*aim - o) * 2.0).collect();
     let together = visible(t, Apex::Point(o), &targets);
@@ -88,8 +89,8 @@ fn hold_to_exact(t: &Tracer, triangles: &[Corners], o: Vec3, aims: &[Vec3], coun
     }
 }
 
-/// The weights of a hit are in range, and stand for a place on the line: they are rounded to single
-/// precision, and computed in double precision from where the ray starts.
+/// Checks that the weights of a hit are in range and stand for a place on the line. They are
+/// rounded to single precision, and computed in double precision from the start of the ray.
 fn hold_to_line(o: Vec3, d: Vec3, hit: &Hit, v: &Corners) {
     assert!(hit.barycentric.iter().all(|b| (0.0..=1.0).contains(b)), "{hit:?}");
     let place: DVec3 = v.iter().zip(hit.barycentric).map(|(v, b)| v.as_dvec3() * f64::from(b)).sum();
@@ -105,15 +106,15 @@ fn hold_to_line(o: Vec3, d: Vec3, hit: &Hit, v: &Corners) {
     assert!(off <= bound, "{hit:?}: {off:e} off the line, expected at most {bound:e}");
 }
 
-/// Turns and shapes of a triangle of about some size.
+/// Random triangle of about the given size, at any rotation, sometimes thin.
 fn shape(s: &mut Stream, size: f32) -> Corners {
     let turn = Quat::from_scaled_axis(point(s, 3.0));
     let thin = if s.below(3) == 0 { powf(10.0, -4.0 * s.uniform()) } else { 1.0 };
     [0; 3].map(|_| turn * (point(s, size) * Vec3::new(1.0, thin, 1.0)))
 }
 
-/// Places to aim at: on the triangle, its corners and edges, and around it by its own size, by what
-/// single precision leaves of the distance, and by far more.
+/// Points to aim at: the corners of a triangle, points on an edge, and points around its centre
+/// within multiples of its size, within the rounding of the distance, and much farther away.
 fn aims(s: &mut Stream, v: &Corners, distance: f32, size: f32) -> Vec<Vec3> {
     let center = (v[0] + v[1] + v[2]) / 3.0;
     let mut aims = v.to_vec();
@@ -124,9 +125,9 @@ fn aims(s: &mut Stream, v: &Corners, distance: f32, size: f32) -> Vec<Vec3> {
     aims
 }
 
-/// From the size of the distance down to 10⁻¹⁸ of it, at scales from 10⁻⁶ to 10⁶: no ray that
-/// passes a triangle meets it, and none that meets it passes. Another triangle shares its leaf, so
-/// that what comes to the leaf is much more than what comes to the triangle.
+/// Sizes from the distance down to 10⁻¹⁸ of it, at scales from 10⁻⁶ to 10⁶: rays beside a triangle
+/// miss it, and rays through it meet it. Another triangle shares its leaf, so that many more rays
+/// come to the leaf than to the triangle.
 #[test]
 fn triangles_of_all_sizes_are_met_where_they_are_and_nowhere_else() {
     let mut s = Stream::new(3, Purpose::Test, 0);
@@ -135,7 +136,8 @@ fn triangles_of_all_sizes_are_met_where_they_are_and_nowhere_else() {
         let distance = random_exponent(&mut s, -20, 20);
         let ratio = powf(10.0, -18.0 * s.uniform());
         let size = distance * ratio;
-        // Around the origin, where coordinates have all their digits, or where they have few.
+        // Around the origin, where coordinates have all their digits, or far from it, where few are
+        // left.
         let place = if round % 2 == 0 { Vec3::ZERO } else { point(&mut s, distance) };
         let v = shape(&mut s, size).map(|corner| place + corner);
         if !has_normal(&v) {
@@ -157,7 +159,8 @@ fn triangles_of_all_sizes_are_met_where_they_are_and_nowhere_else() {
     assert!(sizes[..18].iter().all(|count| *count > 10), "at all sizes: {sizes:?}");
 }
 
-/// A body of revolution about the third axis, closed by fans: rings by radius and height.
+/// Body of revolution around the third axis, closed by fans; `rings` are pairs of radius and
+/// height.
 fn body(rings: &[(f64, f64)], sides: u32, turn: f64) -> (MeshData, Vec<Corners>) {
     let mut positions: Vec<Vec3> = Vec::new();
     for &(radius, height) in rings {
@@ -185,8 +188,8 @@ fn body(rings: &[(f64, f64)], sides: u32, turn: f64) -> (MeshData, Vec<Corners>)
     (MeshData { positions, triangles, ..MeshData::default() }, corners)
 }
 
-/// Cones, double cones and spheres whose caps are as small as they get: nothing comes out along an
-/// edge, through a corner, or through the cap, and what passes outside passes.
+/// Cones, double cones and spheres whose caps are as small as they get: no ray leaves along an
+/// edge, through a corner, or through the cap, and segments outside agree with exact geometry.
 #[test]
 fn bodies_with_tiny_caps_are_closed() {
     let mut s = Stream::new(4, Purpose::Test, 0);
@@ -205,7 +208,7 @@ fn bodies_with_tiny_caps_are_closed() {
         let count = corners.iter().filter(|v| has_normal(v)).count();
         let t = tracer(data, &[Affine3A::IDENTITY], 1.0);
         assert_eq!(t.size().triangles as usize, count);
-        // What is left out must have no extent: two of its corners are one.
+        // The body is closed if omitted triangles have no extent: two of their corners are one.
         let is_closed = corners.iter().all(|v| has_normal(v) || v[0] == v[1] || v[1] == v[2] || v[2] == v[0]);
         let kept: Vec<Corners> = corners.into_iter().filter(has_normal).collect();
         for _ in 0..12 {
@@ -249,9 +252,8 @@ fn closed(round: u64, s: &mut Stream) -> Vec<Corners> {
     body(&rings, 2 * rows, 0.1).1
 }
 
-/// Points on the walls of closed rooms, most of them close to edges and corners: no path and no
-/// shadow ray that starts on a wall inside gets out, at any scale, turn and place, also of a room that
-/// is placed twice.
+/// From points on the walls of closed rooms, most of them close to edges and corners, no path and
+/// no shadow ray gets out. Rooms are of any scale, rotation and place; some are placed twice.
 #[test]
 fn no_path_leaves_a_closed_room_at_its_edges() {
     let mut s = Stream::new(5, Purpose::Test, 0);
@@ -278,7 +280,7 @@ fn no_path_leaves_a_closed_room_at_its_edges() {
         }
         for _ in 0..20_000 {
             let triangle = s.below(count) as u32;
-            // Weights down to nothing, of one corner or of two.
+            // Weights down to zero, of one corner or of two.
             let mut tiny = || if s.below(8) == 0 { 0.0 } else { powf(10.0, -9.0 * s.uniform()) };
             let (first, second) = (tiny(), tiny());
             let second = if s.below(2) == 0 { second } else { s.uniform() };

@@ -7,7 +7,7 @@ use glam::Vec3;
 /// The end that all segments of a fan have in common.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Apex {
-    /// A point (m).
+    /// A point in world space (m).
     Point(Vec3),
     /// Infinity: segments run from each target along this direction.
     Direction(Vec3),
@@ -18,28 +18,28 @@ pub enum Apex {
 pub struct Fan {
     /// The common end.
     pub apex: Apex,
-    /// The targets, as a range of the batch's.
+    /// Targets, as a range of [`SegmentBatch::targets`].
     pub targets: Range<u32>,
 }
 
-/// What glass does to segments.
+/// Effect of glass on segments.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Glass {
-    /// Lets pass straight what would be refracted: the light comes through, its caustics do not.
+    /// Light that glass would refract passes it straight: light comes through, caustics do not.
     #[default]
     Passes,
-    /// Panes let pass, as they do not bend light; solid glass stops, for those who follow refracted
-    /// paths.
+    /// Panes pass light, as they do not bend it; solid glass stops it, for callers that follow
+    /// refracted paths.
     SolidStops,
 }
 
-/// A batch of segments whose visibility is asked for at once.
+/// A batch of segments whose visibility is queried at once.
 ///
 /// Both ends of each segment must have left the surfaces that they lie on
 /// ([`SurfacePoint::leave`](crate::scene::SurfacePoint::leave)).
 #[derive(Clone, Debug, Default)]
 pub struct SegmentBatch {
-    /// What glass does to them.
+    /// Effect of glass on the segments.
     pub glass: Glass,
     fans: Vec<Fan>,
     targets: Vec<Vec3>,
@@ -51,13 +51,13 @@ impl SegmentBatch {
         Self { glass, ..Self::default() }
     }
 
-    /// Forgets all segments but keeps the memory.
+    /// Removes all segments but keeps the memory.
     pub fn clear(&mut self) {
         self.fans.clear();
         self.targets.clear();
     }
 
-    /// Adds a fan; without targets it leaves no trace.
+    /// Adds a fan, unless it has no targets.
     pub fn push_fan(&mut self, apex: Apex, targets: impl IntoIterator<Item = Vec3>) {
         let start = self.targets.len() as u32;
         self.targets.extend(targets);
@@ -67,22 +67,22 @@ impl SegmentBatch {
         }
     }
 
-    /// How many segments there are.
+    /// Number of segments.
     pub fn len(&self) -> usize {
         self.targets.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no segments.
     pub fn is_empty(&self) -> bool {
         self.targets.is_empty()
     }
 
-    /// The fans, in order.
+    /// The fans, in the order of their addition.
     pub fn fans(&self) -> &[Fan] {
         &self.fans
     }
 
-    /// All targets, in order.
+    /// The targets of all fans, in order.
     pub fn targets(&self) -> &[Vec3] {
         &self.targets
     }

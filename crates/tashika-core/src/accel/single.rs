@@ -1,4 +1,4 @@
-//! One segment or ray after the other.
+//! Walks of a single segment or ray.
 
 use std::borrow::Borrow;
 
@@ -18,17 +18,18 @@ use crate::math::simd::{F32x8, WIDTH, each, for_bits};
 use crate::rng::{self, Purpose};
 use crate::scene::{InstanceId, Scene};
 
-/// Nodes that wait, with the parameter at which a ray enters them, or with the lanes that do.
+/// Stack of nodes to visit, with the parameter at which a ray enters each, or with the lanes that
+/// do.
 pub(super) type Stack<T> = [(u32, T); MAX_WAITING];
 
-/// What one walk leaves to the next: room for nodes that wait, which would take as long as a short
-/// walk to clear, and occluders.
+/// State that one walk passes to the next: stacks, which would take as long as a short walk to
+/// clear, and occluders.
 pub(super) struct Waiting {
     pub top: Box<Stack<f32>>,
     pub below: Box<Stack<f32>>,
     pub packets_top: Box<Stack<u32>>,
     pub packets_below: Box<Stack<u32>>,
-    /// What stopped segments lately in the tree of the world; none is tried if none is kept.
+    /// Leaves of the world tree that stopped recent segments; `None` if none are to be tried.
     pub occluders: Option<Occluders>,
 }
 
@@ -50,12 +51,12 @@ pub(super) struct Segment {
     pub origin: Vec3,
     /// From start to end, or the direction to infinity.
     pub direction: Vec3,
-    /// Where it ends; not used if it goes to infinity.
+    /// End of the segment; unused if it goes to infinity.
     pub target: Vec3,
 }
 
 impl Segment {
-    /// A segment between points.
+    /// Creates the segment between two points.
     #[inline(always)]
     pub fn between(origin: Vec3, target: Vec3) -> Self {
         Self { origin, direction: target - origin, target }
@@ -67,7 +68,7 @@ impl Segment {
         Self { origin, direction, target: origin }
     }
 
-    /// The same in the space of an instance.
+    /// The segment in the space of an instance.
     #[inline(always)]
     pub fn in_space_of<const BOUNDED: bool>(&self, placed: &Placed) -> Self {
         let point = |p: Vec3| Vec3::from(placed.points(p.to_array()));
@@ -79,7 +80,7 @@ impl Segment {
         }
     }
 
-    /// Returns true if it meets a triangle, by exact arithmetic.
+    /// Returns true if the segment meets a triangle, by exact arithmetic.
     #[inline(always)]
     pub fn meets<const BOUNDED: bool>(&self, t: &Triangle) -> bool {
         segment_meets(&t.v, self.origin, self.direction, BOUNDED.then_some(self.target))
@@ -100,19 +101,19 @@ impl Segment {
     }
 }
 
-/// What stands where a segment meets something that may let light pass.
+/// Context in which the transmittance of a surface is evaluated.
 #[derive(Clone, Copy)]
 pub(super) struct Place<'a> {
     pub scene: &'a Scene,
     pub glass: Glass,
-    /// The instance whose space is walked through; none in world space.
+    /// Instance whose space is walked through; `None` in world space.
     pub instance: Option<u32>,
-    /// When: a share of the time that the shutter is open. Means nothing to what stands.
+    /// Share of the time that the shutter is open; ignored for static geometry.
     pub share: f32,
 }
 
 impl Place<'_> {
-    /// The share of light that a triangle stops of a segment that meets it.
+    /// Share of the light along a segment that a triangle stops where the two meet.
     #[inline(never)]
     pub fn stopped(&self, block: &Block, slot: usize, origin: Vec3, direction: Vec3) -> f32 {
         let t = block.triangle(slot);
@@ -131,24 +132,24 @@ impl Place<'_> {
     }
 }
 
-/// Instances below a tree over them.
+/// Instances and the tree over them.
 pub(super) trait Instances {
     type Placed: Borrow<Placed>;
 
-    /// Each leaf is one of them.
+    /// Tree over the instances; each leaf is one instance.
     fn top(&self) -> &Bvh;
 
-    /// The one of a leaf.
+    /// Instance of a leaf.
     fn placed(&self, leaf: u32) -> Self::Placed;
 
-    /// A tree of shared meshes.
+    /// Tree of a shared mesh.
     fn tree(&self, number: u32) -> &Tree;
 
-    /// It as it is then, if it deforms.
+    /// The tree at the time of the walk, if its mesh deforms.
     fn deformed<'t>(&self, tree: &'t Tree) -> Option<Deformed<'t>>;
 }
 
-/// Those that stand.
+/// Static instances.
 pub(super) struct Standing<'a>(pub &'a Trees);
 
 impl<'a> Instances for Standing<'a> {
@@ -175,7 +176,7 @@ impl<'a> Instances for Standing<'a> {
     }
 }
 
-/// The share of light that passes along a segment.
+/// Transmittance of static geometry along a segment.
 #[inline(always)]
 pub(super) fn visible<F: F32x8, const BOUNDED: bool>(
     trees: &Trees,
@@ -204,7 +205,7 @@ pub(super) fn visible<F: F32x8, const BOUNDED: bool>(
     }
 }
 
-/// What passes the instances below a node, of what is visible so far.
+/// Product of `visible` and the transmittance of the instances below a node.
 #[inline(always)]
 pub(super) fn pass_placed<F: F32x8, const BOUNDED: bool>(
     instances: &impl Instances,
@@ -243,7 +244,7 @@ pub(super) fn pass_placed<F: F32x8, const BOUNDED: bool>(
     visible
 }
 
-/// What passes a leaf of a tree.
+/// Transmittance of one leaf of a tree.
 #[inline(always)]
 fn passes_leaf<F: F32x8, const BOUNDED: bool>(
     tree: &Tree,
@@ -252,7 +253,7 @@ fn passes_leaf<F: F32x8, const BOUNDED: bool>(
     place: &Place<'_>,
 ) -> f32 {
     let slot = leaf.slot as usize & (WIDTH - 1);
-    // Another tree's leaf may be none of this one's.
+    // The leaf may come from another tree and be missing in this one.
     let Some(node) = tree.nodes.get(leaf.node as usize) else { return 1.0 };
     let is_leaf = node.count[slot] > 0;
     let (met, _) = s.slope::<F>().meets_children(node, limit(if BOUNDED { 1.0 } else { f32::INFINITY }));
@@ -263,7 +264,7 @@ fn passes_leaf<F: F32x8, const BOUNDED: bool>(
     pass_block::<F, BOUNDED>(block, &s.lines(), s, 1.0, place)
 }
 
-/// What passes the triangles of a block, of what is visible so far.
+/// Product of `visible` and the transmittance of the triangles of a block.
 #[inline(always)]
 pub(super) fn pass_block<F: F32x8, const BOUNDED: bool>(
     block: &Block,
@@ -284,8 +285,8 @@ pub(super) fn pass_block<F: F32x8, const BOUNDED: bool>(
     visible
 }
 
-/// What passes the triangles below a node, of what is visible so far; if nothing does, `occluder`
-/// is the leaf where it ended.
+/// Product of `visible` and the transmittance of the triangles below a node. If the product is
+/// zero, `occluder` becomes the leaf where it reached zero.
 #[inline(always)]
 pub(super) fn pass<F: F32x8, const BOUNDED: bool>(
     of: &impl Met,
@@ -330,7 +331,7 @@ pub(super) fn pass<F: F32x8, const BOUNDED: bool>(
     visible
 }
 
-/// The first child comes on top, so that leaves are met in the same order by all.
+/// Pushes the first child on top, so that all walks meet leaves in the same order.
 #[inline(always)]
 fn push_children(node: &Node, mut inner: u32, waiting: &mut Stack<f32>, top: &mut usize) {
     while inner != 0 {
@@ -359,7 +360,7 @@ pub(super) fn closest_hit<F: F32x8>(
     nearest.hit
 }
 
-/// Marks leaves among the numbers of nodes that wait.
+/// Bit that marks leaves among the numbers on a stack.
 const LEAF: u32 = 1 << 31;
 
 /// The nearest hit so far.
@@ -371,7 +372,7 @@ pub(super) struct Nearest<'a> {
 }
 
 impl Nearest<'_> {
-    /// Looks for a nearer one among instances, of which there are some.
+    /// Searches instances for a nearer hit; there must be at least one instance.
     #[inline(always)]
     pub fn look_at_placed<F: F32x8>(
         &mut self,
@@ -405,7 +406,7 @@ impl Nearest<'_> {
         }
     }
 
-    /// Looks for a nearer one in one tree.
+    /// Searches one tree for a nearer hit.
     #[inline(always)]
     fn look<F: F32x8>(
         &mut self,
@@ -458,7 +459,7 @@ impl Nearest<'_> {
         }
     }
 
-    /// Takes a hit that is nearer, if the surface is there for the ray.
+    /// Takes a hit that is nearer, unless the opacity of its surface lets the ray pass.
     fn take(&mut self, t: &Triangle, instance: Option<u32>, s: &Segment, parameter: f32) {
         let instance = instance.unwrap_or(t.instance);
         let b = barycentric(s.origin, s.direction, t);
@@ -476,7 +477,7 @@ impl Nearest<'_> {
     }
 }
 
-/// The nearest child comes on top.
+/// Pushes the nearest child on top.
 #[inline(always)]
 fn push_sorted<F: F32x8>(node: &Node, mut met: u32, near: F, waiting: &mut Stack<f32>, top: &mut usize) {
     let near = near.array();

@@ -1,4 +1,4 @@
-//! Ranges of boxes in two, where the surface area heuristic says: the expected work of a ray that
+//! Splits ranges of boxes in two by the surface area heuristic: the expected work of a ray that
 //! meets the range is
 //!
 //! ```text
@@ -11,24 +11,24 @@
 //!
 //! # Guarantee
 //! The two sides are functions of the items: boxes and counts of bins do not depend on the order in
-//! which items are counted, hence not on threads, and the order of items after a split depends on
-//! that before alone. Held to this by the tests below and `accel::tests`.
+//! which items are counted, hence not on threads. The order of items after a split depends only on
+//! their order before. Held to this by the tests below and `accel::tests`.
 
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use crate::math::Aabb;
 
-/// Most bins of an axis.
+/// Maximum number of bins along an axis.
 const BINS: usize = 16;
-/// Bins of an axis in ranges of few items.
+/// Number of bins along an axis in ranges of few items.
 const FEW_BINS: usize = 8;
-/// Items from which [`BINS`] are worth their time.
+/// Number of items from which [`BINS`] are worth their time.
 const MANY_ITEMS: usize = 128;
-/// Items that are counted as one piece of parallel work.
+/// Number of items that are counted as one piece of parallel work.
 const CHUNK: usize = 1 << 15;
 
-/// A box, and two numbers of what is in it, which stand where vectors have a fourth component.
+/// A box and two numbers of its content, stored in the fourth components of its corners.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item {
     /// Lower corner (m).
@@ -37,24 +37,25 @@ pub(super) struct Item {
     hi: Vec4,
 }
 
-/// The smallest normal number, as bits. Numbers are added to it: arithmetic on small integers,
-/// taken for what they are as floats, is many times as slow, whatever becomes of the result.
+/// Bits of the smallest normal number, which are added to the numbers of an item. Small integers as
+/// bits of a float would be subnormal, and arithmetic with subnormals is many times slower, even if
+/// its result is unused.
 const NORMAL: u32 = 0x0080_0000;
 
 impl Item {
-    /// With numbers below 2³⁰.
+    /// Creates an item; `numbers` are below 2³⁰.
     pub fn new(b: &Aabb, numbers: [u32; 2]) -> Self {
         debug_assert!(numbers.iter().all(|number| *number < 1 << 30), "{numbers:?}");
         let [lo, hi] = numbers.map(|number| f32::from_bits(number + NORMAL));
         Self { lo: b.lo.extend(lo), hi: b.hi.extend(hi) }
     }
 
-    /// The numbers that it was made with.
+    /// The two numbers passed to [`Item::new`].
     pub fn numbers(&self) -> [u32; 2] {
         [self.lo.w, self.hi.w].map(|number| number.to_bits() - NORMAL)
     }
 
-    /// Whether there is a box.
+    /// Returns true if the box is empty.
     pub fn is_empty(&self) -> bool {
         self.lo.x > self.hi.x
     }
@@ -66,7 +67,7 @@ impl Item {
     }
 }
 
-/// A box whose fourth numbers mean nothing.
+/// A box; the fourth components are unused.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     lo: Vec4,
@@ -76,12 +77,12 @@ pub(super) struct Bounds {
 impl Bounds {
     const EMPTY: Self = Self { lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
 
-    /// Around all of some items.
+    /// Box around all of some items.
     pub fn of(items: &[Item]) -> Self {
         gathered(items, |items| items.iter().fold(Self::EMPTY, |all, i| all.with(i.lo, i.hi)))
     }
 
-    /// Around twice the centres of some items.
+    /// Box around twice the centres of some items.
     fn of_centers(items: &[Item]) -> Self {
         gathered(items, |items| items.iter().fold(Self::EMPTY, |all, i| all.with(i.center(), i.center())))
     }
@@ -108,7 +109,7 @@ impl Bounds {
     }
 }
 
-/// The union over pieces, which are worked on in parallel if there are several.
+/// Union over pieces, which are processed in parallel if there are several.
 fn gathered(items: &[Item], of_piece: impl Fn(&[Item]) -> Bounds + Sync + Send) -> Bounds {
     if items.len() <= CHUNK {
         return of_piece(items);
@@ -116,10 +117,10 @@ fn gathered(items: &[Item], of_piece: impl Fn(&[Item]) -> Bounds + Sync + Send) 
     items.par_chunks(CHUNK).map(of_piece).reduce(|| Bounds::EMPTY, Bounds::union)
 }
 
-/// Puts the items of the first side first, and says how many these are, at least one and not all;
+/// Moves the items of the first side to the front. Returns their number, at least one and not all,
 /// and the boxes of both sides.
 ///
-/// There must be several items.
+/// There must be at least two items.
 pub(super) fn split(items: &mut [Item]) -> (usize, [Bounds; 2]) {
     let bins = Bins::of(items);
     let Some((plane, sides)) = bins.and_then(|bins| bins.best_plane()) else { return halve(items) };
@@ -127,7 +128,7 @@ pub(super) fn split(items: &mut [Item]) -> (usize, [Bounds; 2]) {
     (partition(items, |item| plane.mapping.places(item).cmplt(limit).any()), sides)
 }
 
-/// Items in two halves, along the axis in which their centres spread most.
+/// Splits items in two halves, along the axis in which their centres spread most.
 pub(super) fn halve(items: &mut [Item]) -> (usize, [Bounds; 2]) {
     let size = Bounds::of_centers(items).aabb().size();
     let axis = size.max_position();
@@ -139,24 +140,25 @@ pub(super) fn halve(items: &mut [Item]) -> (usize, [Bounds; 2]) {
     (middle, [Bounds::of(first), Bounds::of(second)])
 }
 
-/// From twice a centre to the numbers of its bins.
+/// Map from twice a centre to the numbers of its bins.
 #[derive(Clone, Copy)]
 struct Mapping {
     origin: Vec4,
     /// Bins per unit of length; zero along axes in which centres do not differ.
     scale: Vec4,
-    /// How many bins there are.
+    /// Number of bins along each axis.
     bins: usize,
 }
 
-/// `1.5 · 2²³`: numbers of this size are integers, and their low bits are those of what was added.
+/// `1.5 · 2²³`: floats of this size are integers. After a small number is added, the low bits are
+/// those of that number.
 const TO_INTEGER: f32 = 12_582_912.0;
 
 impl Mapping {
-    /// Bins of the axes as integers above [`TO_INTEGER`].
+    /// Bin numbers along the axes, as integers above [`TO_INTEGER`].
     #[inline(always)]
     fn places(&self, item: &Item) -> Vec4 {
-        // Half a bin less and rounded to the nearest is rounded down.
+        // Subtracting half a bin and rounding to the nearest rounds down.
         ((item.center() - self.origin) * self.scale - Vec4::splat(0.5)) + Vec4::splat(TO_INTEGER)
     }
 
@@ -167,16 +169,16 @@ impl Mapping {
     }
 }
 
-/// Between the bins of an axis.
+/// A plane between two bins of an axis.
 struct Plane {
     mapping: Mapping,
     axis: usize,
-    /// First bin behind it.
+    /// First bin behind the plane.
     bin: usize,
 }
 
 impl Plane {
-    /// What the [places](Mapping::places) of items on the first side are below of.
+    /// Upper limit of the [places](Mapping::places) of items on the first side.
     fn limit(&self) -> Vec4 {
         let mut limit = [f32::NEG_INFINITY; 4];
         limit[self.axis] = TO_INTEGER + self.bin as f32;
@@ -184,7 +186,7 @@ impl Plane {
     }
 }
 
-/// What lies between planes of each axis.
+/// Boxes and counts of the items in each bin of each axis.
 struct Bins {
     mapping: Mapping,
     bounds: [[Bounds; BINS]; 3],
@@ -192,12 +194,12 @@ struct Bins {
 }
 
 impl Bins {
-    /// None if all centres are at one place.
+    /// Counts items in bins; `None` if all centres are at one place.
     fn of(items: &[Item]) -> Option<Self> {
         let centers = Bounds::of_centers(items);
         let extent = centers.aabb().size();
         let bins = if items.len() < MANY_ITEMS { FEW_BINS } else { BINS };
-        // A little less, so that the last centre is in the last bin.
+        // Slightly less than `bins`, so that the last centre is in the last bin.
         let scale = Vec3::splat(bins as f32 * (1.0 - 1e-3)) / extent;
         let scale = Vec3::select(scale.is_finite_mask(), scale, Vec3::ZERO);
         if scale == Vec3::ZERO {
@@ -265,13 +267,13 @@ impl Bins {
     }
 }
 
-/// Puts the items first that are on the first side, and counts them; without branches, which would
-/// be mispredicted half the time.
+/// Moves the items of the first side to the front and returns their number; without branches, which
+/// would be mispredicted half the time.
 fn partition(items: &mut [Item], is_first: impl Fn(&Item) -> bool) -> usize {
     let mut count = 0;
     for i in 0..items.len() {
         let first = is_first(&items[i]);
-        // Unless it goes to the first side, it changes places with another that does not.
+        // If `i` is of the second side, it changes places with an item of the same side.
         items.swap(count, i);
         count += usize::from(first);
     }
@@ -283,7 +285,7 @@ mod tests {
     use super::*;
     use crate::rng::{Purpose, Stream};
 
-    /// Boxes at random, of which the sizes differ much; on a coarse grid if `coarse`.
+    /// Random boxes of very different sizes, with centres on a coarse grid if `coarse`.
     fn items(count: u32, coarse: bool) -> Vec<Item> {
         let mut s = Stream::new(u64::from(count), Purpose::Test, 0);
         let mut item = |number: u32| {
@@ -329,7 +331,7 @@ mod tests {
         assert_eq!(numbers(&one[..middle]), numbers(&other[..middle]));
     }
 
-    /// Two heaps far apart are told apart, whichever the axis.
+    /// The split separates two clusters far apart, along any axis.
     #[test]
     fn the_plane_is_where_nothing_is() {
         for axis in 0..3 {

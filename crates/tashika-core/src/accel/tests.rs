@@ -1,4 +1,4 @@
-//! The tracer against brute force, against itself, and against its own surfaces.
+//! Tests of the tracer against brute force, against itself, and against its own surfaces.
 
 use std::sync::Arc;
 
@@ -67,8 +67,8 @@ pub(super) fn visible(t: &Tracer, apex: Apex, targets: &[Vec3]) -> Vec<f32> {
     out
 }
 
-/// Parameter at which the line `o + t d` meets a triangle, in `f64`; and how far from any edge,
-/// relative.
+/// Parameter at which the line `o + t d` meets a triangle, in `f64`, and the relative distance from
+/// the nearest edge.
 fn meets_exactly(o: DVec3, d: DVec3, t: &Corners) -> Option<(f64, f64)> {
     let v = t.map(Vec3::as_dvec3);
     let (a, b, c) = (v[0] - o, v[1] - o, v[2] - o);
@@ -80,7 +80,8 @@ fn meets_exactly(o: DVec3, d: DVec3, t: &Corners) -> Option<(f64, f64)> {
     inside.then(|| (a.dot(n) / d.dot(n), margin))
 }
 
-/// Whether a segment is blocked in exact geometry; `None` if that hangs on an edge or an end.
+/// Returns true if a segment is blocked in exact geometry; `None` if that depends on an edge or an
+/// end.
 fn blocked_exactly(o: Vec3, x: Vec3, t_max: f64, triangles: &[Corners]) -> Option<bool> {
     let (o, d) = (o.as_dvec3(), if t_max.is_finite() { x.as_dvec3() - o.as_dvec3() } else { x.as_dvec3() });
     let mut blocked = false;
@@ -184,13 +185,13 @@ fn grouping_does_not_change_a_bit() {
     assert!(partly > 200, "{partly}");
 }
 
-/// Each segment after others that were stopped in other places, in this scene and in another one,
-/// gives what it gives first.
+/// After queries that were stopped elsewhere, in this scene and in another, answers are those of a
+/// tracer without memory.
 #[test]
 fn what_was_asked_before_does_not_matter() {
     let mut s = Stream::new(8, Purpose::Test, 0);
-    // Half of the triangles let light pass: of a leaf that stops one segment, some is met by a
-    // neighbour that is not stopped.
+    // Half of the triangles let light pass, so that a leaf can stop one segment and not its
+    // neighbour.
     let triangles = soup(&mut s, 400, 0.3);
     let (solid, pane) = (mesh(&triangles[..200]), mesh(&triangles[200..]));
     let mixed = tracer_of([(solid, 1.0), (pane, 0.3)], &[Affine3A::IDENTITY]);
@@ -233,8 +234,8 @@ fn threads_do_not_change_the_tree() {
     }
 }
 
-/// A plane of slivers and tiny triangles, anywhere, at any angle, placed directly or as an
-/// instance: nothing that starts on it and leaves it is blocked by it, however grazing.
+/// On a plane of slivers and tiny triangles, anywhere, at any angle, placed directly or as an
+/// instance: no segment that starts on the plane and leaves it is blocked by it, however grazing.
 #[test]
 fn no_surface_blocks_what_starts_on_it() {
     let mut s = Stream::new(5, Purpose::Test, 0);
@@ -266,8 +267,7 @@ fn no_surface_blocks_what_starts_on_it() {
                 point(&mut s, scale),
             )
         };
-        // The second place is far away: it only makes the mesh a shared one when there are enough
-        // copies.
+        // The other places are far away: they only make the mesh a shared one.
         let mut places = vec![place];
         if round % 4 == 1 {
             places
@@ -463,8 +463,8 @@ fn scenes_of_few_triangles_or_none_work() {
     assert_eq!(visible(&t, Apex::Point(c + n), &[c - n])[0], 0.0);
 }
 
-/// Glass by the Fresnel equations at the angle of the segment in the world, however the mesh is
-/// placed; solid glass also not at all.
+/// Transmittance of glass by the Fresnel equations at the angle of the segment in the world,
+/// however the mesh is placed; zero for solid glass if it is to stop segments.
 #[test]
 fn glass_lets_pass_straight_what_it_does_not_reflect() {
     let normal = crate::bsdf::fresnel::dielectric(1.0, 1.5);
@@ -487,7 +487,7 @@ fn glass_lets_pass_straight_what_it_does_not_reflect() {
     };
     let two_faces = |f: f32| (1.0 - f) / (1.0 + f);
     for (surface, passes) in [(solid, 1.0 - normal), (pane, two_faces(normal))] {
-        // Placed once, and so often that the mesh is shared and stretched, which must not change
+        // Placed once; then so often that the mesh is shared, and stretched, which must not change
         // the angle in the world.
         for shared in [false, true] {
             let mut b = SceneBuilder::new("test", Location::default());
@@ -527,9 +527,9 @@ fn glass_lets_pass_straight_what_it_does_not_reflect() {
     }
 }
 
-/// Triangles that stand, and soups that turn and go on while the shutter is open, each as it is when
-/// that opens and when it closes, with the track that it goes by. Every other one deforms, and every
-/// fourth only that.
+/// Static triangles, and soups that turn and move while the shutter is open. Each soup comes with
+/// its triangles when the shutter opens and when it closes, and with its track. Every other soup
+/// deforms, and every fourth only deforms.
 struct MovingSoups {
     tracer: Tracer,
     standing: Vec<Corners>,
@@ -589,8 +589,8 @@ fn moving_soups(stream: &mut Stream, opacity: f32) -> MovingSoups {
     MovingSoups { tracer: Tracer::new(Arc::new(b.build().unwrap())), standing, movers }
 }
 
-/// At each of many times, what stands and what moves is met where it is then, by rays and by
-/// segments, and by no other code than the one without vector instructions.
+/// At each of many times, rays and segments meet static and moving geometry where it is then, and
+/// code without vector instructions gives the same answers.
 #[test]
 fn what_moves_is_met_where_it_is_at_the_time_of_the_ray() {
     let mut s = Stream::new(31, Purpose::Test, 0);
@@ -605,7 +605,7 @@ fn what_moves_is_met_where_it_is_at_the_time_of_the_ray() {
             let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
             let hits: Vec<(f64, f64)> =
                 all.iter().filter_map(|c| meets_exactly(o, d, c)).filter(|(at, _)| *at > -1e-4).collect();
-            // Unless something is near an edge or the start.
+            // Skips rays that pass near an edge or meet something near the start.
             if hits.iter().any(|&(at, margin)| margin < 1e-4 || at < 1e-4) {
                 continue;
             }
@@ -650,7 +650,7 @@ fn what_moves_is_met_where_it_is_at_the_time_of_the_ray() {
     assert!(judged.iter().all(|count| *count > 200), "all answers occur: {judged:?}");
 }
 
-/// Half of the light for each surface that is met, of those that stand and those that move alike.
+/// Half of the light passes each surface that is met, static and moving alike.
 #[test]
 fn what_moves_lets_light_pass_by_its_opacity() {
     let mut s = Stream::new(32, Purpose::Test, 0);
@@ -679,7 +679,8 @@ fn what_moves_lets_light_pass_by_its_opacity() {
     assert!(met > 50, "several are met: {met}");
 }
 
-/// What a pane reflects depends on its slope, which a stretch changes, of the instance or of the mesh.
+/// The reflectance of a pane depends on its slope, which a stretch of the instance or the mesh
+/// changes.
 #[test]
 fn a_pane_that_is_stretched_lets_light_pass_as_it_does_then() {
     let map = |x: f64| DAffine3::from_scale(DVec3::new(x, 1.0, 1.0));

@@ -16,26 +16,26 @@ use crate::scene::{InstanceId, Scene};
 pub struct Hit {
     /// Ray parameter.
     pub t: f32,
-    /// What was met.
+    /// Instance whose surface was met.
     pub instance: InstanceId,
-    /// Its triangle.
+    /// Number of the triangle in its mesh.
     pub triangle: u32,
     /// Barycentric weights of the triangle's corners, summing to 1.
     pub barycentric: [f32; 3],
 }
 
-/// What the tracer holds in memory.
+/// Memory use of a tracer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TracerSize {
-    /// Triangles, counted once a tree that holds them.
+    /// Number of triangles, each counted once for each tree that holds it.
     pub triangles: u64,
-    /// Trees of shared meshes.
+    /// Number of trees of shared meshes.
     pub shared_trees: u64,
-    /// Bytes of nodes and triangles.
+    /// Memory of nodes and triangles (bytes).
     pub bytes: u64,
 }
 
-/// Answers where rays and segments meet a scene. Clones share their trees.
+/// Closest hits and visibility in a scene. Clones share their trees.
 #[derive(Clone, Debug)]
 pub struct Tracer {
     scene: Arc<Scene>,
@@ -43,13 +43,13 @@ pub struct Tracer {
     level: Level,
     plain: bool,
     listener: Option<Arc<dyn Listener>>,
-    /// Of emitters that stand in glass.
+    /// Factors for emitters in glass; `None` if no emitter is in glass.
     pub(super) of_emitters: Option<Arc<OfEmitters>>,
 }
 
 impl Tracer {
     /// Builds the trees of `scene`, in parallel on the current thread pool; the result does not
-    /// depend on it.
+    /// depend on the pool.
     pub fn new(scene: Arc<Scene>) -> Self {
         let trees = Arc::new(Trees::new(&scene));
         let tracer =
@@ -57,14 +57,14 @@ impl Tracer {
         Self { of_emitters: OfEmitters::of(&tracer), ..tracer }
     }
 
-    /// One over the same trees with a `listener`.
+    /// Returns a tracer over the same trees that reports its queries to `listener`.
     #[must_use]
     pub fn with_listener(&self, listener: Arc<dyn Listener>) -> Self {
         Self { listener: Some(listener), ..self.clone() }
     }
 
-    /// One over the same trees that uses no vector instructions and does not remember what stopped
-    /// other segments: the scalar twin, whose answers are the same to the bit.
+    /// Returns a tracer over the same trees that uses no vector instructions and does not remember
+    /// occluders: the scalar twin, whose answers are the same to the bit.
     #[must_use]
     pub fn plain(&self) -> Self {
         Self { level: Level::PORTABLE, plain: true, ..self.clone() }
@@ -75,12 +75,11 @@ impl Tracer {
         &self.scene
     }
 
-    /// Its trees.
     pub(super) fn trees(&self) -> &Trees {
         &self.trees
     }
 
-    /// What is held in memory.
+    /// Counts of triangles and trees, and their memory.
     pub fn size(&self) -> TracerSize {
         let trees = || self.trees.shared.iter().chain([&self.trees.world]);
         TracerSize {
@@ -92,7 +91,7 @@ impl Tracer {
         }
     }
 
-    /// The first surface along `ray`, of those that stand.
+    /// Returns the first static surface along `ray`.
     ///
     /// A surface of opacity `o < 1` is met with probability `o`; the decision is a function of
     /// `key`, the instance and the triangle alone, so equal keys see the same holes.
@@ -103,8 +102,8 @@ impl Tracer {
         kernel::closest_hit(self.level, &self.trees, &self.scene, ray, key)
     }
 
-    /// The share of light that passes what stands along each segment of `batch`, in order: 0 blocked, 1 free,
-    /// between where surfaces are partly transparent. `visibility` is overwritten.
+    /// Overwrites `visibility` with the transmittance of static geometry along each segment of
+    /// `batch`, in order: 0 blocked, 1 free, between where surfaces are partly transparent.
     pub fn visibility(&self, batch: &SegmentBatch, visibility: &mut Vec<f32>) {
         if let Some(listener) = &self.listener {
             listener.segments(batch);
@@ -118,8 +117,8 @@ impl Tracer {
         }
     }
 
-    /// The first surface along `ray`, of those that move too, which are where they are after a
-    /// `share` of the time that the shutter is open, 0 to 1.
+    /// Returns the first surface along `ray`, static or moving. Moving surfaces are where they are
+    /// after a `share` of the time that the shutter is open, 0 to 1.
     #[inline]
     pub fn closest_hit_at(&self, ray: &Ray, key: u64, share: f32) -> Option<Hit> {
         let standing = self.closest_hit(ray, key);
@@ -129,8 +128,8 @@ impl Tracer {
         kernel::closest_moving_hit(self.level, &self.trees, &self.scene, (ray, key), share, standing)
     }
 
-    /// As [`visibility`](Self::visibility), of what moves too, which is where it is after a `share`
-    /// of the time that the shutter is open, 0 to 1.
+    /// Like [`visibility`](Self::visibility), including moving geometry after a `share` of the time
+    /// that the shutter is open, 0 to 1.
     #[inline]
     pub fn visibility_at(&self, batch: &SegmentBatch, share: f32, visibility: &mut Vec<f32>) {
         self.visibility(batch, visibility);

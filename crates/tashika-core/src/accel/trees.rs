@@ -1,5 +1,5 @@
-//! The trees of a scene: one over what is placed once, and one a shared mesh below a tree of
-//! instances that stand and [one](super::moving) of those that move.
+//! Trees of a scene: one over geometry that is placed once, one over static instances,
+//! [one](super::moving) over moving instances, and one for each mesh that instances share.
 
 use std::borrow::Borrow;
 
@@ -13,18 +13,18 @@ use crate::math::simd::{F32x8, WIDTH, each};
 use crate::math::{Aabb, Real};
 use crate::scene::{Instance, InstanceId, Mesh, Scene, box_between, has_normal};
 
-/// Everything that is walked through.
+/// Trees that rays and segments walk through.
 #[derive(Debug)]
 pub(super) struct Trees {
-    /// What is placed once, in world space.
+    /// Geometry that is placed once, in world space.
     pub world: Tree,
     /// Trees of meshes that are placed more than once, or move.
     pub shared: Vec<Tree>,
-    /// Each leaf is one of `placed`.
+    /// Tree over static instances; each leaf is one of `placed`.
     pub top: Bvh,
-    /// Those that stand, in the order of the leaves of `top`.
+    /// Static instances, in the order of the leaves of `top`.
     pub placed: Vec<Placed>,
-    /// Those that move.
+    /// Instances that move, with a tree of their own.
     pub moving: Moving,
 }
 
@@ -32,9 +32,9 @@ pub(super) struct Trees {
 #[derive(Debug)]
 pub(super) struct Tree {
     pub nodes: Vec<Node>,
-    /// Of a mesh that deforms, as it is when the shutter opens.
+    /// Triangles of the leaves; of a mesh that deforms, at the opening of the shutter.
     pub blocks: Vec<Block>,
-    /// The same triangles when it closes; none if the mesh does not deform.
+    /// Triangles of the leaves at the closing of the shutter; none if the mesh does not deform.
     pub closing: Vec<Block>,
     triangles: u64,
 }
@@ -42,7 +42,7 @@ pub(super) struct Tree {
 /// An instance of a shared tree.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placed {
-    /// From world to object space: three columns and what is added.
+    /// Map from world to object space: three columns and the translation.
     to_object: [[f32; 3]; 4],
     pub instance: u32,
     pub tree: u32,
@@ -74,46 +74,46 @@ impl Placed {
 }
 
 impl Tree {
-    /// Over items that `triangle` knows by their numbers.
+    /// Builds a tree over items; `triangle` returns the triangle of an item's numbers.
     fn build(items: Vec<Item>, triangle: impl Fn([u32; 2]) -> Triangle + Sync) -> Self {
         let sorted = Sorted::new(items);
         let blocks = sorted.blocks(triangle);
         Self { nodes: sorted.nodes, blocks, closing: Vec::new(), triangles: sorted.numbers.len() as u64 }
     }
 
-    /// Over items with boxes that hold them at all times, of which `triangle` knows where they are
-    /// after a share of the time.
+    /// Builds a tree over items whose boxes hold them at all times; `triangle` returns the triangle
+    /// of an item's numbers after a share of the time.
     fn build_deforming(items: Vec<Item>, triangle: impl Fn(f32, [u32; 2]) -> Triangle + Sync) -> Self {
         let sorted = Sorted::new(items);
         let [blocks, closing] = [0.0, 1.0].map(|share| sorted.blocks(|numbers| triangle(share, numbers)));
         Self { nodes: sorted.nodes, blocks, closing, triangles: sorted.numbers.len() as u64 }
     }
 
-    /// How many triangles there are.
+    /// Number of triangles in all leaves.
     pub fn triangles(&self) -> u64 {
         self.triangles
     }
 
-    /// Memory (bytes).
+    /// Memory of nodes and triangles (bytes).
     pub fn bytes(&self) -> u64 {
         let blocks = size_of_val(&self.blocks[..]) + size_of_val(&self.closing[..]);
         (size_of_val(&self.nodes[..]) + blocks) as u64
     }
 }
 
-/// Nodes over items in order.
+/// Nodes of a tree, with its items in the order of the leaves.
 struct Sorted {
     nodes: Vec<Node>,
-    /// The first item of each leaf, and how many there are.
+    /// First item and number of items of each leaf.
     leaves: Vec<(u32, u32)>,
-    /// Those of the items.
+    /// Numbers of the items, in the order of the leaves.
     numbers: Vec<[u32; 2]>,
 }
 
 impl Sorted {
     fn new(mut items: Vec<Item>) -> Self {
         let Bvh { nodes, leaves } = Bvh::build(&mut items, LEAF_TRIANGLES);
-        // Without the boxes, which would be in memory together with the blocks.
+        // The boxes are not stored: they would be in memory together with the blocks.
         let numbers = items.par_iter().map(Item::numbers).collect();
         Self { nodes, leaves, numbers }
     }
@@ -127,7 +127,7 @@ impl Sorted {
     }
 }
 
-/// Triangles in a tree, where a walk meets them.
+/// A tree whose triangles are read leaf by leaf.
 pub(super) trait Met {
     type Block<'b>: Borrow<Block>
     where
@@ -153,11 +153,12 @@ impl Met for Tree {
     }
 }
 
-/// Most triangles of a leaf.
+/// Maximum number of triangles in a leaf.
 const LEAF_TRIANGLES: usize = WIDTH;
 
 impl Trees {
-    /// Builds the trees, in parallel on the current thread pool; the result does not depend on it.
+    /// Builds the trees, in parallel on the current thread pool; the result does not depend on the
+    /// pool.
     pub fn new(scene: &Scene) -> Self {
         let mut baked = Vec::new();
         let mut baked_triangles = 0;
@@ -187,7 +188,7 @@ impl Trees {
                 let (first, id) = baked[baked.partition_point(|(first, _)| *first <= k) - 1];
                 let index = (k - first) as u32;
                 let v = scene.world_corners(id, index);
-                // Rounding far from the origin may flatten what was a triangle.
+                // Rounding far from the origin may flatten a triangle.
                 let b = if has_normal(&v) { Aabb::of_points(v) } else { Aabb::EMPTY };
                 Item::new(&b, [id.index() as u32, index])
             };
@@ -227,7 +228,7 @@ impl Trees {
     }
 }
 
-/// The tree over instances, and these in the order of its leaves.
+/// Tree over instances, and the instances in the order of its leaves.
 fn over<T: Copy + Sync>(instances: &[T], world_box: impl Fn(&T) -> Aabb + Sync) -> (Bvh, Vec<T>) {
     let item = |(number, instance): (usize, &T)| Item::new(&world_box(instance), [number as u32; 2]);
     let mut items: Vec<Item> = instances.par_iter().enumerate().map(item).collect();
@@ -249,7 +250,7 @@ fn flags(scene: &Scene, id: InstanceId) -> u32 {
 }
 
 /// World box of an instance (m): around the transformed corners of its mesh's box, grown by the
-/// rounding of the transform, forth and back.
+/// rounding of the transform and of its inverse.
 fn world_box(instance: &Instance, scene: &Scene) -> Aabb {
     let b = scene.meshes()[instance.mesh.index()].bounds();
     let grown = b.transformed(&instance.to_world);

@@ -8,41 +8,41 @@ use crate::math::simd::{F32x8, Vector, WIDTH, each};
 
 /// Bits of [`Triangle::flags`].
 pub(super) mod flag {
-    /// Light may pass along segments: the material has to be asked.
+    /// Segments may be stopped in part: the material decides.
     pub const TRANSPARENT: u32 = 1;
-    /// Rays may pass as if nothing were there: the material has to be asked.
+    /// Rays may pass as if nothing were there: the material decides.
     pub const HOLES: u32 = 2;
 }
 
-/// A triangle.
+/// Corners, numbers and flags of a triangle.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Triangle {
     /// Corners (m).
     pub v: [Vec3; 3],
-    /// Instance it belongs to; not used inside instanced trees.
+    /// Instance of the triangle; unused inside instanced trees.
     pub instance: u32,
-    /// Its number in the mesh.
+    /// Number of the triangle in its mesh.
     pub index: u32,
     /// See [`flag`].
     pub flags: u32,
 }
 
-/// The triangles of a leaf. Places beyond its count are not numbers, so that nothing meets them.
+/// Triangles of a leaf. Unused slots hold NaN, so that nothing meets them.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Block {
-    /// By corner and axis (m).
+    /// Coordinates by corner and axis (m).
     v: [[[f32; WIDTH]; 3]; 3],
     instance: [u32; WIDTH],
     index: [u32; WIDTH],
     flags: [u32; WIDTH],
 }
 
-/// Several numbers for each axis.
+/// Several vectors, component by component.
 pub(super) type Vectors3<F> = [F; 3];
 
 impl Block {
-    /// Of at most [`WIDTH`] triangles.
+    /// Creates a block of at most [`WIDTH`] triangles.
     pub fn new(triangles: impl ExactSizeIterator<Item = Triangle>) -> Self {
         assert!(triangles.len() <= WIDTH, "more triangles than a leaf holds");
         let mut block = Self {
@@ -72,14 +72,14 @@ impl Block {
         Triangle { v, instance: self.instance[slot], index: self.index[slot], flags: self.flags[slot] }
     }
 
-    /// All of them.
+    /// Quantities of the test for all of the triangles.
     #[inline(always)]
     pub fn planes<F: F32x8>(&self) -> Planes<F> {
         Planes::new(&each!(|corner| each!(|axis| F::load(&self.v[corner][axis]))))
     }
 
-    /// The same triangles with corners after a share of the way to those of another block, as
-    /// [`between`](crate::scene::between) has them, to the same bits.
+    /// Triangles whose corners have moved a share of the way to those of another block, with the
+    /// bits of [`between`](crate::scene::between).
     #[inline(always)]
     pub fn towards<F: F32x8>(&self, other: &Self, share: f32) -> Self {
         let (of_self, of_other) = (F::splat(1.0 - share), F::splat(share));
@@ -94,18 +94,18 @@ impl Block {
     }
 }
 
-/// Segments or rays, of which each has a place: all the same, or each its own.
+/// Segments or rays, one in each lane; all lanes may hold the same one.
 #[derive(Clone, Copy)]
 pub(super) struct Lines<F> {
-    /// Where they start (m).
+    /// Starts (m).
     pub origin: Vectors3<F>,
     /// From start to end, or the direction to infinity.
     pub direction: Vectors3<F>,
-    /// Where they end (m); not used of those that go to infinity.
+    /// Ends (m); unused for segments to infinity.
     pub target: Vectors3<F>,
 }
 
-/// Numbers of triangles that do not depend on a segment.
+/// Quantities of triangles that do not depend on a segment.
 ///
 /// # Error of the signed volume `(v₀ − p) · n`
 /// A component `n_i` is a difference of two products, whose absolute values have the sum `P_i`; it
@@ -118,10 +118,12 @@ pub(super) struct Lines<F> {
 /// ```
 ///
 /// The constant below is rounded up, which pays for the rounding of the bound itself. Products
-/// below the range of normal numbers add up to [`UNDERFLOW`] to a component of `n` and to the sum.
+/// below the range of normal numbers add at most [`UNDERFLOW`] to a component of `n` and to the
+/// sum.
 ///
 /// # Error of the edge functions
-/// Edge functions are computed about the corner `v₀`. With `a = v₀ − o` and `q = a × d` they are
+/// Edge functions are computed relative to the corner `v₀`. With `a = v₀ − o` and `q = a × d` they
+/// are
 ///
 /// ```text
 /// V = e₂ · q      W = −e₁ · q      U = d · n − V − W
@@ -130,8 +132,8 @@ pub(super) struct Lines<F> {
 /// so that the distance from `o` enters the error only once: two corners that are close to each
 /// other are not subtracted after they have been multiplied. `V` is a sum of products of three
 /// factors `|eᵢ dⱼ aₖ|` with different `i, j, k`, which together are at most `‖e₂‖_∞ ‖d‖₁ ‖a‖₁`,
-/// and of seven roundings; so is `W`, and `U` has two more, and those of `d · n`. All errors are
-/// below
+/// and has seven roundings. The same holds for `W`; `U` has two roundings more, and those of
+/// `d · n`. All errors are below
 ///
 /// ```text
 /// 10 u ‖a‖₁ ‖d‖₁ (‖e₁‖_∞ + ‖e₂‖_∞) + 10 u Σ |d|_i P_i
@@ -173,14 +175,15 @@ impl<F: Vector> Planes<F> {
         dot([a[0].abs(), a[1].abs(), a[2].abs()], self.per_length) + F::splat(UNDERFLOW)
     }
 
-    /// Places where the line from `v₀ − a` along `d` meets the triangle, of those where the segment
-    /// crosses the plane; `slope` is `d · n`.
+    /// Lanes in which the line from `v₀ − a` along `d` meets the triangle, of those where the
+    /// segment crosses the plane; `slope` is `d · n`.
     #[inline(always)]
     fn inside(&self, a: Vectors3<F>, d: Vectors3<F>, slope: F, across: Met) -> Met {
         let q = cross(a, d);
         let second = dot(self.e[1], q);
         let third = F::splat(0.0) - dot(self.e[0], q);
-        // It is not a number if any is not, and so are the least and the largest if it comes last.
+        // NaN if any of the three is NaN; as the last operand it makes the minimum and maximum NaN,
+        // too.
         let first = slope - second - third;
         let least = second.min(third).min(first);
         let most = second.max(third).max(first);
@@ -193,7 +196,7 @@ impl<F: Vector> Planes<F> {
         Met { certain, doubtful: across.any() & !outside & !certain }
     }
 
-    /// Places where two numbers, each with the bound of its error, have the same sign: `T₀`, and
+    /// Lanes in which two numbers, each with the bound of its error, have the same sign: `T₀`, and
     /// `−T₁` or `d · n`.
     #[inline(always)]
     fn same_sign([start, start_error]: [F; 2], [end, end_error]: [F; 2]) -> Met {
@@ -205,7 +208,7 @@ impl<F: Vector> Planes<F> {
 }
 
 impl<F: F32x8> Planes<F> {
-    /// The numbers as arrays, from which one triangle is taken.
+    /// The quantities as arrays, from which single triangles are taken.
     #[inline(always)]
     pub fn arrays(&self) -> Planes<[f32; WIDTH]> {
         Planes {
@@ -219,7 +222,7 @@ impl<F: F32x8> Planes<F> {
 }
 
 impl Planes<[f32; WIDTH]> {
-    /// The numbers of one triangle, the same in all places.
+    /// The quantities of one triangle, in all lanes.
     #[inline(always)]
     pub fn of<F: Vector>(&self, slot: usize) -> Planes<F> {
         Planes {
@@ -232,35 +235,35 @@ impl Planes<[f32; WIDTH]> {
     }
 }
 
-/// Added to `‖a‖₁ ‖d‖₁`, which pays for components of `q` below the range of normal numbers.
+/// Term added to `‖a‖₁ ‖d‖₁` that covers components of `q` below the range of normal numbers.
 const SMALLEST_LENGTHS: f32 = f32::MIN_POSITIVE * 64.0;
 
-/// Places whose segment or ray meets a triangle.
+/// Lanes whose segment or ray meets a triangle.
 #[derive(Clone, Copy)]
 pub(super) struct Met {
-    /// Places where it certainly meets one.
+    /// Lanes that certainly meet one.
     pub certain: u32,
-    /// Places that exact arithmetic decides.
+    /// Lanes that exact arithmetic decides.
     pub doubtful: u32,
 }
 
 impl Met {
     const NOWHERE: Self = Self { certain: 0, doubtful: 0 };
 
-    /// Places where it does or may.
+    /// Lanes that meet or may meet one.
     #[inline(always)]
     pub fn any(self) -> u32 {
         self.certain | self.doubtful
     }
 
-    /// Returns true if it is in doubt at a place.
+    /// Returns true if a lane is in doubt.
     #[inline(always)]
     pub fn is_doubtful_at(self, place: usize) -> bool {
         self.doubtful >> place & 1 != 0
     }
 }
 
-/// Places whose segment is blocked, by the two rules of [`accel`](crate::accel).
+/// Lanes whose segment is blocked, by the two rules of [`accel`](crate::accel).
 #[inline(always)]
 pub(super) fn blocked<F: Vector, const BOUNDED: bool>(planes: &Planes<F>, s: &Lines<F>) -> Met {
     let a = sub(planes.v0, s.origin);
@@ -278,7 +281,7 @@ pub(super) fn blocked<F: Vector, const BOUNDED: bool>(planes: &Planes<F>, s: &Li
     planes.inside(a, s.direction, planes.volume(s.direction), across)
 }
 
-/// Places whose ray meets a triangle, and the parameters where that is certain.
+/// Lanes whose ray meets a triangle, and the ray parameters where that is certain.
 #[inline(always)]
 pub(super) fn met<F: Vector>(planes: &Planes<F>, s: &Lines<F>) -> (Met, F) {
     let a = sub(planes.v0, s.origin);
@@ -293,9 +296,10 @@ pub(super) fn met<F: Vector>(planes: &Planes<F>, s: &Lines<F>) -> (Met, F) {
 
 /// Barycentric weights of the point at which a line meets a triangle, each in `[0, 1]`.
 ///
-/// They are computed in double precision. The place for which they stand is off the line by some
-/// 10⁻¹⁵ times the distance from the origin, over the sine of the angle at the first corner and the
-/// cosine between the line and the normal, and by the rounding of the weights to single precision.
+/// They are computed in double precision. The point that the weights describe is off the line by
+/// some 10⁻¹⁵ times the distance from the origin, divided by the sine of the angle at the first
+/// corner and by the cosine between the line and the normal. The rounding of the weights to single
+/// precision adds to that.
 pub(super) fn barycentric(origin: Vec3, direction: Vec3, t: &Triangle) -> [f32; 3] {
     let [v0, v1, v2] = t.v.map(Vec3::as_dvec3);
     let d = direction.as_dvec3();
@@ -303,9 +307,9 @@ pub(super) fn barycentric(origin: Vec3, direction: Vec3, t: &Triangle) -> [f32; 
     let q = (v0 - origin.as_dvec3()).cross(d);
     let slope = d.dot(e1.cross(e2));
     let (second, third) = (e2.dot(q) / slope, -e1.dot(q) / slope);
-    // No comparison holds of what is not a number.
+    // Comparisons with NaN are false.
     let within = |weight: f64, most: f64| if weight > 0.0 { weight.min(most) } else { 0.0 };
-    // Each is as wrong as the other's edge is long; in a needle one of them may be noise.
+    // The error of each weight grows with the other's edge; in a needle one of them may be noise.
     let (second, third) = if e1.length_squared() < e2.length_squared() {
         let third = within(third, 1.0);
         (within(second, 1.0 - third), third)

@@ -1,24 +1,27 @@
-//! A bound of the material term from ranges of what Phong and GGX lobes depend on.
+//! A bound of the material term from ranges of the quantities that Phong and facet lobes depend on.
 //!
 //! ```text
 //! M ≤ min( K c_i , K_c )  +  min( P , max( ρ (n + 2)/2π cosⁿα · c_i ,  F D G₂ / (4 c_o) ) )  +  min( P_c , coat )          (sr⁻¹)
 //! ```
 //!
-//! with `c_i` the largest cosine between lights and normals, `K` the largest diffuse part, `K_c` the largest diffuse part times the cosine, and each
-//! factor of the lobes at its largest over the points and the lights: `α` at the least angle
-//! between the cone of mirror directions and the lights, the exponent and the roughness wherever in
-//! their range the lobe is brightest at this angle, `F` at the widest angle of incidence
-//! ([`lobes`](super::lobes),
-//! [`spans`](super::spans)). `P` is the largest value that any point's lobe times the cosine takes at all: it keeps together what the ranges of
-//! points that differ take apart, `P_c` that of coats. Points of all kinds may be merged; each has at most one lobe and one coat.
+//! with `c_i` the largest cosine between lights and normals, `K` the largest diffuse part, `K_c`
+//! the largest diffuse part times the cosine, and each factor of the lobes at its largest over the
+//! points and the lights: `α` at the least angle between the cone of mirror directions and the
+//! lights, the exponent and the roughness wherever in their range the lobe is brightest at this
+//! angle, `F` at the widest angle of incidence ([`lobes`](super::lobes), [`spans`](super::spans)).
+//! `P` is the largest value of any point's lobe times the cosine, over all directions, and `P_c`
+//! that of coats: both combine the parameters of one point, whereas ranges combine those of
+//! different points. Points of all kinds may be merged; each has at most one lobe and one coat.
 //!
 //! # Guarantee
-//! At least `M` of every point merged, in the `f32` arithmetic of [`contribution`](crate::contribution).
-//! Zero where all lights are below the plane of every shading normal.
+//! At least `M` of every point merged, in the `f32` arithmetic of
+//! [`contribution`](crate::contribution). Zero where all lights are below the plane of every
+//! shading normal.
 //!
 //! # Limits
-//! Half vectors know a box of lights as the cone about it. Cones do not know that they hold few
-//! directions: points that differ by more than the width of their lobes have little more than `P`.
+//! Half vectors use the cone around a box of lights in place of the box. Cones hold more directions
+//! than the points have: for points that differ by more than the width of their lobes, hardly any
+//! bound is left except `P`.
 //!
 //! # Held to this by
 //! `bounds::tests::analytic`.
@@ -33,9 +36,9 @@ use super::{Reflector, Towards, UpperMaterial};
 use crate::bsdf::{CoatModel, MIN_COSINE};
 use crate::math::{Cone, Vec3};
 
-/// Cosines of incidence at which reflectances are kept. Higher values make `F` tighter, by up to
-/// the ratio of neighbours, and nodes larger. Chosen: the ratio is below 1.5 for surfaces that
-/// reflect 0.04 and more at normal incidence.
+/// Number of cosines of incidence at which reflectances are stored. Higher values make `F` tighter,
+/// by up to the ratio of neighbours, and nodes larger. Chosen: the ratio is below 1.5 for surfaces
+/// that reflect 0.04 and more at normal incidence.
 const KNOTS: usize = 16;
 
 /// Ranges over a set of points.
@@ -47,23 +50,23 @@ pub struct UpperAnalytic {
     diffuse: f32,
     /// `K_c` (sr⁻¹).
     diffuse_cos: f32,
-    /// Directions to the viewer of the points with a lobe.
+    /// Directions to the viewer of the points with a lobe or a coat.
     viewers: Cone,
-    /// Mirror directions of the points with a lobe.
+    /// Mirror directions of the points with a lobe or a coat.
     mirrors: Cone,
-    /// Smallest cosine between normal and viewer of the points with a lobe.
+    /// Smallest cosine between normal and viewer of the points with a lobe or a coat.
     min_cos_o: f32,
-    /// Largest value that a lobe times the cosine takes at all (sr⁻¹).
+    /// Largest value of a lobe times the cosine, over all directions (sr⁻¹).
     peak: f32,
     phong: PhongRange,
     facets: FacetRange,
-    /// Largest value that a coat times the cosine takes at all (sr⁻¹).
+    /// Largest value of a coat times the cosine, over all directions (sr⁻¹).
     coat_peak: f32,
     /// Coats of each model, in the order of [`CoatModel::ALL`].
     coats: [Coats; CoatModel::ALL.len()],
 }
 
-/// Phong lobes.
+/// Ranges of the parameters of Phong lobes.
 #[derive(Clone, Copy, Debug)]
 struct PhongRange {
     /// Largest factor; zero if there is no such lobe.
@@ -72,18 +75,18 @@ struct PhongRange {
     exponents: [f32; 2],
 }
 
-/// Lobes of facets.
+/// Ranges of the parameters of facet lobes.
 #[derive(Clone, Copy, Debug)]
 struct FacetRange {
-    /// At least the largest channel of `F` for cosines of incidence from `k / KNOTS` on; zeros if
-    /// there is no such lobe.
+    /// Upper bounds of the largest channel of `F` for cosines of incidence from `k / KNOTS` on;
+    /// zeros if there is no such lobe.
     reflected: [f32; KNOTS],
     /// Roughnesses of each model, in the order of [`FacetKind::ALL`]; [`Widths::NONE`] if there is
     /// no such lobe.
     widths: [Widths; FacetKind::ALL.len()],
 }
 
-/// A range of nothing.
+/// An empty range.
 const NONE: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
 
 const EMPTY: UpperAnalytic = UpperAnalytic {
@@ -194,7 +197,7 @@ impl UpperMaterial for UpperAnalytic {
         let lights = [Some(lights), lights.above(&points.normals)];
         let mut from_mirror = least_from_mirror(&points, &lights);
         if let Towards::Box(_) = towards {
-            // The cone about a box is wider than the box.
+            // The cone around a box is wider than the box.
             let of_box = Angle::of_cos(f64::from(towards.upper_cos(&self.mirrors))).minus(TURN);
             from_mirror = from_mirror.max(of_box);
         }
@@ -208,7 +211,7 @@ impl UpperMaterial for UpperAnalytic {
 }
 
 impl UpperAnalytic {
-    /// Of coats, for lights at cosines of at most `max_cos_i`.
+    /// Upper bound of coats times the cosine, for lights at cosines of at most `max_cos_i`.
     fn upper_coat(
         &self,
         points: &Directions,
@@ -225,7 +228,8 @@ impl UpperAnalytic {
 }
 
 impl PhongRange {
-    /// Over lights from `from_mirror` on and at cosines of at most `max_cos_i`.
+    /// Upper bound of lobes times the cosine, for lights at least `from_mirror` from mirror
+    /// directions and at cosines of at most `max_cos_i`.
     fn upper(&self, from_mirror: Angle, max_cos_i: f64) -> f64 {
         if self.scale <= 0.0 {
             return 0.0;
@@ -235,7 +239,8 @@ impl PhongRange {
 }
 
 impl FacetRange {
-    /// The same, for `[min_cos_o, max_cos_i]`.
+    /// Upper bound of lobes times the cosine, for viewers at cosines of at least `min_cos_o` and
+    /// lights at cosines of at most `max_cos_i`.
     fn upper(
         &self,
         points: &Directions,
@@ -243,7 +248,7 @@ impl FacetRange {
         from_mirror: Angle,
         [min_cos_o, max_cos_i]: [f64; 2],
     ) -> f64 {
-        // The first is the largest.
+        // The first entry is the largest.
         if self.reflected[0] <= 0.0 {
             return 0.0;
         }
@@ -271,7 +276,7 @@ impl FacetRange {
     }
 }
 
-/// What facets reflect from each knot on, rounded up.
+/// Largest reflectance of facets from each knot on, rounded up.
 fn table(reflected: &Reflected) -> [f32; KNOTS] {
     std::array::from_fn(|k| round_up(reflected.upper(k as f64 / KNOTS as f64)))
 }

@@ -4,10 +4,11 @@
 //! sin(a ± b) = sin a cos b ± cos a sin b        cos(a ± b) = cos a cos b ∓ sin a sin b
 //! ```
 //!
-//! A sum stops at `π` and a difference at zero, which is what the extremes of an angle over a cone
-//! do. Both numbers are kept because each alone is imprecise at one end: a cosine cannot tell 10⁻⁹
-//! rad from zero. Vectors that are rounded to `f32` are not quite of length 1, so both numbers may
-//! have a common factor that differs from 1 by 10⁻⁶; sums and differences of angles do not see it.
+//! A sum stops at `π` and a difference at zero, as do the extremes of an angle over a cone. Both
+//! numbers are stored because each alone is imprecise at one end: a cosine does not distinguish
+//! 10⁻⁹ rad from zero. Vectors that are rounded to `f32` are not quite of length 1, so both numbers
+//! may have a common factor that differs from 1 by 10⁻⁶; sums and differences of angles do not
+//! depend on it.
 //!
 //! # Guarantee
 //! Angles are right to a few roundings of `f64`, sines and cosines to the common factor.
@@ -19,29 +20,29 @@ use glam::DVec3;
 
 use crate::math::Cone;
 
-/// What `f32` arithmetic can turn a direction between a cone and the BSDF (rad).
+/// Largest angle by which `f32` arithmetic turns a direction between a cone and the BSDF (rad).
 ///
-/// In [`contribution`](crate::contribution) a unit direction is rounded (2·10⁻⁷), taken to a frame whose
-/// axes are orthonormal to 5·10⁻⁷, and rounded there (3·10⁻⁷); axes of cones are directions that
-/// were taken from such a frame and rounded (10⁻⁶). Chosen above their sum.
+/// In [`contribution`](crate::contribution) a unit direction is rounded (2·10⁻⁷), taken to a frame
+/// whose axes are orthonormal to 5·10⁻⁷, and rounded there (3·10⁻⁷); axes of cones are directions
+/// that were taken from such a frame and rounded (10⁻⁶). Chosen above their sum.
 pub(super) const TURN: Angle = Angle { sin: 3e-6, cos: 1.0 - 4.5e-12 };
 
-/// An angle in `[0, π]`.
+/// Sine and cosine of an angle in `[0, π]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Angle {
-    /// Its sine, not negative.
+    /// Sine, not negative.
     pub(super) sin: f64,
-    /// Its cosine.
+    /// Cosine, with its sign.
     pub(super) cos: f64,
 }
 
 impl Angle {
-    /// No angle.
+    /// Angle of 0 rad.
     pub(super) const ZERO: Self = Self { sin: 0.0, cos: 1.0 };
     /// Half a turn.
     pub(super) const PI: Self = Self { sin: 0.0, cos: -1.0 };
 
-    /// Between two unit vectors.
+    /// Angle between two unit vectors.
     pub(super) fn between(a: DVec3, b: DVec3) -> Self {
         Self { sin: a.cross(b).length(), cos: a.dot(b) }
     }
@@ -130,7 +131,7 @@ mod tests {
             for b in ANGLES {
                 let sum = radians(angle(a).plus(angle(b)));
                 assert!((sum - (a + b).min(std::f64::consts::PI)).abs() < 1e-15, "{a} + {b}: {sum}");
-                // Common factors are those of vectors that are rounded.
+                // Rounded vectors have such common factors.
                 let (x, y) = (angle(a), angle(b));
                 let x = Angle { sin: x.sin * 1.000_001, cos: x.cos * 1.000_001 };
                 let difference = radians(x.minus(y));
@@ -150,7 +151,7 @@ mod tests {
         }
     }
 
-    /// Rows of frames are orthonormal to 5·10⁻⁷, as [`TURN`] has it.
+    /// Rows of frames are orthonormal to 5·10⁻⁷, as [`TURN`] assumes.
     #[test]
     fn frames_are_as_orthonormal_as_turn_allows() {
         let mut s = Stream::new(34, Purpose::Test, 0);
@@ -164,7 +165,8 @@ mod tests {
                     squares += error * error;
                 }
             }
-            // Half of F Fᵀ − 1 is what F stretches; the root of its squares is above its norm.
+            // Half of F Fᵀ − 1 is the stretch by F; the root of its sum of squares is above its
+            // norm.
             assert!(0.5 * squares.sqrt() < 5e-7, "{f:?}: {squares:e}");
         }
     }

@@ -1,17 +1,18 @@
-//! A bound of the material term that knows nothing of directions but the cone of normals.
+//! A bound of the material term that uses no directions except the cone of normals.
 //!
 //! ```text
 //! M ≤ K cos⁺(normals, lights) + P          K = max of the diffuse parts, P = max over all directions of lobe · cos⁺          (sr⁻¹)
 //! ```
 //!
-//! The largest value of the BRDF times the largest cosine is what Sakai et al. 2018 bound diffuse
-//! surfaces with, and here it is the same for them, but for roundings. A lobe has its peak `P`,
-//! with the cosine folded in: without it, GGX lobes have no useful maximum, as they grow without
-//! end towards grazing angles.
+//! Sakai et al. 2018 bound diffuse surfaces by the largest value of the BRDF times the largest
+//! cosine; here the bound of these surfaces is the same, except for roundings. A lobe is bounded by
+//! its peak `P`, with the cosine folded in: without the cosine, GGX lobes have no useful maximum,
+//! as they grow without end towards grazing angles.
 //!
 //! # Guarantee
-//! At least `M` of every point merged, in the `f32` arithmetic of [`contribution`](crate::contribution).
-//! Zero where all lights are below the plane of every shading normal.
+//! At least `M` of every point merged, in the `f32` arithmetic of
+//! [`contribution`](crate::contribution). Zero where all lights are below the plane of every
+//! shading normal.
 //!
 //! # Held to this by
 //! `bounds::tests::analytic`.

@@ -1,4 +1,4 @@
-//! Where the lights of a cluster lie, seen from a box of points, and the upper bound of their
+//! Directions from a box of points to the lights of a cluster, and the upper bound of their
 //! geometric term.
 //!
 //! The vectors `d = y − x` from points `x` of a box `P` to lights `y` of a box `L` lie in a box
@@ -10,36 +10,37 @@
 //!
 //! with the angle `θ` between `D` and the axis of the cone of directions from which lights are seen
 //! at their brightest, the half-angle `β` of that cone and the clamp distance `d_c` (Walter et al.
-//! 2005, and 2006 for boxes on both sides). Lights without a cosine have 1 in its place; a spot has
-//! 0 where no part of `D` is in its light, and a light in a medium the largest `4π p` of its phase
-//! function. Lengths are in metres, `G` in m⁻², or 1 for directional lights.
+//! 2005, and 2006 for boxes on both sides). For lights without a cosine the numerator is 1; for a
+//! spot it is 0 where no part of `D` is in its light; for a light in a medium it is the largest
+//! `4π p` of its phase function. Lengths are in metres, `G` in m⁻², or 1 for directional lights.
 //!
 //! # The angle between a box and an axis
 //! With the axis `a`, any unit vector `t` across it, `z = d·a` and `u = d·t`:
 //!
 //! * If `z < 0` all over the box: the directions within `γ < π/2` of `−a` form a convex cone, so a
 //!   box is in it if its corners are, and the largest of `cos θ = z/|d|` is that of a corner.
-//! * Otherwise, if `u > 0` all over the box: `|d|² ≥ z² + u²`, hence `cot θ ≤ z/u`, and the largest
-//!   of such a quotient of linear functions is that of a corner, too.
+//! * Otherwise, if `u > 0` all over the box: `|d|² ≥ z² + u²`, hence `cot θ ≤ z/u`, and such a
+//!   quotient of linear functions is largest at a corner, too.
 //! * In any case `cos θ ≤ max(z) / min(|d|)`.
 //!
-//! `t` points to the centre of the box. The second item would be exact if it pointed to the vector
-//! of `D` that is nearest to the axis; it seldom differs. Boxing `D` in a frame about `a`, as the
-//! sources do, gives more: it takes `max(z)` and `min(u)` of different corners.
+//! `t` points to the centre of the box. The second bound would be exact if `t` pointed to the
+//! vector of `D` that is nearest to the axis, which seldom differs. Boxing `D` in a frame around
+//! `a`, as the sources do, is looser: `max(z)` and `min(u)` come from different corners.
 //!
 //! # Guarantee
-//! [`upper_geometric`] is at least the `G` of every member, in real arithmetic and in the `f32` arithmetic of
-//! [`contribution`](crate::contribution). Sums of products are rounded outward by [`ALONG`]; all other roundings are covered by [`COSINE`].
+//! [`upper_geometric`] is at least the `G` of every member, in real arithmetic and in the `f32`
+//! arithmetic of [`contribution`](crate::contribution). Sums of products are rounded outward by
+//! [`ALONG`]; all other roundings are covered by [`COSINE`].
 //!
 //! # Assumptions
-//! Boxes are not empty, but for directional lights. Axes of cones and directions of lights are unit
-//! vectors to four roundings of `f32`. A point and a light are in the same place or between 10⁻¹⁷ m
-//! and 10¹⁸ m apart, so that squares neither vanish nor overflow.
+//! Boxes are not empty, except for directional lights. Axes of cones and directions of lights are
+//! unit vectors to four roundings of `f32`. A point and a light are in the same place or between
+//! 10⁻¹⁷ m and 10¹⁸ m apart, so that squares neither vanish nor overflow.
 //!
 //! # Limits
-//! Distance and cosine are bounded apart: the nearest vector need not be the one with the smallest
-//! angle. A child's bound can exceed its parent's where the parent's `t` happens to fit better:
-//! both hold, take the smaller. Boxes that overlap have the bound of the clamp.
+//! Distance and cosine are bounded separately: the nearest vector need not be the one with the
+//! smallest angle. A child's bound can exceed its parent's where the parent's `t` happens to fit
+//! better: both hold, so take the smaller. Boxes that overlap have the bound of the clamp.
 //!
 //! # Held to this by
 //! `bounds::tests::geometry`.
@@ -51,21 +52,21 @@ use super::{LightBounds, LightShape};
 use crate::math::elementary::exp;
 use crate::math::{Aabb, Cone, UNIT_ROUNDOFF, Vec3};
 
-/// Where the lights of a cluster lie, seen from the points of a box.
+/// Vectors or directions from the points of a box to the lights of a cluster.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Towards {
     /// The vectors from points to lights (m), not normalised, lie in this box.
     Box(Aabb),
     /// Directions to the lights.
     Cone(Cone),
-    /// Anywhere.
+    /// All directions.
     Any,
 }
 
-/// Relative error of the component of a corner along a vector, as part of the product of both
-/// lengths: 3 roundings of the dot product; for a vector that should be across an axis also 13 of
-/// what it has along it (3 of a dot product, 2 of a product and a difference, 8 of the axis'
-/// squared length), for a quotient of squares 5 of that.
+/// Error of the component of a corner along a vector, relative to the product of both lengths: 3
+/// roundings of the dot product. A vector that should be across an axis has 13 more, of its
+/// component along the axis (3 of a dot product, 2 of a product and a difference, 8 of the axis'
+/// squared length); a quotient of squares has 5 more.
 const ALONG: f32 = 24.0 * UNIT_ROUNDOFF;
 
 /// Error of a cosine. In `contribution`: 7 roundings of unit direction and dot product, 4 of the
@@ -73,24 +74,24 @@ const ALONG: f32 = 24.0 * UNIT_ROUNDOFF;
 /// of the addition theorem with the sines that go into it.
 const COSINE: f32 = 48.0 * UNIT_ROUNDOFF;
 
-/// Relative error of a squared distance, there and here.
+/// Relative error of a squared distance, in `contribution` and here.
 const SQUARED_DISTANCE: f32 = 8.0 * UNIT_ROUNDOFF;
 
-/// As in `contribution`: points closer than 10⁻¹⁰ m are the same point (m²).
+/// Least squared distance (m²): closer points count as 10⁻¹⁰ m apart, as in `contribution`.
 const SMALLEST_SQUARED_DISTANCE: f32 = 1e-20;
 
-/// Squares of distances below this may have lost digits to underflow (m²).
+/// Squared distance below which digits may be lost to underflow (m²).
 const UNDERFLOW: f32 = 1e-34;
 
-/// A box that does not reach farther has no direction: squares of the roundings of its vectors may
-/// underflow (m).
+/// Reach below which a box has no direction: squares of the roundings of its vectors may underflow
+/// (m).
 const NO_REACH: f32 = 1e-12;
 
 impl Towards {
-    /// From the points of a box to the lights of a cluster.
+    /// Vectors or directions from the points of a box to the lights of a cluster.
     ///
-    /// The box of differences is rounded outward: it holds the differences as they are, and as
-    /// `f32` has them.
+    /// The box of differences is rounded outward: it holds the exact differences and those in
+    /// `f32`.
     pub fn between(lights: &LightBounds, points: &Aabb) -> Self {
         match lights.shape {
             LightShape::Omni
@@ -107,10 +108,11 @@ impl Towards {
         }
     }
 
-    /// At least `cos⁺` of the angle between any direction of `self` and any axis in `cone`; 0 to 1.
+    /// Upper bound of `cos⁺` of the angle between any direction of `self` and any axis in `cone`; 0
+    /// to 1.
     ///
-    /// It holds for the true angle and for cosines evaluated in `f32`, as far as these do not
-    /// exceed 1 by rounding.
+    /// The bound holds for the true angle and for cosines evaluated in `f32`, as far as these do
+    /// not exceed 1 by rounding.
     pub fn upper_cos(&self, cone: &Cone) -> f32 {
         let cos = match self {
             _ if cone.is_empty() => 0.0,
@@ -122,8 +124,9 @@ impl Towards {
         cos.clamp(0.0, 1.0)
     }
 
-    /// At most, and at least, the cosine of the angle between any direction of `self` and any axis in
-    /// `cone`, both in `[-1, 1]`; as [`upper_cos`](Self::upper_cos) of angles of more than 90° as well.
+    /// Lower and upper bound of the cosine of the angle between any direction of `self` and any
+    /// axis in `cone`, both in `[-1, 1]`. They hold as [`upper_cos`](Self::upper_cos) does, for
+    /// angles of more than 90° as well.
     pub fn bounds_of_cos(&self, cone: &Cone) -> [f32; 2] {
         let upper = |cone: &Cone| match self {
             Self::Box(differences) if !cone.is_empty() => upper_cos_of_box(differences, cone),
@@ -135,7 +138,7 @@ impl Towards {
         [-upper(&cone.reversed()), upper(cone)].map(|cos| cos.clamp(-1.0, 1.0))
     }
 
-    /// A cone that holds all directions; every direction if the box holds the origin.
+    /// Cone that holds all directions; every direction if the box holds the origin.
     pub fn cone(&self) -> Cone {
         match self {
             Self::Box(differences) => cone_of_box(differences),
@@ -144,7 +147,7 @@ impl Towards {
         }
     }
 
-    /// At most the squared distance between a point and a light (m²).
+    /// Lower bound of the squared distance between a point and a light (m²).
     fn lower_squared_distance(&self) -> f32 {
         match self {
             Self::Box(differences) => nearest(differences).length_squared() * (1.0 - SQUARED_DISTANCE),
@@ -153,7 +156,8 @@ impl Towards {
     }
 }
 
-/// `≥ G` over all members (m⁻², 1 for directional lights), as `contribution` evaluates it.
+/// Upper bound of `G` over all members (m⁻², 1 for directional lights), as `contribution` evaluates
+/// it.
 ///
 /// * `towards`: from the points to `lights`, by [`Towards::between`].
 /// * `clamp_distance`: the distance below which `G` no longer grows (m); zero for no clamp.
@@ -169,17 +173,17 @@ pub fn upper_geometric(lights: &LightBounds, towards: &Towards, clamp_distance: 
         },
         LightShape::Spot { axes, cos_outer } => match towards {
             _ if axes.is_empty() => 0.0,
-            // Beyond the rim by more than angles computed from cosines are wrong, for fall-offs
+            // Beyond the rim by more than the error of angles computed from cosines, for fall-offs
             // that are linear in the angle.
             Towards::Box(differences)
                 if upper_cos_of_box(differences, &axes.reversed()) < cos_outer - COSINE =>
             {
                 0.0
             }
-            // A fall-off of 1 is off by less than a cosine.
+            // The error of a fall-off of 1 is less than that of a cosine.
             Towards::Box(_) | Towards::Cone(_) | Towards::Any => 1.0 + COSINE,
         },
-        // Light goes on from it against the direction towards it.
+        // Scattered light leaves against the direction towards the light.
         LightShape::Volume { directions, asymmetry } => {
             upper_relative(towards.bounds_of_cos(&directions.reversed()), asymmetry)
         }
@@ -189,14 +193,14 @@ pub fn upper_geometric(lights: &LightBounds, towards: &Towards, clamp_distance: 
     if matches!(lights.shape, LightShape::Mixed { .. }) { geometric.max(1.0) } else { geometric }
 }
 
-/// Relative error of an optical thickness that is allowed for, and of the exponential of it: far above
+/// Relative error that is allowed for in an optical thickness, and in its exponential: far above
 /// the few roundings of a distance, a product and [`exp`].
 const TRANSMITTANCE: f32 = 64.0 * UNIT_ROUNDOFF;
 
-/// At least the share of light that comes from a light to a point through a medium that takes so much
-/// of it everywhere, in any channel.
+/// Upper bound of the transmittance between a light and a point, `exp(−σ d_min)`, in any channel.
+/// The medium has at least the extinction `σ` everywhere, and `d_min` is at most any distance.
 ///
-/// * `least_extinction`: of all channels (m⁻¹); with `d_min` at most any distance, it is `exp(−σ d_min)`.
+/// * `least_extinction`: `σ`, the least of all channels (m⁻¹).
 pub fn upper_transmittance(least_extinction: f32, towards: &Towards) -> f32 {
     let thickness = least_extinction * towards.lower_squared_distance().sqrt();
     (exp(-thickness * (1.0 - TRANSMITTANCE)) * (1.0 + TRANSMITTANCE)).min(1.0)
@@ -207,7 +211,8 @@ fn nearest(b: &Aabb) -> Vec3 {
     b.lo.max(Vec3::ZERO) + b.hi.min(Vec3::ZERO)
 }
 
-/// Sum of the largest components in a box: at least the distance of its farthest corner.
+/// Sum of the largest magnitudes of components in a box: at least the distance of its farthest
+/// corner.
 fn reach(b: &Aabb) -> f32 {
     let largest = b.lo.abs().max(b.hi.abs());
     largest.x + largest.y + largest.z
@@ -281,13 +286,13 @@ impl Angle {
     }
 }
 
-/// At least the cosine, with its sign, of the angle between a vector of the box and an axis in the
-/// cone, which is not empty.
+/// Upper bound of the cosine, with its sign, of the angle between a vector of the box and an axis
+/// in the cone, which is not empty.
 fn upper_cos_of_box(b: &Aabb, cone: &Cone) -> f32 {
     angle_to_box(b, cone.axis).less(cone.cos).cos + COSINE
 }
 
-/// At most the angle between the vectors of a box and an axis.
+/// Lower bound of the angle between the vectors of a box and an axis.
 fn angle_to_box(b: &Aabb, axis: Vec3) -> Angle {
     let reach = reach(b);
     if reach < NO_REACH {
@@ -305,22 +310,22 @@ fn angle_to_box(b: &Aabb, axis: Vec3) -> Angle {
     }
     let mut cos_squared = (highest * highest / nearest_squared).min(1.0);
     let center = b.center();
-    // Not of unit length; what is left of it along the axis goes with the length of the centre, as
-    // does the slack.
+    // Not of unit length; its remaining component along the axis scales with the length of the
+    // centre, as does the slack.
     let across = center - axis * center.dot(axis);
     let u = Corners::along(b, across);
     let slack_across = slack * reach;
     if u.smallest() > slack_across {
         let cot = z.zip(u, |z, u| (z + slack) / (u - slack_across)).largest();
         let cot_squared = cot * cot * across.length_squared();
-        // Not a number where the square overflows: `min` then keeps the other bound.
+        // NaN where the square overflows: `min` then keeps the other bound.
         cos_squared = cos_squared.min(cot_squared / (1.0 + cot_squared));
     }
     Angle { cos: cos_squared.sqrt(), sin: (1.0 - cos_squared).sqrt() }
 }
 
-/// The same for a box behind the plane across the axis, whose corners have the components `z` along
-/// it.
+/// [`angle_to_box`] for a box behind the plane across the axis, whose corners have the components
+/// `z` along the axis.
 fn angle_behind(b: &Aabb, z: Corners, slack: f32) -> Angle {
     let cos_squared = z.zip(Corners::squared_lengths(b), |z, squared| (z + slack) * (z + slack) / squared);
     // The sine comes from the square as rounded: next to the opposite of the axis a rounding of the
@@ -329,8 +334,8 @@ fn angle_behind(b: &Aabb, z: Corners, slack: f32) -> Angle {
     Angle { cos: -cos_squared.sqrt(), sin: (1.0 - cos_squared).sqrt() }
 }
 
-/// At least the cosine of the angle between a direction of one cone and an axis of the other; none
-/// is empty.
+/// Upper bound of the cosine of the angle between a direction of one cone and an axis of the other;
+/// neither cone is empty.
 fn upper_cos_of_cone(directions: &Cone, cone: &Cone) -> f32 {
     // The cosine is rounded before the sine is taken from it, so that the angle is rounded down as
     // well.
@@ -338,7 +343,7 @@ fn upper_cos_of_cone(directions: &Cone, cone: &Cone) -> f32 {
     between.less(directions.cos).less(cone.cos).cos + COSINE
 }
 
-/// A cone about the vectors of a box.
+/// Cone that holds the vectors of a box.
 fn cone_of_box(b: &Aabb) -> Cone {
     let near = nearest(b);
     if near.length_squared() < UNDERFLOW {
@@ -346,8 +351,8 @@ fn cone_of_box(b: &Aabb) -> Cone {
     }
     let squared = Corners::squared_lengths(b);
     let reach = reach(b);
-    // The smallest squared cosine of a corner with a vector; none if a corner is not certainly in
-    // front.
+    // The smallest squared cosine between a corner and a vector; `None` if a corner is not
+    // certainly in front.
     let about = |v: Vec3| {
         let z = Corners::along(b, v);
         let slack = ALONG * reach * v.abs().element_sum();
@@ -358,16 +363,16 @@ fn cone_of_box(b: &Aabb) -> Cone {
     let center = b.center();
     if let Some(cos_squared) = about(center) {
         let center_squared = center.length_squared();
-        // The sphere about a small box is narrower than what slack leaves of the corners. For the
-        // rounding of the axis, 8 roundings are added to the sine: (s + 8u)² ≤ (1 + 2⁻¹⁰) s² + (1 +
-        // 2¹⁰) (8u)².
+        // The sphere around a small box is narrower than the cone of its corners with their slack.
+        // For the rounding of the axis, 8 roundings are added to the sine: (s + 8u)² ≤ (1 + 2⁻¹⁰)
+        // s² + (1 + 2¹⁰) (8u)².
         let sine_squared = (0.25 * b.size().length_squared()) / center_squared;
         let of_sphere = 1.0 - (sine_squared * 1.001 + 2.4e-10);
         let cos = cos_squared.max(of_sphere).sqrt().next_down();
         return Cone { axis: center / center_squared.sqrt(), cos };
     }
-    // No component of a vector of the box has another sign than that of the nearest, if that is not
-    // zero: none is behind it.
+    // No component of a vector of the box has the opposite sign of a nonzero component of the
+    // nearest: no vector is behind it.
     let cos = about(near).map_or(0.0, |cos_squared| cos_squared.sqrt().next_down());
     Cone { axis: near.normalize(), cos }
 }

@@ -1,4 +1,4 @@
-//! What is known of a cluster of lights: where they are, and where they shine.
+//! Bounds of a cluster of lights: their positions and their directions.
 
 use crate::bsdf::HenyeyGreenstein;
 use crate::math::{Aabb, Cone};
@@ -6,9 +6,9 @@ use crate::math::{Aabb, Cone};
 /// Bounds of a cluster of lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightBounds {
-    /// Box about the positions (m); empty if all lights are directional.
+    /// Box around the positions (m); empty if all lights are directional.
     pub aabb: Aabb,
-    /// What the lights have in common.
+    /// Kinds and directions of the lights.
     pub shape: LightShape,
 }
 
@@ -17,34 +17,36 @@ pub struct LightBounds {
 pub enum LightShape {
     /// All shine equally in all directions.
     Omni,
-    /// All shine with a cosine lobe about a normal in the cone.
+    /// All shine with a cosine lobe around a normal in the cone.
     Oriented(Cone),
-    /// All shine at most 1 into the angle `arccos cos_outer` about an axis in the cone, and nothing
-    /// beyond.
+    /// All have a relative intensity of at most 1 within the angle `arccos cos_outer` around an
+    /// axis in the cone, and none beyond.
     Spot {
-        /// The axes.
+        /// Cone that holds the axes.
         axes: Cone,
         /// Cosine of the widest half-angle.
         cos_outer: f32,
     },
     /// All shine from infinity, travelling in a direction of the cone.
     Directional(Cone),
-    /// All lie in media and shine by phase functions about a direction of the cone.
+    /// All lie in media and shine by phase functions around a direction of the cone.
     Volume {
-        /// Along which light came to them.
+        /// Directions along which light arrived at the lights.
         directions: Cone,
-        /// The least and the largest asymmetry.
+        /// Least and largest asymmetry of the phase functions.
         asymmetry: [f32; 2],
     },
-    /// Several kinds.
+    /// Lights of several kinds.
     Mixed {
-        /// How many times as bright as its intensity says any of them shines at most, at least 1.
+        /// Upper bound of the ratio of any light's intensity in a direction to its stated
+        /// intensity, at least 1.
         peak: f32,
     },
 }
 
 impl LightShape {
-    /// How many times as bright as its intensity says any of the lights shines at most; at least 1.
+    /// Upper bound of the ratio of any light's intensity in a direction to its stated intensity; at
+    /// least 1.
     pub fn upper_peak(&self) -> f32 {
         match *self {
             Self::Omni | Self::Oriented(_) | Self::Spot { .. } | Self::Directional(_) => 1.0,
@@ -54,13 +56,13 @@ impl LightShape {
     }
 }
 
-/// At least `4π p` over cosines and asymmetries between two, as `contribution` rounds it.
+/// Upper bound of `4π p` over intervals of cosines and of asymmetries, as `contribution` rounds it.
 pub(super) fn upper_relative(cos: [f32; 2], asymmetry: [f32; 2]) -> f32 {
     (4.0 * std::f32::consts::PI * HenyeyGreenstein::upper_density(cos, asymmetry)).next_up()
 }
 
 impl LightBounds {
-    /// Whether some of the lights are infinitely far away.
+    /// Returns true if some of the lights may be infinitely far away.
     pub fn reaches_infinity(&self) -> bool {
         matches!(self.shape, LightShape::Directional(_) | LightShape::Mixed { .. })
     }

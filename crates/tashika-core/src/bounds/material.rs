@@ -1,16 +1,16 @@
-//! What a bound of the material term can do.
+//! Interface of bounds of the material term.
 
 use super::{Reflector, Towards};
 
 /// A bound of the material term `M` of gather points, merged up the gather tree.
 pub trait UpperMaterial: Clone + Send + Sync {
-    /// The bound of one point.
+    /// Creates the bound of one point.
     fn of_point(point: &Reflector) -> Self;
 
-    /// Makes `self` hold for what `other` holds for, too.
+    /// Extends the bound to all points of `other`.
     fn merge(&mut self, other: &Self);
 
-    /// At least the largest channel of `M` (sr⁻¹) over all points merged into `self` and all
+    /// Upper bound of the largest channel of `M` (sr⁻¹) over all points merged into `self` and all
     /// directions of `towards`.
     fn upper_material(&self, towards: &Towards) -> f32;
 }

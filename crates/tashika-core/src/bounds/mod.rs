@@ -1,4 +1,4 @@
-//! Upper bounds of what clusters of lights give to clusters of gather points.
+//! Upper bounds of the contribution of clusters of lights to clusters of gather points.
 
 mod analytic;
 mod angle;

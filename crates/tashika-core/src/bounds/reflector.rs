@@ -1,5 +1,4 @@
-//! One gather point, as far as its material goes, and upper bounds of its BRDF over a cone of light
-//! directions.
+//! The material of one gather point, and upper bounds of its BRDF over a cone of light directions.
 //!
 //! ```text
 //! upper_brdf      ≥ max over ω_i in the cone of f_r(ω_o, ω_i)             (sr⁻¹, largest channel)
@@ -7,7 +6,8 @@
 //! ```
 //!
 //! Both are sums of a bound of the diffuse part, one of the lobe and one of a coat
-//! ([`lobes`](super::lobes)); the extremes of angles over the cone are those of [`spans`](super::spans).
+//! ([`lobes`](super::lobes)); the extremes of angles over the cone are those of
+//! [`spans`](super::spans).
 //!
 //! # Guarantee
 //! Above every value in the `f32` arithmetic of [`contribution`](crate::contribution), for any unit
@@ -27,12 +27,12 @@ use super::spans::{Bundle, Directions, HalfVectors, least_from_mirror};
 use crate::bsdf::{Bsdf, MIN_COSINE};
 use crate::math::{Cone, Frame, Vec3};
 
-/// One gather point, as far as its material goes.
+/// Material and viewing direction of one gather point.
 #[derive(Clone, Copy, Debug)]
 pub struct Reflector {
-    /// How the surface scatters.
+    /// Scattering distribution of the surface.
     pub bsdf: Bsdf,
-    /// Shading frame.
+    /// Shading frame, whose third axis is the shading normal.
     pub frame: Frame,
     /// Unit direction to the viewer, in the frame.
     pub wo: Vec3,
@@ -40,32 +40,33 @@ pub struct Reflector {
     pub geometric_normal: Vec3,
 }
 
-/// What is multiplied to the BRDF.
+/// Factor by which the BRDF is multiplied.
 #[derive(Clone, Copy, PartialEq)]
 enum Factor {
     One,
     Cosine,
 }
 
-/// Maxima over all light directions (sr⁻¹).
+/// Upper bounds over all light directions (sr⁻¹).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OverAll {
-    /// Of the diffuse part and the sheen.
+    /// Bound of the diffuse part and the sheen.
     pub(super) diffuse: f64,
-    /// Of the lobe times the cosine.
+    /// Bound of the lobe times the cosine.
     pub(super) lobe_cos: f64,
-    /// Of the coat times the cosine.
+    /// Bound of the coat times the cosine.
     pub(super) coat_cos: f64,
 }
 
 impl Reflector {
-    /// At least the largest channel of `f_r` (sr⁻¹) over all light directions in `cone` (world).
+    /// Upper bound of the largest channel of `f_r` (sr⁻¹) over all light directions in `cone`
+    /// (world).
     pub fn upper_brdf(&self, cone: &Cone) -> f32 {
         let [diffuse, rest] = self.upper(cone, Factor::One);
         round_up(diffuse + rest)
     }
 
-    /// At least the largest channel of `f_r cos⁺θ` (sr⁻¹) over all light directions in `cone`
+    /// Upper bound of the largest channel of `f_r cos⁺θ` (sr⁻¹) over all light directions in `cone`
     /// (world).
     pub fn upper_brdf_cos(&self, cone: &Cone) -> f32 {
         let [diffuse, rest] = self.upper(cone, Factor::Cosine);
@@ -83,7 +84,7 @@ impl Reflector {
         self.frame.n * self.side()
     }
 
-    /// The parts of [`Reflector::upper_brdf_cos`] over all directions; of the diffuse part without
+    /// The parts of [`Reflector::upper_brdf_cos`] over all directions; the diffuse part is without
     /// the cosine.
     pub(super) fn upper_over_all(&self) -> OverAll {
         let cos_o = self.wo.z * self.side();
@@ -118,7 +119,7 @@ impl Reflector {
         1.0_f32.copysign(self.wo.z)
     }
 
-    /// Of the diffuse part and the sheen, and of the rest.
+    /// Upper bounds of the diffuse part with the sheen, and of the rest.
     fn upper(&self, cone: &Cone, factor: Factor) -> [f64; 2] {
         let cos_o = self.wo.z * self.side();
         if cos_o <= MIN_COSINE || cone.is_empty() {
@@ -137,7 +138,7 @@ impl Reflector {
         let min_cos_i = lights.widest_angle(&normal).cos.max(f64::from(MIN_COSINE));
         let parts = Parts::of(&self.bsdf, cos_o, max_cos_i);
         let directions = || Directions::of_point(Vec3::new(self.wo.x, self.wo.y, cos_o).as_dvec3());
-        // What is above both planes is in all three.
+        // Directions above both planes are in all three.
         let lights = [Some(lights), lights.above(&normal), lights.above(&geometric_normal)];
         let lobe = match parts.lobe {
             Lobe::None => 0.0,
@@ -193,7 +194,7 @@ impl Reflector {
     }
 }
 
-/// What a coat of a point reflects of lights that are in all of `lights`.
+/// Upper bound of a point's coat for lights that are in all of `lights`.
 fn upper_coat(
     coat: &Coats,
     directions: &Directions,

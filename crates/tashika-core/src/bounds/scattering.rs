@@ -1,16 +1,17 @@
-//! A bound of what gather points scatter, on surfaces and in media.
+//! A bound of the material term of gather points on surfaces and in media.
 //!
 //! ```text
 //! M ≤ max( M_ub of the surfaces, p_ub of the media )          p_ub = max of p_g(ω·ω_i) over the directions ω, ω_i and the asymmetries g
 //! ```
 //!
 //! Surfaces are bounded by any [`UpperMaterial`]; phase functions by the extremes of the cosine
-//! between the directions that paths came along, in a cone, and those to the lights
+//! between the directions of incoming paths, in a cone, and the directions to the lights
 //! ([`HenyeyGreenstein::upper_density`]).
 //!
 //! # Guarantee
 //! At least `M` of every point merged, in the `f32` arithmetic of
-//! [`contribution`](crate::contribution). Where there are surfaces alone it is their bound, to the bit.
+//! [`contribution`](crate::contribution). Where there are surfaces alone it is their bound, to the
+//! bit.
 //!
 //! # Held to this by
 //! `bounds::tests::scattering`.
@@ -19,7 +20,7 @@ use super::{Reflector, Towards, UpperMaterial};
 use crate::bsdf::HenyeyGreenstein;
 use crate::math::{Cone, Vec3};
 
-/// A bound of the material term of gather points, of which some may lie in media.
+/// A bound of the material term of gather points, some of which may lie in media.
 #[derive(Clone, Copy, Debug)]
 pub struct UpperScattering<B> {
     surfaces: Option<B>,
@@ -29,26 +30,26 @@ pub struct UpperScattering<B> {
 /// Phase functions of several points.
 #[derive(Clone, Copy, Debug)]
 struct UpperPhase {
-    /// Directions that the paths from the viewer came along.
+    /// Directions along which the paths from the viewer arrived.
     before: Cone,
-    /// The least and the largest.
+    /// Least and largest asymmetry of the phase functions.
     asymmetry: [f32; 2],
 }
 
 impl<B: UpperMaterial> UpperScattering<B> {
-    /// Of one point on a surface.
+    /// Creates the bound of one point on a surface.
     pub fn of_surface(point: &Reflector) -> Self {
         Self { surfaces: Some(B::of_point(point)), media: None }
     }
 
-    /// Of one point in a medium, to which the path from the viewer came along the unit direction
-    /// `before`.
+    /// Creates the bound of one point in a medium, at which the path from the viewer arrived along
+    /// the unit direction `before`.
     pub fn of_medium(before: Vec3, phase: HenyeyGreenstein) -> Self {
         let media = UpperPhase { before: Cone::of(before), asymmetry: [phase.asymmetry; 2] };
         Self { surfaces: None, media: Some(media) }
     }
 
-    /// Makes `self` hold for what `other` holds for, too.
+    /// Extends the bound to all points of `other`.
     pub fn merge(&mut self, other: &Self) {
         match (&mut self.surfaces, &other.surfaces) {
             (Some(own), Some(others)) => own.merge(others),
@@ -62,7 +63,7 @@ impl<B: UpperMaterial> UpperScattering<B> {
         }
     }
 
-    /// At least the largest channel of `M` (sr⁻¹) over all points merged into `self` and all
+    /// Upper bound of the largest channel of `M` (sr⁻¹) over all points merged into `self` and all
     /// directions of `towards`.
     pub fn upper_material(&self, towards: &Towards) -> f32 {
         let of_surfaces = self.surfaces.as_ref().map_or(0.0, |surfaces| surfaces.upper_material(towards));

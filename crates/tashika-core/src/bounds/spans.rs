@@ -3,7 +3,7 @@
 //!
 //! Let `m` be the mirror direction of `ω_o` about the normal `n`, `h` the direction of `ω_o + ω_i`,
 //! `a` the axis of the lights and `δ` their half-angle; a bar marks the axis of the cone of a set
-//! of points, and `ω`, `ν`, `μ` are the half-angles about `ō`, `n̄`, `m̄`.
+//! of points, and `ω`, `ν`, `μ` are the half-angles around `ō`, `n̄`, `m̄`.
 //!
 //! ```text
 //! ∠(ω_i, m) ≥ ∠(a, m̄) − δ − μ
@@ -12,18 +12,18 @@
 //! ∠(ω_i, ω_o) ≤ min(∠(ō, a) + δ + ω, θ_o + π/2)
 //! ```
 //!
-//! Both bounds of `∠(h, n)` hold, and the larger is taken: the first is exact where `ω_i` leaves
-//! the mirror direction in the plane of incidence, the second where it leaves it across, which
-//! matters at grazing angles, where the lobe is long and narrow.
+//! Both bounds of `∠(h, n)` hold, and the larger is taken. The first is exact where `ω_i` leaves
+//! the mirror direction in the plane of incidence, the second where `ω_i` leaves it across that
+//! plane. The second matters at grazing angles, where the lobe is long and narrow.
 //!
-//! Lights below the horizon reflect nothing, so what is above it is enough: where `z = a·n̄ < 0`,
-//! `ω_i·n̄ ≥ −sin ν` and `ω_i·a ≥ cos δ` give `ω_i·a_t ≥ cos δ − |z| sin ν`, a cone about the part
-//! `a_t` of `a` in the plane.
+//! Light from below the horizon is not reflected, so it is enough to bound the part above: where
+//! `z = a·n̄ < 0`, `ω_i·n̄ ≥ −sin ν` and `ω_i·a ≥ cos δ` give `ω_i·a_t ≥ cos δ − |z| sin ν`, a cone
+//! around the part `a_t` of `a` in the plane.
 //!
 //! # Guarantee
 //! Angles are at most, cosines of incidence at most those of any members, in the `f32` arithmetic
-//! of [`contribution`](crate::contribution). The directions there are of length 1 to 10⁻⁶, which turns
-//! `h` by up to [`LENGTHS`]` / ‖ω_o + ω_i‖`.
+//! of [`contribution`](crate::contribution). The directions there are of length 1 to 10⁻⁶, which
+//! turns `h` by up to [`LENGTHS`]` / ‖ω_o + ω_i‖`.
 //!
 //! # Held to this by
 //! The tests below, `bounds::tests::reflector`, `bounds::tests::analytic`.
@@ -33,11 +33,11 @@ use glam::DVec3;
 use super::angle::{Angle, TURN};
 use crate::math::Cone;
 
-/// How far the sum of two directions can be from that of unit vectors: the roundings of both, 10⁻⁶
-/// each, and room.
+/// Largest distance between the sum of two directions and that of unit vectors: the roundings of
+/// both, 10⁻⁶ each, and room.
 pub(super) const LENGTHS: f64 = 3e-6;
 
-/// Directions about an axis.
+/// Directions around an axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bundle {
     axis: DVec3,
@@ -50,30 +50,30 @@ impl Bundle {
         Self { axis, half_angle: Angle::ZERO }
     }
 
-    /// Those of a cone that is not empty.
+    /// Directions of a cone that is not empty.
     pub(super) fn of(cone: &Cone) -> Self {
         Self { axis: cone.axis.as_dvec3(), half_angle: Angle::half_angle(cone) }
     }
 
-    /// Directions within `half_angle` of the unit vector `axis`, and what rounding makes of them.
+    /// Directions within `half_angle` of the unit vector `axis`, with room for rounding.
     pub(super) fn about(axis: DVec3, half_angle: Angle) -> Self {
         Self { axis, half_angle: half_angle.plus(TURN) }
     }
 
-    /// At most the angle between any two members.
+    /// Lower bound of the angle between a member of `self` and one of `other`.
     pub(super) fn least_angle(&self, other: &Self) -> Angle {
         Angle::between(self.axis, other.axis).minus(self.half_angle).minus(other.half_angle)
     }
 
-    /// At least the angle between any two members.
+    /// Upper bound of the angle between a member of `self` and one of `other`.
     pub(super) fn widest_angle(&self, other: &Self) -> Angle {
         Angle::between(self.axis, other.axis).plus(self.half_angle).plus(other.half_angle)
     }
 
-    /// A narrower bundle that holds those members that are above the plane of one of the normals,
-    /// if there is one.
+    /// A narrower bundle that holds the members that are above the plane of at least one normal;
+    /// `None` if there is no such bundle.
     ///
-    /// It may hold others that `self` does not.
+    /// It may hold directions that `self` does not.
     pub(super) fn above(&self, normals: &Self) -> Option<Self> {
         let tilt = normals.half_angle.plus(TURN);
         if tilt.cos <= 0.0 {
@@ -90,7 +90,7 @@ impl Bundle {
         }
         let across = self.axis - normals.axis * z;
         let length = across.length();
-        // The axis is of length 1 to 10⁻⁷ only, which is all of `1 − cos δ` for narrow bundles.
+        // The axis is of length 1 to 10⁻⁷ only, an error as large as `1 − cos δ` of narrow bundles.
         let projected = self.half_angle.cos * self.axis.length() + z * tilt.sin;
         (projected > self.half_angle.cos * length)
             .then(|| Self { axis: across / length, half_angle: Angle::of_cos(projected / length) })
@@ -100,18 +100,18 @@ impl Bundle {
 /// Directions of a set of gather points; none of the cones is empty.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Directions {
-    /// Shading normals.
+    /// Shading normals of the points.
     pub(super) normals: Bundle,
     /// Directions to the viewer.
     pub(super) viewers: Bundle,
-    /// Mirror directions of those.
+    /// Mirror directions of the viewers.
     pub(super) mirrors: Bundle,
-    /// At least the angle between a normal and its viewer.
+    /// Upper bound of the angle between a normal and its viewer.
     pub(super) widest_viewer: Angle,
 }
 
 impl Directions {
-    /// Of one point in its own frame.
+    /// Directions of one point in its own frame.
     pub(super) fn of_point(viewer: DVec3) -> Self {
         let mirror = DVec3::new(-viewer.x, -viewer.y, viewer.z);
         Self {
@@ -124,30 +124,30 @@ impl Directions {
 }
 
 impl Directions {
-    /// At most the angle between any normal and a mirror direction.
+    /// Lower bound of the angle between any normal and a mirror direction.
     pub(super) fn least_mirror(&self) -> Angle {
         self.mirrors.least_angle(&self.normals)
     }
 }
 
-/// At most the angle between any mirror direction and a light that is in all of `lights`.
+/// Lower bound of the angle between any mirror direction and a light that is in all of `lights`.
 pub(super) fn least_from_mirror(points: &Directions, lights: &[Option<Bundle>]) -> Angle {
     let lights = lights.iter().flatten();
     lights.fold(Angle::ZERO, |least, lights| least.max(lights.least_angle(&points.mirrors)))
 }
 
-/// Where half vectors can be.
+/// Bounds of the angles of half vectors.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HalfVectors {
-    /// At most the angle between a half vector and its normal.
+    /// Lower bound of the angle between a half vector and its normal.
     pub(super) least_from_normal: Angle,
-    /// At most the cosine of the angle of incidence on a facet.
+    /// Lower bound of the cosine of the angle of incidence on a facet.
     pub(super) cos_incidence: f64,
 }
 
 impl HalfVectors {
-    /// Of the viewers and the lights that are in all of `lights`, and not within `from_mirror` of a
-    /// mirror direction.
+    /// Bounds for the viewers and for lights that are in all of `lights` and not within
+    /// `from_mirror` of a mirror direction.
     pub(super) fn new(points: &Directions, lights: &[Option<Bundle>], from_mirror: Angle) -> Self {
         let nothing = Self { least_from_normal: Angle::ZERO, cos_incidence: 0.0 };
         let known = lights.iter().flatten().fold(nothing, |known, lights| {
@@ -161,7 +161,7 @@ impl HalfVectors {
         Self { least_from_normal: known.least_from_normal.max(by_mirror), ..known }
     }
 
-    /// Without what is known of mirror directions.
+    /// Bounds for one bundle of lights, without their distance from mirror directions.
     fn over(points: &Directions, lights: &Bundle) -> Self {
         let Directions { normals, viewers, widest_viewer, .. } = points;
         let horizon = Angle { sin: widest_viewer.cos.max(0.0), cos: -widest_viewer.sin };
@@ -190,7 +190,7 @@ mod tests {
     use crate::rng::{Purpose, Stream};
     use crate::warp;
 
-    /// The directions are known exactly, so that what is left is that they are not of length 1.
+    /// The directions are exact, so that only their lengths differ from those of unit vectors.
     #[test]
     fn lengths_of_directions_are_allowed_for() {
         let mut s = Stream::new(43, Purpose::Test, 0);

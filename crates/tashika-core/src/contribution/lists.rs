@@ -1,8 +1,7 @@
-//! Many lights at one gather point: what each would contribute if nothing were in the way, several
-//! at a time.
+//! Unoccluded contributions of many lights at one gather point, several at a time.
 //!
-//! The same arithmetic as [`ContributionKernel::unoccluded`], number by number, and the same bits; held to
-//! it by the tests below.
+//! The arithmetic is that of [`ContributionKernel::unoccluded`], number by number, to the same
+//! bits; held to it by the tests below.
 
 use std::ops::Range;
 
@@ -18,8 +17,8 @@ use crate::vpl::{LightRows, VplKind};
 type Several<F> = [[F; 3]; 3];
 
 impl ContributionKernel<'_> {
-    /// Appends the luminance of [`ContributionKernel::unoccluded`] of each pair (W·m⁻²·sr⁻¹): point by
-    /// point, and for each all of these lights.
+    /// Appends the luminance of [`ContributionKernel::unoccluded`] of each pair (W·m⁻²·sr⁻¹): point
+    /// by point, and for each point all lights.
     pub fn list(
         &self,
         points: &[GatherPoint],
@@ -52,7 +51,7 @@ impl ContributionKernel<'_> {
                 points.iter().zip(rows.chunks_mut(range.len())).for_each(|(point, row)| by_one(point, row));
                 continue;
             }
-            // Points in media are few in most pixels, or all.
+            // In most pixels, few points or all of them lie in media.
             for (point, row) in points.iter().zip(rows.chunks_mut(range.len())) {
                 if point.phase.is_some() {
                     by_one(point, row);
@@ -73,7 +72,8 @@ impl ContributionKernel<'_> {
         }
     }
 
-    /// Of several lights of one kind that has no shape of its own each, at a point on a surface.
+    /// Luminances of several lights at a point on a surface. Their kind is one whose lights have no
+    /// shapes of their own.
     #[inline(always)]
     fn luminances<F: Vector>(&self, point: &GatherPoint, kind: VplKind, lights: &Several<F>) -> F {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
@@ -119,7 +119,7 @@ fn along<F: Vector>(v: [F; 3], axis: Vec3) -> F {
     v[0] * F::splat(axis.x) + v[1] * F::splat(axis.y) + v[2] * F::splat(axis.z)
 }
 
-/// [`ContributionKernel::list`] and what it is asked about.
+/// [`ContributionKernel::list`] with its arguments.
 struct List<'a> {
     contribution: &'a ContributionKernel<'a>,
     points: &'a [GatherPoint],

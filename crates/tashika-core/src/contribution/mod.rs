@@ -1,4 +1,4 @@
-//! The one place that evaluates what a VPL contributes to a gather point.
+//! The one place that evaluates the contribution of a VPL to a gather point.
 //!
 //! ```text
 //! w · M · G · V · I        M = f_r(ω_o, ω_i) cos⁺ θ   (sr⁻¹), at a point in a medium p(ω·ω_i)
@@ -13,13 +13,13 @@
 //! | directional | `1` | 1 | W·m⁻² |
 //! | in a medium | `4π p(cos φ) / max(d², d_c²)` | m⁻² | W·sr⁻¹ |
 //!
-//! `t ≤ 1` is what a map of the scene has in the direction to the point, by channel: `G` has its
-//! largest channel, the tint the others over that. `d_c` is the clamp distance; zero is none.
-//! Visibility `V` comes from [`accel`](crate::accel), with what media leave of light from
-//! [`media`](crate::media). Nothing is reflected by the back of either normal: M is zero unless the
-//! light is above both the geometric and the shading plane. Neither end that lies in a medium has a
-//! cosine: `p` is the phase function there, of the angle by which light, or the path from the viewer
-//! that came along `ω`, is turned.
+//! `t ≤ 1` is the relative intensity that a map of the scene has in the direction to the point, by
+//! channel: `G` has its largest channel, and the tint is `t` over that channel. `d_c` is the clamp
+//! distance; zero is none. Visibility `V` comes from [`accel`](crate::accel), transmittance of
+//! media from [`media`](crate::media). Nothing is reflected by the back of either normal: M is zero
+//! unless the light is above both the geometric and the shading plane. An end that lies in a medium
+//! has no cosine: `p` is the phase function there, of the angle by which light, or the path from
+//! the viewer that arrived along `ω`, is turned.
 
 mod lists;
 mod receivers;
@@ -37,18 +37,18 @@ use crate::gather::GatherPoint;
 use crate::scene::{AimedMap, Scene};
 use crate::vpl::{Vpl, VplKind};
 
-/// How contributions are evaluated.
+/// Kernel that evaluates the contributions of VPLs to gather points.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ContributionKernel<'s> {
     clamp_squared: f32,
     glass: Glass,
-    /// By which lights of images shine.
+    /// Maps of the scene by which lights of images shine.
     maps: &'s [AimedMap],
     least_extinction: f32,
 }
 
-/// Points closer than 10⁻¹⁰ m are the same point, which receives nothing from itself: keeps the
-/// geometric term, and its products with intensities, finite (m²).
+/// Least squared distance (m²): points closer than 10⁻¹⁰ m are the same point, which receives
+/// nothing from itself. Keeps the geometric term, and its products with intensities, finite.
 const SMALLEST_SQUARED_DISTANCE: f32 = 1e-20;
 
 /// The geometry between a point and a light.
@@ -58,16 +58,16 @@ pub struct Link {
     pub towards_light: Vec3,
     /// `G`, clamped (m⁻² or 1).
     pub geometric: f32,
-    /// Colour that the light has in this direction beyond its intensity's, at most 1 in each
-    /// channel; white but for images.
+    /// Colour factor of the light in this direction, at most 1 in each channel; white except for
+    /// images.
     pub tint: Rgb,
     /// Squared distance (m²); infinite for directional lights.
     pub squared_distance: f32,
 }
 
 impl<'s> ContributionKernel<'s> {
-    /// With the geometric term held below `clamp_distance` (m); zero for no clamp. Without a
-    /// [scene](Self::within) for lights that are not images.
+    /// Creates a kernel whose geometric term does not grow below `clamp_distance` (m); zero for no
+    /// clamp. Without a [scene](Self::within) it is for lights that are not images.
     pub const fn new(clamp_distance: f32) -> Self {
         Self {
             clamp_squared: clamp_distance * clamp_distance,
@@ -77,32 +77,32 @@ impl<'s> ContributionKernel<'s> {
         }
     }
 
-    /// The same for lights of this scene, some of which may shine by its maps.
+    /// Returns the kernel for lights of this scene, some of which may shine by its maps.
     #[must_use]
     pub fn within(self, scene: &'s Scene) -> Self {
         Self { maps: scene.intensity_maps(), ..self }
     }
 
-    /// The same with another clamp distance (m).
+    /// Returns the kernel with another clamp distance (m).
     #[must_use]
     pub fn clamped(self, clamp_distance: f32) -> Self {
         Self { clamp_squared: clamp_distance * clamp_distance, ..self }
     }
 
-    /// The same where solid glass does this to segments.
+    /// Returns the kernel with this effect of solid glass on segments.
     #[must_use]
     pub const fn with_glass(self, glass: Glass) -> Self {
         Self { glass, ..self }
     }
 
-    /// The same where all segments lose light by at least this extinction (m⁻¹): for bounds, as
-    /// transmittances are evaluated elsewhere ([`media`](crate::media)).
+    /// Returns the kernel for segments that all lose light by at least this extinction (m⁻¹). Only
+    /// bounds use it, as transmittances are evaluated elsewhere ([`media`](crate::media)).
     #[must_use]
     pub const fn dimmed(self, least_extinction: f32) -> Self {
         Self { least_extinction, ..self }
     }
 
-    /// What all segments lose light by at least (m⁻¹).
+    /// Lower bound of the extinction along all segments (m⁻¹).
     pub const fn least_extinction(&self) -> f32 {
         self.least_extinction
     }
@@ -112,12 +112,12 @@ impl<'s> ContributionKernel<'s> {
         self.clamp_squared.sqrt()
     }
 
-    /// What solid glass does to segments.
+    /// Effect of solid glass on segments.
     pub const fn glass(&self) -> Glass {
         self.glass
     }
 
-    /// The share of the true geometric term that the clamped one is at a squared distance (m²):
+    /// Ratio of the clamped geometric term to the true one at a squared distance (m²):
     /// `min(1, d²/d_c²)`, in `[0, 1]`.
     pub fn share(&self, squared_distance: f32) -> f32 {
         if squared_distance >= self.clamp_squared { 1.0 } else { squared_distance / self.clamp_squared }
@@ -166,8 +166,8 @@ impl<'s> ContributionKernel<'s> {
         }
     }
 
-    /// Whether a light is before both planes of a point, unless that is in a medium, and shines towards
-    /// it: what is not contributes nothing.
+    /// Returns true if a light shines towards a point and, unless the point is in a medium, is
+    /// before both planes of the point. Other lights contribute nothing.
     pub fn is_facing(&self, point: &GatherPoint, light: &Vpl) -> bool {
         let Link { towards_light, geometric, .. } = self.link(point.position, light);
         if point.phase.is_some() {
@@ -191,7 +191,7 @@ impl<'s> ContributionKernel<'s> {
     }
 }
 
-/// `M G` at a point in a medium: nothing of a light in the same place, which has no direction.
+/// `M G` at a point in a medium; zero for a light in the same place, which has no direction.
 fn scattered(phase: HenyeyGreenstein, point: &GatherPoint, link: &Link) -> f32 {
     if link.towards_light == Vec3::ZERO {
         return 0.0;

@@ -1,4 +1,4 @@
-//! Many gather points against one light: which of them can receive anything from it.
+//! Many gather points against one light: the points that can receive anything from it.
 
 use glam::Vec3;
 
@@ -6,7 +6,7 @@ use crate::gather::GatherPoint;
 use crate::math::simd::{F32x16, Level, Vectors, Work, each, for_bits};
 use crate::vpl::{Vpl, VplKind};
 
-/// Points judged at once.
+/// Number of points tested at once.
 const LANES: usize = 16;
 
 /// The geometry of gather points, component by component, in groups of sixteen.
@@ -35,7 +35,7 @@ impl Receivers {
             .map(|chunk| {
                 let gathered = |f: fn(&GatherPoint) -> Vec3| {
                     let mut v = [[0.0; LANES]; 3];
-                    // Those in media have zero normals.
+                    // Points in media have zero normals.
                     for (lane, p) in chunk.iter().enumerate().filter(|(_, p)| p.phase.is_none()) {
                         for (axis, component) in v.iter_mut().enumerate() {
                             component[lane] = f(p)[axis];
@@ -55,7 +55,7 @@ impl Receivers {
     }
 
     /// Appends the numbers of the points that face `light` and are faced by it, in order. The
-    /// others receive nothing, but for what rounding may add at grazing angles.
+    /// others receive nothing, except for roundings at grazing angles.
     pub fn facing(&self, light: &Vpl, out: &mut Vec<u32>) {
         let from = match light.kind {
             VplKind::Directional => {
@@ -79,7 +79,7 @@ impl Receivers {
     }
 }
 
-/// A light as far as facing it goes.
+/// Position and orientation of a light.
 #[derive(Clone, Copy)]
 struct Source {
     /// Position, or the direction to the light if it is at infinity.
@@ -87,11 +87,11 @@ struct Source {
     /// One at infinity, else zero: the homogeneous coordinate's complement.
     at_infinity: f32,
     normal: Vec3,
-    /// Whether it shines to the side of its normal only.
+    /// True if the light shines to the side of its normal only.
     oriented: bool,
 }
 
-/// [`Receivers::facing`] and what it is asked about.
+/// [`Receivers::facing`] with its arguments.
 struct Facing<'a> {
     groups: &'a [Group],
     from: Source,
@@ -153,8 +153,8 @@ mod tests {
         }
     }
 
-    /// Points in media receive from everything that shines towards them, and stand among the others in
-    /// their order.
+    /// Points in media receive from everything that shines towards them, and stand among the others
+    /// in their order.
     #[test]
     fn points_in_media_face_every_light() {
         let mut s = Stream::new(2, Purpose::Test, 0);
@@ -189,7 +189,8 @@ mod tests {
         assert!(faced > 3000 && turned_away > 1000, "{faced}, {turned_away}");
     }
 
-    /// What faces a light is what three scalar products say, point by point, on every level.
+    /// Three scalar products decide which points face a light, point by point, with every
+    /// instruction set.
     #[test]
     fn those_face_a_light_that_see_its_front() {
         let mut s = Stream::new(1, Purpose::Test, 0);

@@ -1,15 +1,14 @@
-//! Pairs of a light cluster and a gather cluster: their bounds, and how they are split and drawn
-//! from.
+//! Pairs of a light cluster and a gather cluster: their bounds, splits and draws.
 //!
 //! ```text
 //! R = I_C W_G M_ub G_ub T_ub     ≥ luminance of I_C W_G · M G V for every member (W·m⁻²·sr⁻¹)
 //! ```
 //!
 //! `I_C` is the sum of the luminances of the cluster's lights, `W_G` the sum of the largest
-//! channels of the weights of its points, `M_ub` bounds the largest channel of the material term, and
-//! `T_ub` what is left of light in fog that is the same everywhere, else 1. A
-//! member `(i, j)` drawn with probability `I_i / I_C · w_j / W_G`, divided by that probability, has
-//! a luminance of at most `R`, since visibility is at most 1.
+//! channels of the weights of its points, `M_ub` bounds the largest channel of the material term,
+//! and `T_ub` bounds the transmittance of homogeneous fog (1 without fog). A member `(i, j)` drawn
+//! with probability `I_i / I_C · w_j / W_G`, divided by that probability, has a luminance of at
+//! most `R`, since visibility is at most 1.
 //!
 //! # Guarantee
 //! A pair keeps the smaller of its own `M_ub G_ub` and its parent's, so that `M_ub G_ub` never
@@ -27,17 +26,17 @@ use crate::math::Vec3;
 use crate::rng::Stream;
 use crate::tree::{GatherTree, LightCluster, LightTree};
 
-/// Keeps pairs at the same place comparable without a clamp (m).
+/// Least distance, which keeps pairs at the same place comparable without a clamp (m).
 const LEAST_DISTANCE: f64 = 1e-6;
 
 /// The clusters of one pixel's sum.
 #[derive(Debug)]
 pub struct Clusters<'a, B> {
-    /// Clusters of lights.
+    /// Tree whose nodes are clusters of lights.
     pub lights: &'a LightTree,
-    /// Clusters of gather points.
+    /// Tree whose nodes are clusters of gather points.
     pub points: &'a GatherTree<UpperScattering<B>>,
-    /// Evaluates terms.
+    /// Kernel that evaluates terms.
     pub contribution: ContributionKernel<'a>,
 }
 
@@ -64,11 +63,11 @@ pub struct Pair {
     pub light: LightCluster,
     /// Node of the gather tree.
     pub points: u32,
-    /// The smaller of its own bound and its parent's.
+    /// The smaller of the pair's own bound and its parent's.
     pub upper: KernelBound,
 }
 
-/// The tree over the gather points of a pixel, with bounds of their materials.
+/// Builds the tree over the gather points of a pixel, with bounds of their materials.
 pub fn gather_tree<B: UpperMaterial>(points: &[GatherPoint]) -> GatherTree<UpperScattering<B>> {
     let bound_of = |point: &GatherPoint| match point.phase {
         None => UpperScattering::of_surface(&Reflector {
@@ -83,7 +82,7 @@ pub fn gather_tree<B: UpperMaterial>(points: &[GatherPoint]) -> GatherTree<Upper
 }
 
 impl<B: UpperMaterial> Clusters<'_, B> {
-    /// All terms as a pair for each instant.
+    /// All terms, as a pair for each instant.
     pub fn roots(&self) -> impl Iterator<Item = Pair> {
         self.points.roots().iter().filter_map(|&(instant, points)| {
             let light = self.lights.root_at(instant)?;
@@ -96,16 +95,16 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         RadianceBound(if pair.upper.0 > 0.0 { self.weight(pair) * f64::from(pair.upper.0) } else { 0.0 })
     }
 
-    /// About the root mean square of a drawn term over its bound, as far as distances make terms
-    /// differ.
+    /// Approximate ratio of the root mean square of a drawn term to its bound, as far as distances
+    /// make terms differ.
     ///
     /// ```text
     /// √(mean G²) / G_ub = a/b
     /// ```
     ///
     /// with the mean over lights that are spread evenly over a plane, from the nearest distance `a`
-    /// of the pair to the farthest `b`, since `∫ 2 d dd / d⁴ = 1/a² − 1/b²` over an area of `b² −
-    /// a²`; both are at least the clamp distance.
+    /// of the pair to the farthest `b`, since `∫ 2 d dd / d⁴ = 1/a² − 1/b²` over an area of
+    /// `b² − a²`; both are at least the clamp distance.
     pub fn importance_of_bound(&self, pair: &Pair) -> f64 {
         let lights = self.lights.bounds(&pair.light);
         if lights.reaches_infinity() {
@@ -120,7 +119,7 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         nearest / farthest
     }
 
-    /// How many terms the pair has.
+    /// Number of terms of the pair.
     pub fn terms(&self, pair: &Pair) -> u64 {
         u64::from(pair.light.count) * u64::from(self.points.nodes()[pair.points as usize].count)
     }
@@ -140,12 +139,12 @@ impl<B: UpperMaterial> Clusters<'_, B> {
             .flat_map(move |light| (first..end).map(move |point| Term { light, point }))
     }
 
-    /// Whether the pair is a single term.
+    /// Returns true if the pair is a single term.
     pub fn is_single(&self, pair: &Pair) -> bool {
         self.terms(pair) == 1
     }
 
-    /// Whether a term is one of the pair's.
+    /// Returns true if the term is one of the pair's.
     pub fn holds(&self, pair: &Pair, term: Term) -> bool {
         let points = &self.points.nodes()[pair.points as usize];
         pair.light.holds(term.light) && term.point.wrapping_sub(points.first) < points.count
@@ -174,10 +173,11 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         self.lights.luminance_of(term.light) * f64::from(point.weight.max_channel())
     }
 
-    /// The two halves of a pair, which must not be single, with the bound of the whole: it is cut
-    /// where the diagonal of the box is longer.
+    /// Splits a pair, which must not be single, at the cluster whose box has the longer diagonal.
+    /// Both halves have the bound of the whole.
     ///
-    /// Light from infinity has no box; it is infinitely far apart, hence cut before the points.
+    /// Lights at infinity have no box; they are infinitely far apart, hence split before the
+    /// points.
     pub fn split(&self, pair: &Pair) -> [Pair; 2] {
         let points = &self.points.nodes()[pair.points as usize];
         let light_is_longer = || {
@@ -193,13 +193,12 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         }
     }
 
-    /// A pair with its own bound, where that is smaller than the one that it has.
+    /// The pair with its own bound, if that is smaller than its present bound.
     pub fn bounded(&self, pair: Pair) -> Pair {
         let lights = self.lights.bounds(&pair.light);
         let towards = Towards::between(&lights, &self.points.nodes()[pair.points as usize].aabb);
         let geometric = upper_geometric(&lights, &towards, self.contribution.clamp_distance());
-        // Where nothing shines, what the surface would do with it does not matter; nor is 0 · ∞ a
-        // bound.
+        // Without light the material term does not matter, and 0 · ∞ would be no bound.
         let mut own = if geometric > 0.0 {
             (geometric * self.points.material(pair.points).upper_material(&towards)).next_up()
         } else {

@@ -1,5 +1,5 @@
-//! The engine of all cuts: splits are planned by rank, new pairs draw what they lack, and the
-//! segments of an epoch are traced together.
+//! The engine of all cuts: splits are planned by rank, new pairs draw the terms that they lack, and
+//! the segments of an epoch are traced together.
 //!
 //! ```text
 //! for each epoch:   split the pair of the highest rank, as often as wanted     Refinement, Rank
@@ -8,14 +8,14 @@
 //!                   hear their values                                          Strata
 //! ```
 //!
-//! Cuts differ in how their pairs are estimated ([`Strata`]), and in who looks at them when: the
-//! published methods after every single split ([`StoppingRule`](super::StoppingRule)), ours after
-//! an epoch.
+//! Cuts differ in the estimators of their pairs ([`Strata`]), and in when these are evaluated: by
+//! the published methods after every single split ([`StoppingRule`](super::StoppingRule)), by ours
+//! after an epoch.
 //!
 //! # Guarantee
 //! The partition is a function of ranks, which see clusters and no values: given the partition and
 //! how many terms are drawn of each pair, the terms are independent. *When* a rule ends a cut may
-//! depend on values; that is what an interval has to reckon with.
+//! depend on values; an interval has to allow for that.
 
 use super::clusters::Clusters;
 use super::refinement::{Refinement, RefinementMemory, RefinementOptions, Split};
@@ -25,7 +25,7 @@ use crate::accel::Tracer;
 use crate::bounds::UpperMaterial;
 use crate::rng::Stream;
 
-/// A cut of a pixel's sum, which grows.
+/// A growing cut of a pixel's sum.
 pub struct Cut<'a, B, S> {
     pub(super) refinement: Refinement<'a, B>,
     pub(super) strata: S,
@@ -36,7 +36,7 @@ pub struct Cut<'a, B, S> {
     epoch: &'a mut Epoch,
 }
 
-/// Memory of a [`Cut`], which the next one uses again.
+/// Memory of a [`Cut`], which the next one reuses.
 #[derive(Debug, Default)]
 pub struct CutMemory {
     pub(super) refinement: RefinementMemory,
@@ -44,18 +44,18 @@ pub struct CutMemory {
     pub(super) inherited: InheritedMemory,
 }
 
-/// What was done since the cut was looked at last.
+/// Splits and terms since the cut was last evaluated.
 #[derive(Debug, Default)]
 pub(super) struct Epoch {
     splits: Vec<Split>,
     batch: TermBatch,
-    /// Where in the batch the terms of each new pair end.
+    /// End of the terms of each new pair in the batch.
     ends: Vec<u32>,
 }
 
 impl<'a, B: UpperMaterial, S: PairEstimates<B>> Cut<'a, B, S> {
-    /// The cut of a single pair, or of one for each instant, as published methods begin; `None` if the sum
-    /// has no terms.
+    /// Creates the cut with which published methods begin: a single pair, or one for each instant.
+    /// `None` if the sum has no terms.
     pub fn published(
         clusters: Clusters<'a, B>,
         strata: S,
@@ -74,7 +74,9 @@ impl<'a, B: UpperMaterial, S: PairEstimates<B>> Cut<'a, B, S> {
 }
 
 impl<'a, B: UpperMaterial, S: Strata<B>> Cut<'a, B, S> {
-    /// * `stream`: where samples come from; nothing that ranks pairs may draw from it.
+    /// Creates the cut of the roots and evaluates it.
+    ///
+    /// * `stream`: source of samples; nothing that ranks pairs may draw from it.
     pub(super) fn begin(
         refinement: Refinement<'a, B>,
         strata: S,
@@ -102,7 +104,7 @@ impl<'a, B: UpperMaterial, S: Strata<B>> Cut<'a, B, S> {
         self.complete(first);
     }
 
-    /// Draws and traces what the pairs from `first` on lack, and tells them.
+    /// Draws and traces the terms that the pairs from `first` on lack, and passes their values on.
     fn complete(&mut self, first: usize) {
         let Self { refinement, strata, stream, epoch: Epoch { batch, ends, .. }, .. } = self;
         batch.clear(refinement.clusters().contribution.glass());
@@ -122,22 +124,22 @@ impl<'a, B: UpperMaterial, S: Strata<B>> Cut<'a, B, S> {
         strata.hear(refinement, (first..).zip(&*ends).map(of_pair));
     }
 
-    /// Pairs of the cut.
+    /// Number of pairs in the cut.
     pub fn pairs(&self) -> u64 {
         self.pairs
     }
 
-    /// How many pairs the cut began with: those of the lowest numbers.
+    /// Number of pairs with which the cut began; these have the lowest numbers.
     pub(super) fn roots(&self) -> usize {
         self.refinement.roots()
     }
 
-    /// Segments traced.
+    /// Number of segments traced so far.
     pub fn segments(&self) -> u64 {
         self.segments
     }
 
-    /// Terms of the whole sum.
+    /// Number of terms of the whole sum.
     pub fn terms(&self) -> u64 {
         let (clusters, roots) = (self.refinement.clusters(), &self.refinement.pairs()[..self.roots()]);
         roots.iter().map(|root| clusters.terms(root)).sum()

@@ -4,15 +4,17 @@
 //! L = Σ_k L_k          k: pairs (C, G) of a light cluster and a gather cluster, every term in exactly one of them
 //! ```
 //!
-//! * [`Clusters`]: pairs, their bounds, how they are split and drawn from; [`TermTable`]: small
-//!   ones term by term.
-//! * [`Refinement`]: which pair is split next, by [`Rank`].
+//! * [`Clusters`]: pairs, with their bounds, splits and draws; [`TermTable`]: small pairs term by
+//!   term.
+//! * [`Refinement`]: the next pair to split, by [`Rank`].
 //! * [`Cut`]: the engine; in epochs, it splits pairs, draws terms and traces their segments.
-//! * [`Strata`]: how pairs are estimated: [`FreshStrata`], [`Representatives`], or
-//!   [`InheritedStrata`], which keep their samples.
-//! * [`StoppingRule`]: when a cut is fine enough, for published methods; a closed family.
-//! * [`PilotVisibility`]: what other pixels of the neighbourhood see, as a [`VisibilityPrior`].
-//! * [`Population`]: what inherited samples say of lights and points that are themselves drawn.
+//! * [`Strata`]: estimators of pairs: [`FreshStrata`], [`Representatives`], or [`InheritedStrata`],
+//!   which keep their samples.
+//! * [`StoppingRule`]: the rules by which published methods end a cut; a closed family.
+//! * [`PilotVisibility`]: visibility from other pixels of the neighbourhood, as a
+//!   [`VisibilityPrior`].
+//! * [`Population`]: estimates by inherited samples for lights and points that are themselves
+//!   drawn.
 //!
 //! # Held to this by
 //! `cut::tests`, and the suite's `cuts`: the finest cut is the exact sum, and estimates at a fixed

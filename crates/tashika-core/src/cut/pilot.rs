@@ -1,28 +1,27 @@
-//! How visible clusters of lights are from parts of the image: what pilot segments, drawn for no
-//! estimate, tell.
+//! Visibility of clusters of lights from parts of the image, measured by pilot segments that no
+//! estimate uses.
 //!
-//! The image is divided into cells ([`Grid`]), the lights into up to [`CLUSTERS`] nodes of the light
-//! tree. For every cell and cluster [`TRIALS`] segments are traced,
-//! from gather points of random pixels of the cell to lights of the cluster. Which lights these are
-//! is drawn once an image: so they lie next to each other in memory, and all segments from a point
-//! are a fan whose neighbours have most of their way in common; points are of the instant of the lights.
-//! For a pixel, trials of its own cell
-//! and of the eight about it count. From the roots of the light tree down,
+//! The image is divided into cells ([`Grid`]), the lights into up to [`CLUSTERS`] nodes of the
+//! light tree. For every cell and cluster [`TRIALS`] segments are traced, from gather points of
+//! random pixels of the cell to lights of the cluster. The lights are drawn once for the image: so
+//! they lie next to each other in memory, and all segments from a point are a fan whose neighbours
+//! have most of their way in common; points are of the instant of the lights. For a pixel, trials
+//! of its own cell and of the eight around it count. From the roots of the light tree down,
 //!
 //! ```text
 //! p_node = (s p_parent + Σ V) / (s + trials)          p above a root: ½
 //! ```
 //!
-//! with the trials of all clusters under the node, so that what few trials leave open is decided by
-//! the lights around.
+//! with the trials of all clusters under the node, so that the lights around decide where trials
+//! are few.
 //!
-//! The cost is at most `CLUSTERS · TRIALS / 16²` = 256 segments a pixel. Cells are measured when
-//! they are first asked for.
+//! The cost is at most `CLUSTERS · TRIALS / 16²` = 256 segments a pixel. Cells are measured on
+//! first use.
 //!
 //! # Independence
 //! Pilot points, lights and pixels come from streams of their own ([`Purpose::Guidance`]); a cell
-//! is a function of the image and its place, not of who asks first. So what a pixel learns here is
-//! independent of all samples of its estimate.
+//! is a function of the image and its place, not of the order of queries. So the prior of a pixel
+//! is independent of all samples of its estimate.
 
 use std::ops::Range;
 
@@ -38,99 +37,99 @@ use crate::rng::{self, Purpose, Stream};
 use crate::tree::{LightCluster, LightTree};
 use crate::vpl::{Vpl, VplKind};
 
-/// Clusters of lights.
+/// Maximum number of clusters of lights.
 const CLUSTERS: usize = 8192;
-/// Segments for each cell and cluster.
+/// Number of segments for each cell and cluster.
 const TRIALS: u32 = 8;
-/// Sets of lights that stand for the clusters: two by two cells have one each.
+/// Number of sets of lights that stand for the clusters: two by two cells have one each.
 const SETS: usize = 4;
-/// `s`: how many trials the visibility of the parent weighs as much as.
+/// `s`: weight of the parent's visibility, in trials.
 const PARENT_WEIGHT: f32 = 2.0;
-/// Points of the image that say which clusters matter.
+/// Number of points of the image that decide which clusters matter.
 const PROBES: u64 = 256;
-/// Visibility is counted in parts of this: `TRIALS` times as many fit into a byte.
+/// Number of steps in which the visibility of a segment is counted: `TRIALS` times as many fit into
+/// a byte.
 const PARTS: f32 = 16.0;
-/// Keeps a cluster at a probe's own place finite (m²).
+/// Keeps the importance of a cluster at a probe's own place finite (m²).
 const LEAST_SQUARED_DISTANCE: f32 = 1e-6;
 
-/// What is needed to trace pilot segments.
+/// Data needed to trace pilot segments.
 #[derive(Clone, Copy, Debug)]
 pub struct Pilot<'a> {
-    /// Rays.
+    /// Tracer of the pilot segments.
     pub tracer: &'a Tracer,
-    /// Gather points.
+    /// View in whose pixels the gather points lie.
     pub view: View<'a>,
-    /// Lights.
+    /// Tree over the lights of the image.
     pub lights: &'a LightTree,
-    /// Which lights can light a point at all.
+    /// Kernel that decides which lights can light a point at all.
     pub contribution: ContributionKernel<'a>,
 }
 
 /// Pilot visibility of an image.
 #[derive(Debug)]
 pub struct PilotVisibility {
-    /// Of all clusters of lights whose visibility is known, those that trials are for and all
-    /// above, depth first: the place of the parent; roots are their own.
+    /// Place of the parent of each cluster of known visibility, depth first; roots are their own
+    /// parents. Visibility is known of clusters with trials and of all above them.
     parents: Vec<u32>,
-    /// Clusters that trials are for, each with its place.
+    /// Clusters with trials, each with its place.
     clusters: Vec<(u32, LightCluster)>,
-    /// Which of these are of each instant.
+    /// Range of `clusters` for each instant.
     of_instants: Vec<Range<usize>>,
-    /// Lights of the clusters, of which cells next to each other have different ones: cluster by
-    /// cluster one for each point of a cell.
+    /// Lights of the clusters, cluster by cluster one for each point of a cell. Neighbouring cells
+    /// use different sets.
     representatives: [Vec<[Vpl; TRIALS as usize]>; SETS],
-    /// By number of a cluster: the place of the smallest whose visibility is known and that holds
-    /// it.
+    /// By number of a cluster: the place of the smallest cluster of known visibility that holds it.
     place_of: Vec<u32>,
     cells: Grid<Cell>,
     seed: u64,
 }
 
-/// What the segments of a cell saw.
+/// Tallies of the segments of a cell.
 #[derive(Debug)]
 struct Cell {
-    /// By cluster.
+    /// One tally for each cluster.
     tallies: Vec<Tally>,
-    /// Segments traced.
+    /// Number of segments traced for the cell.
     segments: u64,
 }
 
 /// Trials of a cell and a cluster.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
-    /// In [`PARTS`] of a segment.
+    /// Visible segments, in [`PARTS`] of a segment.
     visible: u8,
     trials: u8,
 }
 
-/// Visibility about one cell.
+/// Visibility of the clusters of lights around one cell.
 #[derive(Debug)]
 pub struct CellVisibility<'a> {
     place_of: &'a [u32],
     visibility: Vec<f32>,
-    /// Segments that each pixel of the cell cost.
+    /// Number of segments that each pixel of the cell cost.
     pub segments_per_pixel: u64,
 }
 
 impl CellVisibility<'_> {
-    /// What visibility is to be expected there.
+    /// Expected visibility of the lights around the cell.
     pub fn prior(&self) -> VisibilityPrior<'_> {
         VisibilityPrior::new(self.place_of, &self.visibility)
     }
 }
 
 impl PilotVisibility {
-    /// For the image that `pilot` looks at; chooses clusters, but traces no segment yet.
+    /// Chooses clusters for the image of `pilot`; traces no segment yet.
     pub fn new(pilot: &Pilot<'_>, seed: u64) -> Self {
         let lights = pilot.lights;
-        // Those that could light the probes most are split furthest.
+        // Clusters that could light the probes most are split furthest.
         let probes = probes(pilot, seed);
         let mut chosen =
             lights.split(CLUSTERS, |cluster| importance(lights, cluster, &probes)).into_iter().peekable();
         let mut place_of = vec![u32::MAX; lights.clusters()];
         let (mut parents, mut clusters) = (Vec::new(), Vec::new());
         let mut of_instants = vec![0..0; lights.instants().len()];
-        // With the place above; roots have none.
+        // Clusters with the place above; roots have none.
         let mut waiting = Vec::new();
         for (instant, root) in lights.roots() {
             let first = clusters.len();
@@ -158,7 +157,7 @@ impl PilotVisibility {
         Self { parents, clusters, of_instants, representatives, place_of, cells, seed }
     }
 
-    /// What is known about a cell.
+    /// Visibility of the lights around a cell.
     pub fn about(&self, pilot: &Pilot<'_>, cell: [u32; 2]) -> CellVisibility<'_> {
         let mut sums = vec![[0.0_f32; 2]; self.parents.len()];
         for near in self.cells.about(cell) {
@@ -204,7 +203,7 @@ impl PilotVisibility {
                 let number = u64::from(instant) * u64::from(TRIALS) + u64::from(trial);
                 points.extend(one_point(pilot, pixel, &instants, key.wrapping_add(number)));
             }
-            // What reflects nothing needs no light.
+            // Points that reflect nothing need no light.
             points.retain(|point| !point.albedo().is_black());
             let trials = pilot.look(&points, instants.shares()[0], |trial| {
                 clusters.clone().map(move |cluster| (cluster as u32, &representatives[cluster][trial]))
@@ -224,9 +223,10 @@ impl PilotVisibility {
 impl Pilot<'_> {
     /// Visibility of lights from points, after a share of the time that the shutter is open.
     ///
-    /// * `lights`: of the point of a place in `points`, each with a number of the caller's.
+    /// * `lights`: returns the lights for the point at a place in `points`, each with a number of
+    ///   the caller's.
     ///
-    /// Returns number and visibility of each light that can light its point at all.
+    /// Returns the number and the visibility of each light that can light its point at all.
     fn look<'l, L: Iterator<Item = (u32, &'l Vpl)>>(
         &self,
         points: &[GatherPoint],
@@ -243,7 +243,7 @@ impl Pilot<'_> {
             for (number, light) in
                 lights(trial).filter(|(_, light)| self.contribution.is_facing(point, light))
             {
-                // Fans about the point are faster, but media are asked about from it.
+                // Fans around the point are faster, but media need the point as target.
                 if light.kind == VplKind::Directional || has_media {
                     batch.push_fan(light.apex(), [point.position]);
                     in_media.push(point.medium);
@@ -265,12 +265,12 @@ impl Pilot<'_> {
     }
 }
 
-/// A gather point of a pixel at one of some instants; none where nothing gathers.
+/// A gather point of a pixel at one of `instants`; `None` where nothing gathers.
 fn one_point(pilot: &Pilot<'_>, pixel: [u32; 2], instants: &Instants, seed: u64) -> Option<GatherPoint> {
     pilot.view.by(1, seed).pixel_at(pilot.tracer, pixel, instants).points.into_iter().next()
 }
 
-/// Points of random pixels of the whole image.
+/// Positions of gather points of random pixels of the whole image.
 fn probes(pilot: &Pilot<'_>, seed: u64) -> Vec<Vec3> {
     let mut stream = Stream::new(seed, Purpose::Guidance, 1);
     let point = |number: u64| {
@@ -281,7 +281,7 @@ fn probes(pilot: &Pilot<'_>, seed: u64) -> Vec<Vec3> {
     (0..PROBES).filter_map(point).collect()
 }
 
-/// Everything below a cluster, and the cluster, has this place.
+/// Sets the place of a cluster and of everything below it.
 fn fill(lights: &LightTree, cluster: LightCluster, place: u32, place_of: &mut [u32]) {
     let mut waiting = vec![cluster];
     while let Some(next) = waiting.pop() {
@@ -290,8 +290,8 @@ fn fill(lights: &LightTree, cluster: LightCluster, place: u32, place_of: &mut [u
     }
 }
 
-/// About how much light the probes could get from a cluster (W·m⁻²), as if it were anywhere in its
-/// box.
+/// Approximate light that the probes could get from a cluster (W·m⁻²), as if it were anywhere in
+/// its box.
 fn importance(lights: &LightTree, cluster: &LightCluster, probes: &[Vec3]) -> f64 {
     let bounds = lights.bounds(cluster);
     let geometric = match bounds.shape {

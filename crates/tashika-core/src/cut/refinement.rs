@@ -1,5 +1,4 @@
-//! All pairs of a pixel's cuts, and which of them is split next: always the one of the highest
-//! rank.
+//! All pairs of a pixel's cuts, and the next pair to split: always the one of the highest rank.
 //!
 //! Splits can be planned ahead of any sample, since a [`Rank`] sees none.
 
@@ -11,21 +10,21 @@ use super::rank::Rank;
 use super::table::{TableEntry, TermTable};
 use crate::bounds::UpperMaterial;
 
-/// Which pairs are split, and in which order.
+/// Options that decide which pairs are split, and in which order.
 #[derive(Clone, Copy, Debug)]
 pub struct RefinementOptions<'a> {
     /// The pair of the highest rank is split first.
     pub rank: Rank<'a>,
-    /// Terms up to which a pair is not split any more, but evaluated as a whole. At least 1.
+    /// Number of terms up to which a pair is not split, but evaluated as a whole. At least 1.
     pub finest: u64,
-    /// Terms up to which a pair is tabulated when it is split, for its halves to be drawn from; 0
-    /// if none is. Higher: fewer bounds and fewer segments, but more terms to evaluate and to
-    /// search.
+    /// Number of terms up to which a pair is tabulated when it is split, so that its halves are
+    /// drawn from the table; 0 for no tables. Higher values need fewer bounds and fewer segments,
+    /// but more terms to evaluate and to search.
     pub tabulated: u64,
 }
 
 impl RefinementOptions<'static> {
-    /// As published methods do it: by bounds alone, down to single terms.
+    /// Options of published methods: by bounds alone, down to single terms.
     pub const PUBLISHED: Self = Self { rank: Rank::Upper, finest: 1, tabulated: 0 };
 }
 
@@ -40,23 +39,24 @@ pub struct Split {
     pub rank: f64,
 }
 
-/// What is known of a pair, none of it from samples.
+/// Data of a pair, none of it from samples.
 #[derive(Clone, Copy, Debug)]
 pub struct PairInfo {
     /// `R`; zero if the pair contributes nothing.
     pub upper: RadianceBound,
-    /// About the root mean square of a drawn term over `R`, were all of them visible; not proven.
+    /// Approximate root mean square of a drawn term over `R`, if all terms were visible; not
+    /// proven.
     pub importance_of_bound: f64,
-    /// Where its terms are, if they are tabulated.
+    /// Place of the terms, if they are tabulated.
     pub table: Option<TableEntry>,
-    /// Whether it is evaluated as a whole.
+    /// True if the pair is evaluated as a whole.
     pub is_finest: bool,
-    /// Whether it gave way to its halves.
+    /// True if the pair gave way to its halves.
     pub is_split: bool,
 }
 
 impl PairInfo {
-    /// About the root mean square of a drawn term, were all of them visible; not proven
+    /// Approximate root mean square of a drawn term, if all terms were visible; not proven
     /// (W·m⁻²·sr⁻¹).
     pub fn importance_size(&self) -> f64 {
         self.upper.0 * self.importance_of_bound
@@ -72,19 +72,19 @@ pub struct Refinement<'a, B> {
     roots: usize,
 }
 
-/// Memory of a [`Refinement`], which the next one uses again.
+/// Memory of a [`Refinement`], which the next one reuses.
 #[derive(Clone, Debug, Default)]
 pub struct RefinementMemory {
     table: TermTable,
     pairs: Vec<Pair>,
     infos: Vec<PairInfo>,
-    /// Ranks, which are not negative, as bits, in the same order; and numbers: of equals, the older
-    /// pair is the greater.
+    /// Ranks as bits, which have the order of the ranks since none is negative, and numbers: of
+    /// equal ranks, that of the older pair is the greater.
     waiting: BinaryHeap<(u64, Reverse<u32>)>,
 }
 
 impl<'a, B: UpperMaterial> Refinement<'a, B> {
-    /// The cut of a single pair, or one for each instant; `None` if the sum has no terms.
+    /// Creates the cut of a single pair, or one for each instant; `None` if the sum has no terms.
     pub fn new(
         clusters: Clusters<'a, B>,
         options: RefinementOptions<'a>,
@@ -100,12 +100,12 @@ impl<'a, B: UpperMaterial> Refinement<'a, B> {
         (refinement.roots > 0).then_some(refinement)
     }
 
-    /// What the pairs are pairs of.
+    /// Clusters of which the pairs consist.
     pub fn clusters(&self) -> &Clusters<'a, B> {
         &self.clusters
     }
 
-    /// How many pairs there were before any was split: one for each instant.
+    /// Number of pairs before any was split: one for each instant.
     pub fn roots(&self) -> usize {
         self.roots
     }
@@ -115,13 +115,14 @@ impl<'a, B: UpperMaterial> Refinement<'a, B> {
         &self.memory.pairs
     }
 
-    /// What is known of a pair, by number.
+    /// Data of a pair, by number.
     pub fn info(&self, pair: usize) -> &PairInfo {
         &self.memory.infos[pair]
     }
 
-    /// What makes the value of a drawn term of its ratio to what its probability is proportional
-    /// to: `I_C W_G`, or `U` if the pair is tabulated.
+    /// Sum of the measures to which the probabilities of a pair's terms are proportional:
+    /// `I_C W_G`, or `U` if the pair is tabulated. A drawn term contributes its value over its
+    /// measure, times this weight.
     pub fn weight(&self, pair: usize) -> f64 {
         let weight = || self.clusters.weight(&self.memory.pairs[pair]);
         self.memory.infos[pair].table.map_or_else(weight, |entry| entry.total)
@@ -132,8 +133,8 @@ impl<'a, B: UpperMaterial> Refinement<'a, B> {
         &self.memory.table
     }
 
-    /// Splits the pair of the highest rank; `None` if all that is left are pairs that are evaluated
-    /// as a whole, or contribute nothing.
+    /// Splits the pair of the highest rank; `None` if all pairs that are left are evaluated as a
+    /// whole, or contribute nothing.
     pub fn split_next(&mut self) -> Option<Split> {
         let (rank, Reverse(parent)) = self.memory.waiting.pop()?;
         self.memory.infos[parent as usize].is_split = true;
@@ -141,10 +142,10 @@ impl<'a, B: UpperMaterial> Refinement<'a, B> {
         let pair = &self.memory.pairs[parent as usize];
         let halves = self.clusters.split(pair);
         let is_small = self.clusters.terms(pair) <= self.options.tabulated;
-        // Many small pairs are never split: a table of theirs would be for two terms.
+        // Many small pairs are never split: their tables would serve two terms.
         let new_table = || is_small.then(|| self.memory.table.add(&self.clusters, pair));
         if let Some(whole) = self.memory.infos[parent as usize].table.or_else(new_table) {
-            // What is tabulated needs no other bound.
+            // Tabulated pairs need no other bound.
             let entries = self.memory.table.halves(&self.clusters, &halves, &whole);
             for (half, entry) in halves.into_iter().zip(entries) {
                 self.add(half, Some(entry));

@@ -1,12 +1,12 @@
-//! When a cut is fine enough, as published methods see it: they look after every single split.
+//! Stopping rules of published methods, which are evaluated after every single split.
 //!
 //! ```text
 //! L̂ = Σ_k L̂_k          V̂ = Σ_k s_k²          k: pairs of the cut
 //! ```
 //!
 //! Since the order of splits does not depend on any sample, those of an epoch are planned and drawn
-//! ahead and their segments traced together; what lies beyond the split at which the rule is met is
-//! thrown away, and not counted.
+//! ahead and their segments traced together. Work beyond the split at which the rule is met is
+//! discarded, and not counted.
 
 use super::engine::Cut;
 use super::strata::PairEstimates;
@@ -14,18 +14,18 @@ use crate::bounds::UpperMaterial;
 use crate::color::RgbSum;
 use crate::stats::student_t_two_sided;
 
-/// Splits of an epoch: this share of the cut, and at least [`MIN_EPOCH`].
+/// Splits of an epoch as a share of the pairs of the cut; at least [`MIN_EPOCH`].
 const EPOCH_SHARE: f64 = 0.125;
-/// See [`EPOCH_SHARE`].
+/// Minimum number of splits of an epoch; see [`EPOCH_SHARE`].
 const MIN_EPOCH: u64 = 31;
 
-/// The rules by which published methods end, a closed family.
+/// Stopping rules of published methods, a closed family.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StoppingRule {
     /// No pair that can be split has an upper bound above `error` times the estimate (Walter 2005,
     /// section 3.3).
     LargestUpper {
-        /// Relative error `ε`.
+        /// Relative error `ε` of the estimate.
         error: f64,
     },
     /// The half-width of the t-interval is at most `error` times the estimate (Nabata 2016):
@@ -34,44 +34,44 @@ pub enum StoppingRule {
     /// t_N √(Σ s²) ≤ ε L̂          N: pairs of the cut
     /// ```
     ///
-    /// It is not looked at before the cut has `min_pairs` pairs.
+    /// The rule is not evaluated before the cut has `min_pairs` pairs.
     Interval {
-        /// Relative error `ε`.
+        /// Relative error `ε` of the estimate.
         error: f64,
         /// Confidence of the interval, in (0, 1).
         confidence: f64,
-        /// Pairs from which on the rule counts.
+        /// Number of pairs from which on the rule is evaluated.
         min_pairs: u64,
     },
 }
 
-/// How a cut ended.
+/// Reason why a cut ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CutEnd {
-    /// Its rule is met.
+    /// The stopping rule of the cut is met.
     RuleMet,
-    /// Nothing can be split any more.
+    /// No pair can be split any more.
     #[default]
     Finest,
-    /// It has as many pairs as permitted.
+    /// The cut has as many pairs as permitted.
     Budget,
 }
 
-/// The estimate that a cut gives; by default that of a sum without terms.
+/// Estimate by a cut; by default that of a sum without terms.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CutEstimate {
     /// Estimate (W·m⁻²·sr⁻¹).
     pub radiance: RgbSum,
-    /// Estimated variance of its luminance.
+    /// Estimated variance of the luminance.
     pub variance: f64,
-    /// Half-width of the interval that the rule states for its luminance (W·m⁻²·sr⁻¹); 0 if it
+    /// Half-width of the interval that the rule states for the luminance (W·m⁻²·sr⁻¹); 0 if it
     /// states none.
     pub half_width: f64,
-    /// How it ended.
+    /// Reason why the cut ended.
     pub end: CutEnd,
-    /// Pairs of the cut.
+    /// Number of pairs in the cut.
     pub pairs: u64,
-    /// Segments traced for it.
+    /// Number of segments traced for the estimate.
     pub segments: u64,
 }
 
@@ -101,8 +101,8 @@ impl StoppingRule {
         }
     }
 
-    /// Whether the cut ends here, and how; `largest_upper`: of a pair that can be split, none if no
-    /// pair can be.
+    /// Returns true if the cut ends here, and records why. `largest_upper` is the largest bound of
+    /// a pair that can be split; `None` if no pair can be.
     fn ends(&self, now: &mut CutEstimate, largest_upper: Option<f64>, max_pairs: u64) -> bool {
         let half_width = self.confidence().map_or(0.0, |confidence| {
             student_t_two_sided(confidence, now.pairs as f64) * now.variance.max(0.0).sqrt()
@@ -125,7 +125,7 @@ impl StoppingRule {
         true
     }
 
-    /// Confidence of the interval that it states, if it states one.
+    /// Confidence of the interval that the rule states, if it states one.
     pub fn confidence(&self) -> Option<f64> {
         match *self {
             Self::LargestUpper { .. } => None,

@@ -1,16 +1,16 @@
-//! Tables of small pairs, term by term: what each would contribute if nothing were in the way.
+//! Tables of small pairs, term by term: the unoccluded contribution of each term.
 //!
 //! ```text
 //! u_ij = luminance of w_j M_ji G_ji I_i          U = Σ u_ij over the terms of the pair
 //! ```
 //!
-//! A term drawn with probability `u_ij / U` has, divided by that probability, the luminance `U
-//! V_ij`: within `[0, U]`, and of a variance that only visibility makes. `U` is the smallest bound
-//! that a pair can have without a ray; bounds of clusters are some times larger, and cost as much
-//! as a hundred terms.
+//! A term drawn with probability `u_ij / U` has, divided by that probability, the luminance
+//! `U V_ij`: within `[0, U]`, and with a variance by visibility alone. `U` is the smallest bound
+//! that a pair can have without a ray; bounds of clusters are several times larger, and cost as
+//! much as a hundred terms.
 //!
-//! Terms are evaluated once, when a pair that is small enough is split; all that is split from it
-//! takes its values from there.
+//! Terms are evaluated once, when a pair that is small enough is split; all pairs that are split
+//! from it read their values from the table.
 
 use smallvec::SmallVec;
 
@@ -18,25 +18,24 @@ use super::clusters::{Clusters, Pair, RadianceBound};
 use super::terms::Term;
 use crate::bounds::UpperMaterial;
 
-/// Above the rounding of `f32` in products of a dozen factors: keeps `U` above what rounded terms
-/// come to.
+/// Factor above the rounding of `f32` in products of a dozen factors: keeps `U` above the values of
+/// rounded terms.
 const ROUNDING: f64 = 1.0 + 1.0 / 262_144.0;
 
-/// Share of a sum that was added up, below which what is left of it is added up, too, rather than
-/// got by taking parts away. Everything taken away and left has errors of rounding of the sum that
-/// was added up: a few 2⁻⁵³ for each level, of which a share of 2⁻¹⁶ makes far less than
-/// [`ROUNDING`] allows.
+/// Share of an added-up sum below which a remainder is added up, too, rather than computed by
+/// subtracting parts. Parts and remainders have the rounding errors of the added-up sum: a few 2⁻⁵³
+/// of it for each level, which relative to a share of 2⁻¹⁶ is far less than [`ROUNDING`] allows.
 const LEAST_SHARE: f64 = 1.0 / 65_536.0;
 
-/// Where the terms of a tabulated pair are, and what they come to.
+/// Place of the terms of a tabulated pair, and their sum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TableEntry {
     block: u32,
-    /// Terms above zero.
+    /// Number of terms above zero.
     pub lit: u32,
     /// `U` (W·m⁻²·sr⁻¹).
     pub total: f64,
-    /// The sum that was added up last, of which this is what is left; the same if this was.
+    /// The added-up sum of which `total` is a remainder; `total` itself if that was added up.
     added_up: f64,
 }
 
@@ -47,8 +46,8 @@ impl TableEntry {
     }
 }
 
-/// Where the values of a pair are, of which others are parts: point by point, and for each all
-/// lights.
+/// Place of the values of a pair, of which other pairs are parts: point by point, and for each
+/// point all lights.
 #[derive(Clone, Copy, Debug)]
 struct Block {
     values: u32,
@@ -65,7 +64,7 @@ pub struct TermTable {
 }
 
 impl TermTable {
-    /// Forgets all pairs but keeps the memory.
+    /// Removes all pairs but keeps the memory.
     pub fn clear(&mut self) {
         self.values.clear();
         self.blocks.clear();
@@ -98,7 +97,7 @@ impl TermTable {
         let lit = whole.lit - one.lit;
         let total = if lit > 0 { whole.total - one.total } else { 0.0 };
         let mut other = TableEntry { block: whole.block, lit, total, added_up: whole.added_up };
-        // A small difference of large numbers would not be above what its terms come to.
+        // A small difference of large numbers might not be above the sum of its terms.
         if lit > 0 && total < LEAST_SHARE * whole.added_up {
             other = self.sum(clusters, &halves[1 - smaller], whole.block);
         }
@@ -115,7 +114,8 @@ impl TermTable {
         TableEntry { block, lit, total, added_up: total }
     }
 
-    /// A bound of `u_ij / (I_i w_j)` of a tabulated pair, and to rounding the largest (m⁻²·sr⁻¹).
+    /// Upper bound of `u_ij / (I_i w_j)` in a tabulated pair, the largest value to rounding
+    /// (m⁻²·sr⁻¹).
     pub fn largest_share<B: UpperMaterial>(
         &self,
         clusters: &Clusters<'_, B>,
@@ -132,8 +132,7 @@ impl TermTable {
         largest * ROUNDING
     }
 
-    /// The values of a pair that is part of a block: for each point, its number and one value a
-    /// light.
+    /// Values of a pair that is part of a block: for each point, its number and one value a light.
     fn rows<B: UpperMaterial>(
         &self,
         clusters: &Clusters<'_, B>,
@@ -149,7 +148,7 @@ impl TermTable {
         })
     }
 
-    /// `u` of a term of a tabulated pair (W·m⁻²·sr⁻¹).
+    /// Unoccluded value `u` of a term of a tabulated pair (W·m⁻²·sr⁻¹).
     pub fn unoccluded(&self, entry: &TableEntry, term: Term) -> f64 {
         let block = &self.blocks[entry.block as usize];
         let row = block.values + (term.point - block.first_point) * block.lights;
@@ -157,7 +156,7 @@ impl TermTable {
         f64::from(self.values[place as usize])
     }
 
-    /// A term of a pair with something above zero, for the uniform number `x` in `[0, 1)`; its
+    /// Draws a term of a pair that has terms above zero, by the uniform number `x` in `[0, 1)`; its
     /// probability is `u / Σ u`.
     pub fn draw<B: UpperMaterial>(
         &self,
@@ -182,16 +181,16 @@ impl TermTable {
                 left -= sum;
             }
         }
-        // Where rounding leaves a rest, it is the last one's.
+        // If rounding leaves a rest, the draw is from the last row that has terms above zero.
         let (point, first, some) = last.expect("something of the pair is above zero");
         drawn_of(point, first, some, f64::INFINITY)
     }
 }
 
-/// Values that a draw skips together.
+/// Number of values that a draw skips together.
 const SKIPPED: usize = 32;
 
-/// The largest product of two numbers in the same place; zero if none is above.
+/// The largest product of two numbers in the same place; zero if no product is above zero.
 fn largest_product(a: &[f32], b: &[f32]) -> f32 {
     let mut largest = [0.0_f32; 8];
     let ((a, rest_of_a), (b, rest_of_b)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
@@ -204,7 +203,7 @@ fn largest_product(a: &[f32], b: &[f32]) -> f32 {
     largest.into_iter().chain(rest).fold(0.0, f32::max)
 }
 
-/// The sum of values, and how many are above zero.
+/// Sum of values, and the number of values above zero.
 fn sum_of(values: &[f32]) -> (f64, u32) {
     // Eight sums that do not wait for each other.
     let mut sums = [0.0; 8];
@@ -221,8 +220,8 @@ fn sum_of(values: &[f32]) -> (f64, u32) {
     (((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7])), lit)
 }
 
-/// The term of one of `values`, of lights from `first` on, at which their running sum exceeds
-/// `left`, or else the last above zero.
+/// Term at which the running sum of `values`, of lights from `first` on, exceeds `left`, or else
+/// the last term above zero.
 fn drawn_of(point: u32, first: u32, values: &[f32], mut left: f64) -> Term {
     let mut drawn = first;
     for (light, &value) in (first..).zip(values) {

@@ -1,5 +1,5 @@
-//! Single terms of a pixel's sum, evaluated in batches: one batch of shadow segments for all of
-//! an instant.
+//! Single terms of a pixel's sum, evaluated in batches: one batch of shadow segments for all terms
+//! of an instant.
 
 use super::clusters::Clusters;
 use crate::accel::{Glass, SegmentBatch, Tracer};
@@ -10,27 +10,27 @@ use crate::media::Segments;
 /// One term: a light and a gather point, as places in the sorted orders of their trees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Term {
-    /// The light.
+    /// Place of the light in the order of the light tree.
     pub light: u32,
-    /// The gather point.
+    /// Place of the gather point in the order of the gather tree.
     pub point: u32,
 }
 
-/// Terms whose visibility is asked for at once.
+/// Terms whose visibility is traced at once.
 ///
-/// Those that contribute nothing even unoccluded need no segment.
+/// Terms that contribute nothing even unoccluded need no segment.
 #[derive(Clone, Debug, Default)]
 pub struct TermBatch {
     values: Vec<Rgb>,
     glass: Glass,
-    /// By instant.
+    /// Segments, by instant.
     traced: Vec<Traced>,
 }
 
 /// The segments of an instant.
 #[derive(Clone, Debug, Default)]
 struct Traced {
-    /// Which terms they are of.
+    /// Terms to which the segments belong.
     terms: Vec<u32>,
     segments: SegmentBatch,
     in_media: Segments,
@@ -38,7 +38,7 @@ struct Traced {
 }
 
 impl TermBatch {
-    /// Forgets all terms but keeps the memory; `glass`: what it does to the segments that follow.
+    /// Removes all terms but keeps the memory; `glass` is the effect of glass on later segments.
     pub fn clear(&mut self, glass: Glass) {
         self.values.clear();
         self.glass = glass;
@@ -68,12 +68,13 @@ impl TermBatch {
         self.values.push(value);
     }
 
-    /// How many segments there are.
+    /// Number of segments in the batch.
     pub fn segments(&self) -> u64 {
         self.traced.iter().map(|traced| traced.segments.len() as u64).sum()
     }
 
-    /// Takes visibility into account, and what media leave of light, at these instants.
+    /// Multiplies terms by visibility and by the transmittance of media, at the times of
+    /// `instants`.
     pub fn trace(&mut self, tracer: &Tracer, instants: &Instants) {
         for (Traced { terms, segments, in_media, visibility }, &share) in
             self.traced.iter_mut().zip(instants.shares()).filter(|(traced, _)| !traced.terms.is_empty())

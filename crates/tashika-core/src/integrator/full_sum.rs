@@ -1,13 +1,12 @@
-//! The whole sum: every VPL against every gather point. The reference of all methods.
+//! The whole sum: every VPL at every gather point. The reference of all methods.
 //!
 //! ```text
 //! L = B + Σ_j Σ_i w_j M_ji G_ji V_ji I_i
 //! ```
 //!
-//! over VPLs and gather points of the same instant. Summed in `f64`, in the order (instant, VPL, gather
-//! point), so that the result does not depend on tiles.
-//! Work goes VPL by VPL: all points of a tile make one fan of segments to it, the order in which
-//! rays are fastest.
+//! over VPLs and gather points of the same instant. Summed in `f64`, in the order (instant, VPL,
+//! gather point), so that the result does not depend on tiles. Work goes VPL by VPL: all points of
+//! a tile make one fan of segments to it, the order in which rays are fastest.
 
 use std::ops::Range;
 
@@ -27,11 +26,11 @@ pub struct FullSum<'a> {
     lights: &'a VplSet,
 }
 
-/// Segments that are traced together. More need more memory, fewer cost calls.
+/// Segments that are traced together. Larger batches need more memory, smaller ones more calls.
 const BATCH: usize = 8192;
 
 impl<'a> FullSum<'a> {
-    /// The exact sum over `lights`, clamped as these say.
+    /// Returns the exact sum over `lights`, with their clamp.
     pub fn new(lights: &'a VplSet) -> Self {
         Self { lights }
     }
@@ -85,12 +84,13 @@ impl FullSum<'_> {
             .collect()
     }
 
-    /// Adds what the lights of an instant, after a share of the time, give to the points of it.
+    /// Adds the contributions of the lights of an instant, at a share of the shutter time, to its
+    /// points.
     fn add(&self, tracer: &Tracer, points: &Points, lights: Range<usize>, share: f32, sums: &mut [Sum]) {
         let contribution =
             ContributionKernel::new(self.lights.provenance().clamp_distance).within(tracer.scene());
         let mut batch = SegmentBatch::default();
-        // For each segment its gather point, and for each fan its light and its number of segments.
+        // Gather point of each segment; light and number of segments of each fan.
         let mut facing: Vec<u32> = Vec::new();
         let mut fans: Vec<(u32, u32)> = Vec::new();
         let mut visibility = Vec::new();
@@ -102,7 +102,7 @@ impl FullSum<'_> {
             let light = &self.lights.lights()[number];
             let start = facing.len();
             points.receivers.facing(light, &mut facing);
-            // Lights that nobody faces leave no trace.
+            // Lights that no point faces have no fan.
             if facing.len() > start {
                 let places = facing[start..].iter().map(|&j| points.all[j as usize].position);
                 batch.push_fan(light.apex(), places);
@@ -134,7 +134,7 @@ impl FullSum<'_> {
     }
 }
 
-/// What has come to a pixel so far.
+/// Sums of a pixel so far.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     total: RgbSum,
@@ -142,19 +142,19 @@ struct Sum {
     rays: u64,
 }
 
-/// All gather points of a tile that are of an instant.
+/// All gather points of a tile at one instant.
 struct Points {
     all: Vec<GatherPoint>,
     receivers: Receivers,
     pixel_of: Vec<u32>,
 }
 
-/// Side of the blocks of pixels whose points follow each other: segments that are traced together
-/// are then close in both directions.
+/// Side of the blocks of pixels whose points are consecutive: segments that are traced together are
+/// then close in both directions.
 const BLOCK: usize = 4;
 
 impl Points {
-    /// Those of pixels in rows of `width`.
+    /// Points of pixels in rows of `width`.
     fn new(pixels: &[PixelSum], width: usize, instant: u16) -> Self {
         let mut order: Vec<usize> = (0..pixels.len()).collect();
         order.sort_by_key(|&i| (i / width / BLOCK, i % width / BLOCK, i));

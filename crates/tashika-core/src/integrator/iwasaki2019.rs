@@ -19,18 +19,19 @@
 //! |---|---|
 //! | `y₁`, `y₂`, `s_CG²` | [`FreshStrata`] |
 //! | `ΔL̂ ≤ ε L̂` (equation 2), `t_α` | [`StoppingRule::Interval`](crate::cut::StoppingRule) |
-//! | `W_G I_C M_ub G_ub` (equation 3), the choice of the pair | [`Clusters`](crate::cut::Clusters), [`Cut`](crate::cut::Cut) |
+//! | `W_G I_C M_ub G_ub` (equation 3) | [`Clusters`](crate::cut::Clusters) |
+//! | the choice of the pair | [`Cut`](crate::cut::Cut) |
 //! | `M_ub`, its cube map | [`UpperCubeMap`] |
 //! | `G_ub` | [`upper_geometric`](crate::bounds::upper_geometric) |
 //!
 //! # Differences
-//! What the source leaves open or does otherwise, and what is done here:
-//! * Equation 3 is printed without the squares on `M_ub` and `G_ub`, which cannot be meant: the
-//!   units would differ. With them it is the bound of Popoviciu for a variable in `[0, R]`. It
-//!   orders pairs as `R` does, which is what is compared.
+//! Details that the source leaves open, and deviations from it:
+//! * Equation 3 is printed without the squares on `M_ub` and `G_ub`, which must be a misprint: the
+//!   units would differ. With the squares it is the bound of Popoviciu for a variable in `[0, R]`.
+//!   It orders pairs as `R` does, so `R` is compared.
 //! * Degrees of freedom of `t` are not stated: the number of pairs.
-//! * The first cut is not stated. The rule is not looked at before there are 32 pairs (`min_pairs`
-//!   in the metadata): at the root, two terms that are both in shadow would end a pixel as black.
+//! * The first cut is not stated. The rule is not applied before there are 32 pairs (`min_pairs` in
+//!   the metadata): at the root, two terms that are both in shadow would end a pixel as black.
 //! * The cluster of lights is projected onto the cube from one point, which is no bound for gather
 //!   clusters that have an extent; the box of all differences is projected instead. Texels,
 //!   resolution and format: see [`UpperCubeMap`].
@@ -47,12 +48,12 @@ use crate::cut::FreshStrata;
 use crate::film::Metadata;
 use crate::scene::Abilities;
 
-/// Iwasaki 2019.
+/// Error estimation for glossy materials (Iwasaki 2019).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Iwasaki2019<'a>(Published<'a>);
 
 impl<'a> Iwasaki2019<'a> {
-    /// The method on these lights.
+    /// Returns the method for these lights.
     pub(super) fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,

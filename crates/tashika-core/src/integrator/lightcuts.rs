@@ -14,19 +14,19 @@
 //! representative takes over its value.
 //!
 //! # Differences
-//! What the source leaves open or does otherwise, and what is done here:
-//! * Representatives are drawn in proportion to intensity, as there, but for each gather point anew
-//!   instead of once an image: each pixel is then an unbiased estimate, and errors are noise
+//! Details that the source leaves open, and deviations from it:
+//! * Representatives are drawn in proportion to intensity, as there, but for each gather point
+//!   instead of once an image. Each pixel is then an unbiased estimate, and errors are noise
 //!   instead of patterns.
 //! * Intensities differ in colour; luminance decides.
-//! * The light tree is the one that all methods share: over all kinds of light, built as its
-//!   options say (there: one tree for each kind, by greedy clustering).
+//! * The light tree is shared by all methods: over all kinds of light, built by its own options
+//!   (there: one tree for each kind, by greedy clustering).
 //! * Every gather point has a cut of its own; those of a pixel are added with their weights. No
 //!   reconstruction cuts.
 //! * Materials are bounded by [`UpperAnalytic`], which has GGX lobes, too; a bound is the smaller
 //!   of a cluster's own and its parent's.
 //! * "The estimate" is that of the gather point, without emission seen directly.
-//! * No claim: nothing is said of how sure the result is.
+//! * No claim is made about the error.
 //!
 //! Tested by the suite's `cuts`.
 
@@ -36,15 +36,15 @@ use crate::cut::Representatives;
 use crate::film::Metadata;
 use crate::scene::Abilities;
 
-/// Largest cut, unless the options say otherwise.
+/// Default for the largest cut, in clusters.
 const MAX_CUT: u64 = 1000;
 
-/// Lightcuts (Walter 2005).
+/// Lightcuts, a cut for each gather point (Walter 2005).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lightcuts<'a>(Published<'a>);
 
 impl<'a> Lightcuts<'a> {
-    /// The method on these lights.
+    /// Returns the method for these lights.
     pub(super) fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,

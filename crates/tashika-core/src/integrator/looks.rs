@@ -1,49 +1,51 @@
-//! When an interval may be stated, by an estimate that grows until its interval is narrow enough.
+//! Interim analyses of a growing estimate, which stops when its interval is narrow enough.
 
 use super::ControlOptions;
 
-/// Share of the tolerance that growth aims at: the next look costs more than a little too much
+/// Share of the tolerance that growth aims at: one more analysis costs more than a little excess
 /// work.
 pub(super) const AIM: f64 = 0.92;
 
-/// The looks at which an interval may be stated: whoever stops when satisfied pays for every one.
+/// Interim analyses that may state an interval. Since the estimate stops at the first narrow one,
+/// each has a share of the error probability `δ`:
 ///
 /// ```text
 /// Σ_j δ_j ≤ δ          δ_1 = 0.7 δ,   δ_j = 0.3 δ 2^−(j−1)
 /// ```
 ///
-/// so that the chance that any of the intervals fails stays within `δ` (union bound). It is decided
-/// before a look whether it is one of these: when the estimate is foreseen to be good enough; looks
-/// before only tell how far it is from that. Most pixels need one.
+/// The probability that any of the intervals fails is then at most `δ` (union bound). An analysis
+/// may state an interval only if it was planned before its samples were drawn, since the estimate
+/// was predicted to be precise enough. Other analyses only predict the work that is left, and have
+/// no share. Most pixels need one that has.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Looks {
     delta: f64,
     vain: u32,
 }
 
-/// Share of `δ` that the first look has.
+/// Share of `δ` that the first analysis has.
 const FIRST_SHARE: f64 = 0.7;
 
 impl Looks {
-    /// Before the first.
+    /// State before the first analysis.
     pub fn new(options: &ControlOptions) -> Self {
         Self { delta: 1.0 - options.confidence, vain: 0 }
     }
 
-    /// `δ_j` of the next.
+    /// Error probability `δ_j` of the next analysis.
     pub fn delta(&self) -> f64 {
         let share =
             if self.vain == 0 { FIRST_SHARE } else { (1.0 - FIRST_SHARE) / f64::from(1_u32 << self.vain) };
         share * self.delta
     }
 
-    /// One was in vain.
+    /// Counts an analysis whose interval was too wide.
     pub fn next(&mut self) {
         self.vain = (self.vain + 1).min(MOST_LOOKS);
     }
 }
 
-/// Looks that are told apart: no pixel has more.
+/// Number of analyses with different shares; no pixel has more.
 const MOST_LOOKS: u32 = 31;
 
 #[cfg(test)]

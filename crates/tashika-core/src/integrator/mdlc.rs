@@ -14,23 +14,22 @@
 //! 1000 pairs.
 //!
 //! # Differences
-//! What the source leaves open or does otherwise, and what is done here:
-//! * Representatives are drawn in proportion to intensity and weight, for each pixel anew; the
-//!   source keeps 32 for each light node, and one for each gather node. A child pair that holds its
-//!   parent's takes it over.
-//! * Which of the two nodes is split: the one with the longer diagonal of its box, as in Iwasaki
-//!   2019; the source chooses by a heuristic of its own.
-//! * Gather points are split in the middle of position and of normal or mirror direction, in media
-//!   of the direction in which the path came times the mean cosine of the phase function. Time does
-//!   not exist here.
-//! * In media gather points and VPLs are where paths were drawn to be scattered, by free flights.
-//!   Transmittance is bounded by that of the nearest distance where one homogeneous medium is
+//! Details that the source leaves open, and deviations from it:
+//! * Representatives are drawn in proportion to intensity and weight, for each pixel; the source
+//!   keeps 32 for each light node, and one for each gather node. A child pair that holds its
+//!   parent's representatives takes over their value.
+//! * The node to split is the one with the longer diagonal of its box, as in Iwasaki 2019; the
+//!   source chooses by a heuristic of its own.
+//! * Gather points are split in the middle of position and of normal or mirror direction; in media,
+//!   of the direction in which the path arrived times the mean cosine of the phase function. There
+//!   is no dimension of time.
+//! * Gather points and VPLs in media are the points at which paths scatter, drawn by free flights.
+//!   Transmittance is bounded by that of the shortest distance where one homogeneous medium is
 //!   everywhere, else by 1.
 //! * Materials are bounded by [`UpperAnalytic`]; the source bounds them over cube maps of
 //!   directions. A bound is the smaller of a pair's own and its parent's.
 //! * Lights from infinity are split before gather points. Luminance decides.
-//! * "The estimate" is without emission seen directly. No claim: nothing is said of how sure the
-//!   result is.
+//! * "The estimate" excludes emission seen directly. No claim is made about the error.
 //!
 //! Tested by the suite's `cuts` and `volume_lights`.
 
@@ -40,7 +39,7 @@ use crate::cut::Representatives;
 use crate::film::Metadata;
 use crate::scene::Abilities;
 
-/// Largest cut, unless the options say otherwise.
+/// Default for the largest cut, in pairs.
 const MAX_CUT: u64 = 1000;
 
 /// Multidimensional Lightcuts (Walter 2006).
@@ -48,7 +47,7 @@ const MAX_CUT: u64 = 1000;
 pub(super) struct Mdlc<'a>(Published<'a>);
 
 impl<'a> Mdlc<'a> {
-    /// The method on these lights.
+    /// Returns the method for these lights.
     pub(super) fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,

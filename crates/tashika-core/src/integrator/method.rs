@@ -1,4 +1,4 @@
-//! The methods by name: a closed list, for those who choose one at run time.
+//! Methods by name: a closed list, to choose from at run time.
 
 use std::fmt;
 use std::str::FromStr;
@@ -13,7 +13,7 @@ use crate::tree::LightSet;
 /// A method that estimates the sum over a set of VPLs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SumMethod {
-    /// The whole sum.
+    /// The whole sum, without sampling.
     Exact,
     /// Walter 2005.
     Lightcuts,
@@ -25,14 +25,14 @@ pub enum SumMethod {
     Sakai2018,
     /// Iwasaki 2019.
     Iwasaki2019,
-    /// Ours.
+    /// Our method.
     Tashika(Promise),
-    /// Ours, calibrated, without one of its ingredients.
+    /// Our calibrated method without one of its ingredients.
     Without(Ingredient),
 }
 
 impl SumMethod {
-    /// All methods that images are made with, in the order of their years.
+    /// All methods that render images, in the order of their years.
     pub const ALL: [Self; 8] = [
         Self::Exact,
         Self::Lightcuts,
@@ -58,7 +58,7 @@ impl SumMethod {
         }
     }
 
-    /// Whether it states an interval for each pixel.
+    /// Returns true if the method states an interval for each pixel.
     pub fn states_interval(self) -> bool {
         match self {
             Self::Exact | Self::Lightcuts | Self::Mdlc => false,
@@ -68,12 +68,13 @@ impl SumMethod {
         }
     }
 
-    /// Whether it works on a light tree.
+    /// Returns true if the method uses a light tree.
     pub fn needs_tree(self) -> bool {
         self != Self::Exact
     }
 
-    /// The method on these lights, whose tree is built if it needs one.
+    /// Returns the integrator of the method for these lights. Builds the tree of the lights if the
+    /// method needs one.
     ///
     /// # Errors
     /// As [`ControlOptions::validate`].

@@ -1,4 +1,4 @@
-//! Integrators: from a tile of pixels to estimates, each saying how sure it is.
+//! Integrators: from a tile of pixels to estimates, each with a claim about its error.
 
 mod full_sum;
 mod iwasaki2019;
@@ -43,7 +43,7 @@ use crate::math::Instants;
 use crate::scene::Abilities;
 use crate::vpl::Provenance;
 
-/// Writes into a film's metadata where the lights come from.
+/// Writes the origin of the lights to a film's metadata.
 fn describe_lights(p: &Provenance, instants: &Instants, metadata: &mut Metadata) {
     metadata.set(keys::TRUTH, Truth::Vpl.to_string());
     metadata.set(keys::VPLS, p.direct + p.indirect);
@@ -61,27 +61,27 @@ fn describe_lights(p: &Provenance, instants: &Instants, metadata: &mut Metadata)
     }
 }
 
-/// A plane that an integrator fills beside those of [`PixelRecord`].
+/// A plane that an integrator fills in addition to those of [`PixelRecord`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlaneBeside {
-    /// Name, without a point.
+    /// Name of the plane, without a dot.
     pub name: String,
-    /// Names of the channels.
+    /// Names of the channels, in order.
     pub channels: &'static [&'static str],
-    /// What the numbers mean.
+    /// Meaning and unit of the samples.
     pub doc: String,
 }
 
-/// What every integrator needs: the world and who looks at it.
+/// Input of every integrator: a scene and a view of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting<'a> {
-    /// Rays.
+    /// Scene, with trees for rays.
     pub tracer: &'a Tracer,
-    /// Gather points.
+    /// Camera, image size and gather points.
     pub view: View<'a>,
 }
 
-/// The one open seam: everything that turns pixels into estimates.
+/// Interface of all methods that estimate pixels. Other crates may implement it.
 ///
 /// ```text
 /// Integrator ── begin(setting) ─► Estimates ── tile(window) ─► PixelRecord of each pixel
@@ -90,21 +90,22 @@ pub trait Integrator: Sync {
     /// Name on the command line and in files.
     fn name(&self) -> &'static str;
 
-    /// What it renders beside what stands still.
+    /// Features of scenes that the integrator renders beside still surfaces.
     fn abilities(&self) -> Abilities {
         Abilities::STILL
     }
 
-    /// Writes into a film's metadata what the result depends on beyond the setting.
+    /// Writes to a film's metadata the options that the result depends on beyond the setting.
     fn describe(&self, metadata: &mut Metadata);
 
-    /// Planes of radiances (W·m⁻²·sr⁻¹) that films have beside those of [`PixelRecord`], whose samples
-    /// [`Estimates::tile_with_beside`] gives.
+    /// Planes of radiances (W·m⁻²·sr⁻¹) that films have in addition to those of [`PixelRecord`].
+    /// [`Estimates::tile_with_beside`] returns their samples.
     fn planes_beside(&self) -> Vec<PlaneBeside> {
         Vec::new()
     }
 
-    /// Begins with a view. What is learned of it, from tile to tile, is kept in what is returned.
+    /// Begins with a view. The returned object keeps anything learned about the view from tile to
+    /// tile.
     fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v>;
 
     /// Estimates of one tile alone, row by row.
@@ -115,15 +116,15 @@ pub trait Integrator: Sync {
 
 /// The estimates of one view.
 ///
-/// Asked for once a tile, since rays are fastest when the pixels of a tile trace theirs together.
-/// The estimate of a pixel must be a function of the setting, the integrator and the pixel: neither
-/// its tile nor threads may enter.
+/// Each call covers one tile, since rays are fastest when the pixels of a tile trace theirs
+/// together. The estimate of a pixel must be a function of the setting, the integrator and the
+/// pixel: neither its tile nor threads may enter.
 pub trait Estimates: Sync {
     /// Estimates of the tile's pixels, row by row.
     fn tile(&self, tile: &Window) -> Vec<PixelRecord>;
 
-    /// The same with the samples of [`Integrator::planes_beside`]: pixel by pixel those of all planes,
-    /// in their order.
+    /// Estimates of the tile's pixels, and the samples of [`Integrator::planes_beside`]: pixel by
+    /// pixel, those of all planes in their order.
     fn tile_with_beside(&self, tile: &Window) -> (Vec<PixelRecord>, Vec<f32>) {
         (self.tile(tile), Vec::new())
     }

@@ -11,20 +11,19 @@
 //! ```
 //!
 //! # Differences
-//! What the source leaves open or does otherwise, and what is done here:
+//! Details that the source leaves open, and deviations from it:
 //! * Degrees of freedom of `t` are not stated: the number of clusters.
-//! * The first cut is not stated. The rule is not looked at before there are 32 clusters
-//!   (`min_pairs` in the metadata): at the root, two lights that are both in shadow would end a
-//!   pixel as black.
-//! * Both terms are drawn anew for both children of a split. A cluster of one light is evaluated,
+//! * The first cut is not stated. The rule is not applied before there are 32 clusters (`min_pairs`
+//!   in the metadata): at the root, two lights that are both in shadow would end a pixel as black.
+//! * Both terms are redrawn for both children of a split. A cluster of one light is evaluated,
 //!   without variance.
-//! * The prediction orders clusters as `M_ub G_ub I_C` does, which is what is compared. A bound is
-//!   the smaller of a cluster's own and its parent's; materials are bounded by [`UpperAnalytic`].
+//! * The prediction orders clusters as `M_ub G_ub I_C` does, so these are compared. A bound is the
+//!   smaller of a cluster's own and its parent's; materials are bounded by [`UpperAnalytic`].
 //! * No visibility caching: every term has a segment of its own.
 //! * The interval is that of the luminance.
 //! * The source renders one shading point a pixel. Where there are more, each meets the rule by
 //!   itself; the pixel's half-width is `√Σ ΔL̂²`.
-//! * "The estimate" is without emission seen directly.
+//! * "The estimate" excludes emission seen directly.
 //!
 //! Tested by the suite's `cuts`.
 
@@ -39,7 +38,7 @@ use crate::scene::Abilities;
 pub(super) struct Nabata2016<'a>(Published<'a>);
 
 impl<'a> Nabata2016<'a> {
-    /// The method on these lights.
+    /// Returns the method for these lights.
     pub(super) fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,

@@ -1,4 +1,4 @@
-//! What the methods that control their error are told, and the lights that they work on.
+//! Options of methods that control their error, and the lights that these methods use.
 
 use std::fmt;
 
@@ -9,17 +9,17 @@ use crate::error::{Error, Result};
 use crate::tree::LightTree;
 use crate::vpl::Provenance;
 
-/// The lights of an image, in a tree.
+/// Lights of an image, in a tree.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lights<'a> {
-    /// The tree over them.
+    /// Light tree that cuts refine.
     pub tree: &'a LightTree,
-    /// Where they come from, with the clamp that belongs to them.
+    /// Origin of the lights, with the clamp that belongs to them.
     pub provenance: &'a Provenance,
 }
 
 impl Lights<'_> {
-    /// What evaluates, and bounds, their contributions to what a view sees.
+    /// Kernel that evaluates and bounds the contributions of the lights to the points of a view.
     pub fn kernel<'s>(&self, setting: &Setting<'s>) -> ContributionKernel<'s> {
         let (scene, about) = (setting.tracer.scene(), setting.view.camera.medium);
         ContributionKernel::new(self.provenance.clamp_distance)
@@ -28,20 +28,20 @@ impl Lights<'_> {
     }
 }
 
-/// What an error is the distance from.
+/// Quantity that an error is measured from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Truth {
-    /// The sum over one given set of VPLs and one given set of gather points.
+    /// Sum over one given set of VPLs and one given set of gather points.
     Vpl,
-    /// The expectation of that sum over sets, clamped as it is, and of what is seen directly: what
-    /// VPLs do not carry is missing.
+    /// Expectation of that sum over sets, clamped as it is, and of emission seen directly. Light
+    /// that VPLs do not carry is missing.
     Clamped,
-    /// Light transport.
+    /// Light transport itself, without clamp or sets.
     Transport,
 }
 
 impl Truth {
-    /// All of them, as users choose among them.
+    /// All truths, in the order in which users choose among them.
     pub const ALL: [Self; 3] = [Self::Vpl, Self::Clamped, Self::Transport];
 }
 
@@ -55,24 +55,23 @@ impl fmt::Display for Truth {
     }
 }
 
-/// What a user chooses of a method that controls its error.
+/// Options of a method that controls its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlOptions {
     /// Relative error `ε`. Lower values cost more. Default 0.02; above 0, at most 1.
     pub error: f64,
-    /// What `error` is the error of. Default: luminance. Only our own method takes another.
+    /// Error metric. Default: luminance. Only our own method takes another.
     pub controlled: Controlled,
-    /// Absolute error that is enough where it is more than `ε` of the pixel: for the dark, where
-    /// nobody sees a relative error (W·m⁻²·sr⁻¹). Default 0; at least 0. Only our own method takes
-    /// it.
+    /// Absolute error that suffices where it exceeds `ε` of the pixel (W·m⁻²·sr⁻¹): for dark
+    /// pixels, in which relative errors are invisible. Default 0; at least 0. Only our own method
+    /// takes it.
     pub absolute_error: f64,
     /// Confidence of the interval, for the methods that state one. Higher values cost more. Default
     /// 0.95; in (0, 1).
     pub confidence: f64,
-    /// Pairs beyond which a cut does not grow. Default: what the method's source says, or
-    /// [`MANY_PAIRS`]. At least 1.
+    /// Largest cut, in pairs. Default: that of the method's source, or [`MANY_PAIRS`]. At least 1.
     pub max_pairs: Option<u64>,
-    /// Seed of the terms that are drawn. The gather points have their own, in the view. Default 1.
+    /// Seed of the drawn terms. Gather points have a seed of their own, in the view. Default 1.
     pub seed: u64,
 }
 
@@ -89,15 +88,15 @@ impl Default for ControlOptions {
     }
 }
 
-/// Largest cut where no source names one: bounds the memory of a pixel to about 100 MB.
+/// Largest cut of methods whose source has none: limits the memory of a pixel to about 100 MB.
 pub const MANY_PAIRS: u64 = 1 << 20;
 
-/// `ε_abs` where nobody says it: `ε` of this share of the mean luminance of the view.
+/// Default of `ε_abs`: `ε` of this share of the mean luminance of the view.
 const DARK: f64 = 0.01;
 
 impl ControlOptions {
-    /// The same for light transport in a view of this mean luminance (W·m⁻²·sr⁻¹): where nobody says
-    /// which absolute error is enough, a hundredth of the mean is dark.
+    /// Returns the options for light transport in a view of this mean luminance (W·m⁻²·sr⁻¹). An
+    /// absolute error of 0 becomes `ε` of a hundredth of the mean.
     #[must_use]
     pub fn in_view_of(mut self, brightness: f64) -> Self {
         if self.absolute_error == 0.0 {
@@ -108,18 +107,20 @@ impl ControlOptions {
 
     /// Half-width that is narrow enough for an estimate: `max(ε L̂ / (1 + ε), ε_abs)`.
     ///
-    /// With the error at most `ε L̂ / (1 + ε)`, it is at most `ε L` relative to the truth.
+    /// An error of at most `ε L̂ / (1 + ε)` is at most `ε L`, relative to the truth.
     pub fn tolerance(&self, sum: &RgbSum) -> f64 {
         self.tolerance_of(self.controlled.size(sum))
     }
 
-    /// The same of what is controlled, if it is so large (W·m⁻²·sr⁻¹).
+    /// Tolerance for a given size of the error metric (W·m⁻²·sr⁻¹).
     pub fn tolerance_of(&self, size: f64) -> f64 {
         (self.error / (1.0 + self.error) * size).max(self.absolute_error)
     }
 
+    /// Checks that all values are in range.
+    ///
     /// # Errors
-    /// Says which value is out of range, and the range.
+    /// [`Error::Option`] with the value that is out of range, and the range.
     pub fn validate(&self) -> Result<()> {
         if !(self.error > 0.0 && self.error <= 1.0) {
             return Err(Error::option("error", self.error, "above 0, at most 1 (100%)"));

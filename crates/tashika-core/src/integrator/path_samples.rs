@@ -1,4 +1,4 @@
-//! Paths of pixels, so many of each: what pictures are made of that are reconstructed.
+//! Samples of pixels by given numbers of paths, from which pictures are reconstructed.
 
 use super::Setting;
 use crate::color::RgbSum;
@@ -6,26 +6,26 @@ use crate::film::Window;
 use crate::gather::Features;
 use crate::stats::Moments;
 
-/// What paths of a pixel found.
+/// Statistics of the paths of a pixel.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PathSamples {
-    /// Sum of their radiance (W·m⁻²·sr⁻¹).
+    /// Sum of the radiances of the paths (W·m⁻²·sr⁻¹).
     pub sum: RgbSum,
-    /// Of its luminance, path by path.
+    /// Moments of the luminance of single paths.
     pub luminance: Moments,
-    /// Of their first surfaces.
+    /// Means over the first surfaces of the paths.
     pub features: Features,
-    /// Rays and segments traced.
+    /// Number of rays and segments traced.
     pub rays: u64,
-    /// About how much the sum of their luminance varies by which set of VPLs there is, which their
-    /// own spread does not show: a variance, over the number of paths.
+    /// Approximate variance of the mean luminance due to the choice of the set of VPLs, times the
+    /// number of paths. The spread of the paths does not show this variance.
     pub importance_of_set: f64,
-    /// About how much light they do not find that is there (luminance), summed over the paths.
+    /// Approximate luminance of unsampled light, summed over the paths.
     pub importance_not_found: f64,
 }
 
 impl PathSamples {
-    /// Takes in others of the same pixel; features stay those of the first.
+    /// Adds further paths of the same pixel; keeps the features.
     pub fn merge(&mut self, other: &Self) {
         self.sum.merge(&other.sum);
         self.luminance.merge(&other.luminance);
@@ -35,18 +35,19 @@ impl PathSamples {
     }
 }
 
-/// What draws paths of the pixels of one view.
+/// A sampler of paths for the pixels of one view.
 ///
-/// The mean of a pixel's paths is unbiased; with other seeds they are independent. What a pixel gets
-/// is a function of the view, the seed and the number of its paths: neither tiles nor threads enter.
+/// The mean of a pixel's paths is unbiased; paths of different seeds are independent. The result
+/// for a pixel is a function of the view, the seed and the number of its paths: neither tiles nor
+/// threads enter.
 pub trait SamplePaths: Send + Sync {
-    /// The view.
+    /// Scene and view of the paths.
     fn setting(&self) -> &Setting<'_>;
 
-    /// Paths of the pixels of a tile, row by row: as many as `count` says of each.
+    /// Draws paths of the pixels of a tile, row by row: `count` of them for each pixel.
     fn tile(&self, tile: &Window, seed: u64, count: &dyn Fn([u32; 2]) -> u32) -> Vec<PathSamples>;
 
-    /// Paths of a pixel that tell about how much light they do not find.
+    /// Fewest paths of a pixel from which its unsampled light can be estimated.
     fn telling(&self) -> u32 {
         1
     }

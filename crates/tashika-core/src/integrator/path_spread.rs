@@ -1,36 +1,37 @@
-//! How wrong the mean of a pixel's paths may be, by its own paths and those of its neighbourhood.
+//! Spread of the mean of a pixel's paths, by its own paths and those of its neighbourhood.
 //!
-//! A pixel that has followed a hundred paths may not have met the bright one of a thousand; its
-//! neighbours together have.
+//! A hundred paths of a pixel may all miss the bright one in a thousand; those of its neighbours
+//! together do not.
 //!
 //! ```text
 //! V = max(s², (n s² + w s'²) / (n + w)) / n          ν = n + w − 1          b = max(x, x') / n
 //! ```
 //!
-//! with the sample variance `s²` and the largest value `x` of the pixel's `n` paths, `s'²` and `x'` of
-//! those of the neighbourhood. What its own paths have shown is never told smaller for the sake of the
-//! neighbours.
+//! with the sample variance `s²` and the largest value `x` of the pixel's `n` paths, and `s'²` and
+//! `x'` of those of the neighbourhood. The variance is never below that of the pixel's own paths.
 
 use crate::stats::Moments;
 
-/// As many paths of the neighbourhood count as much as the pixel's own.
+/// `w`: number of the pixel's own paths that weigh as much as the neighbourhood.
 const NEIGHBOURHOOD_WEIGHT: f64 = 256.0;
-/// `κ` of paths and of VPLs: that of Bernstein's inequality, for few are far brighter than most.
+/// Factor `κ` of paths and of VPLs, of which few are far brighter than most: that of Bernstein's
+/// inequality.
 pub(super) const KAPPA_OF_PATHS: f64 = 1.0 / 3.0;
 
-/// What is known of the error of a mean of paths.
+/// Error statistics of a mean of paths.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PathSpread {
-    /// `V`, of the mean.
+    /// `V`, the variance of the mean.
     pub variance: f64,
-    /// `ν`, at least 1.
+    /// `ν`, the degrees of freedom, at least 1.
     pub freedom: f64,
-    /// `b`: what one path adds to the mean at most, as far as they have shown.
+    /// `b`: the most that one path adds to the mean, as far as observed.
     pub largest: f64,
 }
 
 impl PathSpread {
-    /// By a pixel's own paths and those of its neighbourhood, which no estimate uses.
+    /// Spread from a pixel's own paths, and from those of its neighbourhood, which no estimate
+    /// uses.
     pub fn of(own: &Moments, nearby: &Moments) -> Self {
         let count = own.count() as f64;
         let weight = NEIGHBOURHOOD_WEIGHT.min(nearby.count() as f64);
@@ -53,8 +54,8 @@ mod tests {
         moments
     }
 
-    /// A hundred dark paths beside neighbours of which one in fifty met a caustic; and a pixel that
-    /// varies more than its neighbours, who do not make it better known.
+    /// A hundred dark paths beside neighbours of which one in fifty met a caustic; and a pixel with
+    /// a larger variance than its neighbours, which do not reduce it.
     #[test]
     fn neighbours_tell_what_a_pixel_has_not_met_and_never_that_it_varies_less() {
         let own = moments((0..100).map(|k| f64::from(k % 2)));

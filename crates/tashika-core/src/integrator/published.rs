@@ -1,8 +1,8 @@
-//! What the published methods have in common: rules, and the way from a tile to cuts.
+//! Shared code of the published methods: rules, and the way from a tile to cuts.
 //!
-//! All of them refine the pair with the largest upper bound, on the same trees, with the same
-//! kernel of contributions and the same rays. They differ in what is clustered (lights, or pairs with gather
-//! points), how a pair is estimated, how the material is bounded, and when they stop.
+//! All of them refine the pair with the largest upper bound, with the same trees, kernel of
+//! contributions and rays. They differ in the clusters (of lights, or pairs with gather points),
+//! the estimate of a pair, the bound of the material, and the stopping rule.
 
 use super::{Claim, ControlOptions, Estimates, HalfWidths, Lights, PixelRecord, Setting, Stop};
 use crate::bounds::UpperMaterial;
@@ -12,24 +12,24 @@ use crate::film::{Metadata, Window, keys};
 use crate::gather::GatherPoint;
 use crate::rng::{self, Purpose, Stream};
 
-/// Pairs before the t-interval is looked at. Two terms that are both in shadow have no variance: a
-/// cut of a few pairs would end there.
+/// Fewest pairs at which the t-interval is tested. Two terms that are both in shadow have no
+/// variance: a cut of a few pairs would end there.
 pub(super) const MIN_PAIRS: u64 = 32;
 
 impl ControlOptions {
-    /// The rule of Walter 2005.
+    /// Returns the rule of Walter 2005.
     pub(super) fn largest_upper(&self) -> StoppingRule {
         StoppingRule::LargestUpper { error: self.error }
     }
 
-    /// The rule of Nabata 2016.
+    /// Returns the rule of Nabata 2016.
     pub(super) fn interval(&self) -> StoppingRule {
         let Self { error, confidence, .. } = *self;
         StoppingRule::Interval { error, confidence, min_pairs: MIN_PAIRS }
     }
 }
 
-/// What one cut is made over.
+/// Extent of one cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Scope {
     /// Lights and all gather points of the pixel.
@@ -38,8 +38,7 @@ pub(super) enum Scope {
     Point,
 }
 
-/// A published method: everything in which they differ, but for the bound of the material and how
-/// pairs are estimated.
+/// A published method, except for the bound of the material and the estimate of a pair.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Published<'a> {
     pub lights: Lights<'a>,
@@ -50,7 +49,7 @@ pub(super) struct Published<'a> {
 }
 
 impl Published<'_> {
-    /// Writes down what the result depends on.
+    /// Writes the options that the result depends on to the metadata.
     pub(super) fn describe(&self, metadata: &mut Metadata) {
         super::describe_lights(self.lights.provenance, self.lights.tree.instants(), metadata);
         metadata.set(keys::MAX_PAIRS, self.max_pairs);
@@ -66,9 +65,8 @@ impl Published<'_> {
         }
     }
 
-    /// Estimates of the tile's pixels, row by row, with materials bounded by `B` and pairs
-    /// estimated by `S`.
-    /// Begins with a view, of which it learns nothing.
+    /// Begins with a view. Materials are bounded by `B` and pairs estimated by `S`. Nothing is
+    /// learned from tile to tile.
     pub(super) fn begin<'v, B: UpperMaterial, S: PairEstimates<B> + Default>(
         &'v self,
         setting: Setting<'v>,

@@ -11,13 +11,13 @@
 //! ```
 //!
 //! # Differences
-//! What the source leaves open or does otherwise, and what is done here:
+//! Details that the source leaves open, and deviations from it:
 //! * The source bounds diffuse materials only. [`UpperConstant`] bounds any BRDF by its maximum
-//!   over all directions, which for diffuse ones is the same: bounds that hold, and say nothing of
-//!   where a glossy surface reflects.
-//! * Degrees of freedom of `t`: the number of pairs. The rule is not looked at before there are 32
+//!   over all directions, which for diffuse ones is the same. For glossy surfaces these bounds
+//!   hold, but do not depend on the direction of reflection.
+//! * Degrees of freedom of `t`: the number of pairs. The rule is not applied before there are 32
 //!   pairs (`min_pairs` in the metadata).
-//! * Both terms are drawn anew for both children of a split. A pair that is a single term is
+//! * Both terms are redrawn for both children of a split. A pair that is a single term is
 //!   evaluated, without variance.
 //! * Lights from infinity are split before gather points. A bound is the smaller of a pair's own
 //!   and its parent's.
@@ -31,12 +31,12 @@ use crate::cut::FreshStrata;
 use crate::film::Metadata;
 use crate::scene::Abilities;
 
-/// Sakai 2018.
+/// Confidence intervals for supersampled effects (Sakai 2018).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sakai2018<'a>(Published<'a>);
 
 impl<'a> Sakai2018<'a> {
-    /// The method on these lights.
+    /// Returns the method for these lights.
     pub(super) fn new(lights: Lights<'a>, options: &ControlOptions) -> Self {
         Self(Published {
             lights,

@@ -1,24 +1,27 @@
-//! The pixels of one integrator, with planes beside them that another fills.
+//! Pixels of one integrator, with additional planes of another.
 //!
-//! Who claims an interval clusters the light of all emitters, and has no say in what each gives. Planes
-//! of that come by paths of their own: an estimate of the same quantity, so that their sum and the
-//! radiance have the same expectation, and differ by both errors.
+//! Methods that state an interval cluster the light of all emitters, and do not separate the
+//! contributions of light groups. The planes of groups then come from other paths. They estimate
+//! the same quantity: their sum and the radiance have the same expectation, and differ by both
+//! errors.
 //!
 //! # Guarantee
-//! Records are those of the first alone, bit for bit. Held to this by the suite's `light_groups`.
+//! Records are those of the first integrator, bit for bit. Held to this by the suite's
+//! `light_groups`.
 
 use super::{Estimates, Integrator, PixelRecord, PlaneBeside, Setting};
 use crate::film::{Metadata, Window};
 use crate::scene::Abilities;
 
-/// One integrator's pixels with another's [planes](Integrator::planes_beside).
+/// Pixels of one integrator with the [additional planes](Integrator::planes_beside) of another.
 pub struct WithPlanes<'a> {
     pixels: Box<dyn Integrator + 'a>,
     planes: Box<dyn Integrator + 'a>,
 }
 
 impl<'a> WithPlanes<'a> {
-    /// The pixels of the one, and the planes beside of the other; of its pixels nothing is told.
+    /// Combines the pixels of `pixels` with the additional planes of `planes`, whose own pixels are
+    /// ignored.
     pub fn new(pixels: impl Integrator + 'a, planes: impl Integrator + 'a) -> Self {
         Self { pixels: Box::new(pixels), planes: Box::new(planes) }
     }

@@ -1,9 +1,9 @@
-//! How far a path goes in a medium until it is scattered.
+//! Free flight of a path in a medium until it is scattered.
 //!
 //! A path of weight `β` (by channel) draws one channel `c` with probability `q_c = β_c / Σ β`, as
 //! Chiang et al. 2016 do, and a distance by that channel's extinction, `t = −ln(1 − u) / σ_c`. As
-//! in the hero wavelengths of Wilkie et al. 2014 it is weighed by the density of all channels
-//! together, the balance heuristic over the choice:
+//! with the hero wavelengths of Wilkie et al. 2014, the path is weighted by the density of all
+//! channels together, the balance heuristic over the choice:
 //!
 //! ```text
 //! scattered at t < d     β'_k = β_k σ_s,k T_k(t) / Σ_c q_c σ_t,c T_c(t)
@@ -14,7 +14,7 @@
 //! ([`null_collisions`]); the rest is the same.
 //!
 //! # Guarantee
-//! Both are unbiased for every channel that has any weight. `Σ β` never grows, since
+//! Both outcomes are unbiased for every channel that has any weight. `Σ β` never grows, since
 //! `Σ_k β_k T_k = Σ β · Σ_c q_c T_c` and `σ_s ≤ σ_t`: no weight exceeds three times the largest of
 //! the camera's, however colourful the media are. Where all channels are alike the weight is
 //! multiplied by the albedo `σ_s / σ_t`, or not at all. A medium that scatters nothing is not drawn
@@ -30,29 +30,29 @@ use crate::math::elementary::ln;
 use crate::rng::Stream;
 use crate::scene::Medium;
 
-/// Highest probability with which a path goes on after being scattered in a medium, where roulette may
-/// end it: media that absorb nothing would keep it for ever.
+/// Highest survival probability of Russian roulette after a path is scattered in a medium: media
+/// that absorb nothing would otherwise hold it for ever.
 pub const MAX_SURVIVAL_IN_MEDIUM: f32 = 0.999;
 
-/// What becomes of a path on its way to the next surface.
+/// Outcome of a path's flight to the next surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Flight {
-    /// It is scattered.
+    /// The path is scattered before the surface.
     Scattered {
-        /// After so many metres.
+        /// Distance to the scattering (m).
         after: f32,
-        /// The path's weight from there on.
+        /// Weight of the path after the scattering.
         weight: Rgb,
     },
-    /// It gets there.
+    /// The path reaches the surface.
     Passed {
-        /// The path's weight there.
+        /// Weight of the path at the surface.
         weight: Rgb,
     },
 }
 
-/// Draws what becomes of a path of weight `weight`, not black, that has `distance` metres of `ray`
-/// before it, all in one medium; infinitely many where there is no surface.
+/// Draws the flight of a path of weight `weight`, not black, over `distance` metres of `ray`, all
+/// in one medium. The distance is infinite where there is no surface.
 pub fn fly(medium: &Medium, weight: Rgb, ray: &Ray, distance: f32, stream: &mut Stream) -> Flight {
     if !medium.scatters() {
         return Flight::Passed { weight: weight * transmittance(medium, ray, distance, stream) };
@@ -66,7 +66,7 @@ pub fn fly(medium: &Medium, weight: Rgb, ray: &Ray, distance: f32, stream: &mut 
     let channel = if u < chances.r {
         0
     } else if u < chances.r + chances.g || chances.b == 0.0 {
-        // Rounding may leave a last number that no channel has.
+        // Rounding may leave a rest that belongs to no channel.
         if chances.g > 0.0 { 1 } else { 0 }
     } else {
         2
@@ -84,8 +84,8 @@ pub fn fly(medium: &Medium, weight: Rgb, ray: &Ray, distance: f32, stream: &mut 
     }
 }
 
-/// The share of light that goes on after `distance` metres of `ray`, all in one medium, by channel;
-/// where the density varies, a number whose mean it is.
+/// Transmittance of `distance` metres of `ray`, all in one medium, by channel; where the density
+/// varies, a random number whose mean it is.
 pub fn transmittance(medium: &Medium, ray: &Ray, distance: f32, stream: &mut Stream) -> Rgb {
     match medium.density() {
         None => medium.transmittance(distance),
@@ -113,10 +113,10 @@ mod tests {
 
     const RAY: Ray = Ray { origin: Vec3::ZERO, direction: Vec3::X, t_max: f32::INFINITY };
 
-    /// The mean of what passes is the transmittance, of what is scattered the albedo times the rest,
-    /// and of what is scattered before half the way the same of that half, in every channel and
-    /// whatever the weight before. 3 media, 2 weights, 9 means: at 4.5 standard errors one false
-    /// alarm in 2,700 runs.
+    /// The mean weight of paths that pass is the transmittance, and that of scattered paths the
+    /// albedo times the rest. The latter also holds for the first half of the way alone. All hold
+    /// in every channel and for any weight before. 3 media, 2 weights, 9 means: at 4.5 standard
+    /// errors one false alarm in 2,700 runs.
     #[test]
     fn every_channel_is_extinguished_by_its_own_coefficients() {
         let media = [

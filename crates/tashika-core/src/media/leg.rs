@@ -1,7 +1,7 @@
-//! The legs of a path: straight ways, each in one medium, from one surface or scattering to the next.
+//! Legs of a path: straight parts, each in one medium, from one surface or scattering to the next.
 //!
-//! All paths go by them: those of the path tracer, camera paths to gather points, light paths that leave
-//! VPLs, paths that compensate for what these do not carry.
+//! All paths consist of legs: those of the path tracer, camera paths to gather points, light paths
+//! that leave VPLs, and paths that compensate for light that VPLs do not carry.
 //!
 //! # Held to this by
 //! The suite's `media` and `volume_lights`.
@@ -14,33 +14,33 @@ use crate::math::{Ray, Vec3};
 use crate::rng::Stream;
 use crate::scene::{MediumId, Scene, SurfacePoint};
 
-/// A ray, and the medium that it begins in; nothing is vacuum.
+/// A ray, and the medium in which it begins; `None` is vacuum.
 #[derive(Clone, Copy, Debug)]
 pub struct Leg {
-    /// Where it begins and goes.
+    /// Origin and direction of the leg.
     pub ray: Ray,
-    /// What it is in.
+    /// Medium of the leg; `None` is vacuum.
     pub medium: Option<MediumId>,
 }
 
-/// Where a path is scattered in a medium.
+/// Scattering of a path in a medium.
 #[derive(Clone, Copy, Debug)]
 pub struct Scattering {
-    /// The place (m).
+    /// Place of the scattering (m).
     pub place: Vec3,
-    /// The unit direction in which it came.
+    /// Unit direction along which the path arrived.
     pub before: Vec3,
-    /// What scatters it.
+    /// Medium that scatters the path.
     pub medium: MediumId,
-    /// How that does.
+    /// Phase function of the medium.
     pub phase: HenyeyGreenstein,
 }
 
 impl Leg {
-    /// What becomes of a path of weight `weight` that meets `hit`, or nothing: its weight there, or where
-    /// it is scattered before.
+    /// Draws the flight of a path of weight `weight` up to `hit`, or without end if there is none.
+    /// Returns its weight there, or an earlier scattering and its weight there.
     ///
-    /// The weight stays what it is in vacuum; see [`fly`] for the guarantee.
+    /// In vacuum the weight does not change; see [`fly`] for the guarantee.
     #[inline]
     pub fn fly(
         &self,

@@ -1,8 +1,8 @@
 //! Flights through a medium whose density varies, by null collisions.
 //!
-//! Where the extinction `σ_k(x)` of channel `k` is nowhere above a majorant `μ`, the medium is filled
-//! up with matter that lets light pass, until it has the extinction `μ` everywhere and for all
-//! channels. Collisions with that are drawn as in a homogeneous medium, and each of them is real or
+//! Where the extinction `σ_k(x)` of channel `k` is nowhere above a majorant `μ`, the medium is
+//! filled up with transparent matter, until it has the extinction `μ` everywhere and for all
+//! channels. Collisions with both are drawn as in a homogeneous medium, and each of them is real or
 //! null (Woodcock et al. 1965). A path of weights `β_k` has a real one with probability
 //!
 //! ```text
@@ -11,10 +11,10 @@
 //! null: it goes on,           β_k ← β_k (μ − σ_k(x)) / (μ (1 − P))
 //! ```
 //!
-//! **Why it is unbiased for every channel.** Whether a collision is real or null, the weight of each
-//! channel is multiplied by its own share of that outcome, `σ_k/μ` or `1 − σ_k/μ`, over the
-//! probability of the outcome, which is the same for all. So the mean weight `W_k(t)` of what has
-//! come as far as `t` loses `μ W_k dt` to collisions and gets back `(μ − σ_k) W_k dt`:
+//! **Why it is unbiased for every channel.** Whether a collision is real or null, the weight of
+//! each channel is multiplied by its own share of that outcome, `σ_k/μ` or `1 − σ_k/μ`, over the
+//! probability of the outcome, which is the same for all. So the mean weight `W_k(t)` of paths that
+//! have come as far as `t` loses `μ W_k dt` to collisions and gets back `(μ − σ_k) W_k dt`:
 //!
 //! ```text
 //! dW_k/dt = −σ_k W_k          W_k(t) = β_k exp(−∫₀ᵗ σ_k)          scattered in dt: σ_s,k W_k dt
@@ -24,24 +24,25 @@
 //! extinguished, and `P = 1` only where all are by `μ`. `Σ β` stays as it is at null collisions and
 //! does not grow at real ones.
 //!
-//! It is the mixture that `flight` draws from where the medium is homogeneous: with one channel `c`
-//! drawn by `q_c ∝ β_c` and all its collisions decided by `σ_c/μ`, the weight by the density of all
-//! channels together is `β_k Π n_k σ_s,k / Σ_c q_c Π n_c σ_c`, `n = μ − σ`: the exponentials, which are
-//! not known here, are the same for all and cancel (Miller et al. 2019). The probabilities above are
-//! the marginal ones of that (Kutz et al. 2017), so that no channel is drawn at all.
+//! The mixture is the one that `flight` draws from where the medium is homogeneous: with one
+//! channel `c` drawn by `q_c ∝ β_c` and all its collisions decided by `σ_c/μ`, the weight by the
+//! density of all channels together is `β_k Π n_k σ_s,k / Σ_c q_c Π n_c σ_c`, `n = μ − σ`. The
+//! exponentials, which are not known here, are the same for all and cancel (Miller et al. 2019).
+//! The probabilities above are the marginal ones of that mixture (Kutz et al. 2017), so that no
+//! channel is drawn at all.
 //!
-//! **Transmittance** is a mean of products over the collisions of a flight, of which none is real. With
-//! a part `c_k` of the extinction that is nowhere missing it is needed for the rest only (Novák
-//! et al. 2014):
+//! **Transmittance** is a mean of products over the collisions of a flight, of which none is real.
+//! If a part `c_k` of the extinction is present everywhere, products are needed for the rest only
+//! (Novák et al. 2014):
 //!
 //! ```text
 //! T_k = exp(−∫ c_k) Π_i (1 − (σ_k(x_i) − c_k) / μ)          μ ≥ σ_k − c_k
 //! ```
 //!
-//! so that a density which is even over a block of cells takes no draw there. Small products end by
-//! Russian roulette.
+//! so that a density which is constant over a block of cells takes no draw there. Small products
+//! end by Russian roulette.
 //!
-//! Majorants, and `c`, are those of the blocks of [`Density::walk`]. What is left of a flight at the
+//! Majorants, and `c`, are those of the blocks of [`Density::walk`]. The rest of a flight at the
 //! end of a block goes on in the next, as exponential distances have no memory.
 //!
 //! # Held to this by
@@ -54,12 +55,12 @@ use crate::math::elementary::{exp, ln};
 use crate::rng::Stream;
 use crate::scene::{Density, Medium};
 
-/// Products below this end by Russian roulette.
+/// Product below which Russian roulette may end a flight.
 const SMALL: f32 = 0.1;
-/// Probability of going on.
+/// Survival probability of Russian roulette.
 const SURVIVAL: f32 = 0.5;
 
-/// Draws what becomes of a path, as `flight::fly`.
+/// Draws the flight of a path, as `flight::fly`.
 pub(super) fn fly(
     (medium, density): (&Medium, &Density),
     mut weight: Rgb,
@@ -77,9 +78,9 @@ pub(super) fn fly(
             let factor = density.at(cells.at(collision));
             let share = extinction * factor * majorant.recip();
             let real = sum(weight * share) / sum(weight);
-            // Densities may be far below a majorant: shares are held against 53 random bits.
+            // Densities may be far below a majorant: shares are compared with 53 random bits.
             if stream.uniform_f64() < f64::from(real) {
-                // Surfaces are not overstepped by rounding.
+                // Rounding must not overstep surfaces.
                 let after = (collision as f32).min(distance.next_down());
                 let place = ray.origin.as_dvec3() + ray.direction.as_dvec3() * collision;
                 let scattered = medium.scattering_at(place, factor) * majorant.recip();
@@ -92,7 +93,7 @@ pub(super) fn fly(
     Flight::Passed { weight }
 }
 
-/// A number whose mean is the share of light that goes on, by channel.
+/// A random number whose mean is the transmittance, by channel.
 pub(super) fn transmittance(
     (medium, density): (&Medium, &Density),
     ray: &Ray,
@@ -123,12 +124,13 @@ pub(super) fn transmittance(
     left * depth.map(|depth| exp(-depth))
 }
 
-/// An exponential number of mean 1: mean free paths to the next collision.
+/// An exponential number of mean 1: the free path to the next collision, in mean free paths.
 fn free_flight(stream: &mut Stream) -> f64 {
     f64::from(-ln(1.0 - stream.uniform()))
 }
 
-/// Where the next collision is, before `to`; where there is none, `free` is what is left there.
+/// Place of the next collision before `to`; if there is none, `free` becomes the rest of the
+/// flight.
 fn collision(free: &mut f64, at: &mut f64, to: f64, majorant: f32) -> Option<f64> {
     let majorant = f64::from(majorant);
     let room = majorant * (to - *at);
@@ -157,10 +159,10 @@ mod tests {
     use crate::stats::Moments;
 
     const CELLS: u32 = 24;
-    /// A sample: between those values are linear.
+    /// Place of a sample; values are linear between samples.
     const KINK: f64 = 18.5 / 24.0;
 
-    /// A grid in the unit cube that varies along `x` as told.
+    /// A grid in the unit cube that varies along `x` by `value`.
     fn along_x(value: impl Fn(f64) -> [f64; 3]) -> VolumeGrid {
         let values = (0..CELLS * 4).map(|i| value((f64::from(i % CELLS) + 0.5) / f64::from(CELLS)));
         let values = VolumeValues::Colors(values.map(|v| Rgb::from(v.map(|v| v as f32))).collect());
@@ -169,7 +171,7 @@ mod tests {
         VolumeGrid::new(data, &Location::default()).unwrap()
     }
 
-    /// A medium with the closed form of what its grids say.
+    /// A medium with the closed form of its grids.
     struct Case {
         medium: Medium,
         /// Extinction and scattering at `x`, by channel.
@@ -223,7 +225,8 @@ mod tests {
         ]
     }
 
-    /// Scattered before `half`, scattered before `end`, and passed to `end`, by channel.
+    /// Shares scattered before `half`, scattered from there to `end`, and passed to `end`, by
+    /// channel.
     fn shares(case: &Case, from: f64, [half, end]: [f64; 2]) -> [[f64; 3]; 3] {
         let steps = 200_000;
         let step = end / f64::from(steps);
@@ -247,7 +250,8 @@ mod tests {
     #[track_caller]
     fn assert_mean(m: &Moments, expected: f64, what: &str) {
         let off = (m.mean() - expected).abs();
-        // Steps of the sum are 5·10⁻⁶ m long; a density that ends has an error of one.
+        // Steps of the sum are 5·10⁻⁶ m long; at the end of a density the sum is off by up to a
+        // step.
         assert!(
             off <= 4.9 * m.standard_error() + 1e-4 * expected,
             "{what}: {} ± {} for {expected}",
@@ -256,9 +260,9 @@ mod tests {
         );
     }
 
-    /// Means of what passes, of what is scattered in the first and in the second half of the way, in
-    /// every channel, from within the box and from before it. 5 media, 2 ways, 9 means: at 4.9
-    /// standard errors one false alarm in 10,000 runs.
+    /// Mean weights of paths that pass, and that are scattered in the first and in the second part
+    /// of the way, in every channel, from within the box and from before it. 5 media, 2 ways, 9
+    /// means: at 4.9 standard errors one false alarm in 10,000 runs.
     #[test]
     fn flights_are_those_of_the_integral_for_every_channel() {
         for (number, case) in cases().iter().enumerate() {

@@ -1,13 +1,13 @@
-//! Which medium a light path begins in.
+//! Medium in which a light path begins.
 //!
-//! Only cameras say which medium they stand in; an emitter may be anywhere. Interfaces enclose what
-//! they bound, so the medium about a place is on the near side of the first interface that a ray from
-//! there meets, whatever else it passes; where it meets none, it is the medium outside of all
-//! interfaces, to which a ray from a camera leads.
+//! Only cameras state the medium that they stand in; an emitter may be anywhere. Interfaces enclose
+//! the media that they bound, so the medium around a place is on the near side of the first
+//! interface that a ray from there meets, whatever else the ray passes. If the ray meets none, it
+//! is the medium outside of all interfaces, to which a ray from a camera leads.
 //!
 //! # Assumptions
-//! Surfaces with an interface are closed, and agree with each other on what is between them; else
-//! what is seen of the light may not be what paths from the camera find.
+//! Surfaces with an interface are closed, and agree with each other on the medium between them;
+//! else light paths and camera paths may disagree on the light that is seen.
 //!
 //! # Held to this by
 //! The suite's `volume_lights`.
@@ -21,17 +21,17 @@ use crate::math::{Ray, Vec2};
 use crate::rng::Stream;
 use crate::scene::{Camera, MediumId};
 
-/// The medium outside of all interfaces of a scene; nothing is vacuum.
+/// The medium outside of all interfaces of a scene; `None` is vacuum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outside(Option<MediumId>);
 
 impl Outside {
-    /// Of the tracer's scene, as its first camera has it.
+    /// Finds the medium of the tracer's scene, by its first camera.
     pub fn new(tracer: &Tracer) -> Self {
         Self(tracer.scene().cameras().first().and_then(|camera| outside_of(tracer, camera)))
     }
 
-    /// Whether all cameras of a scene agree on it.
+    /// Checks that all cameras of a scene agree on the medium.
     ///
     /// # Errors
     /// [`Error::Option`] naming two cameras that do not.
@@ -49,7 +49,7 @@ impl Outside {
         }
     }
 
-    /// The medium that a ray begins in.
+    /// The medium in which a ray begins.
     ///
     /// * `key`: as [`Tracer::closest_hit`] takes it.
     pub fn medium_at(self, tracer: &Tracer, ray: &Ray, key: u64, share: f32) -> Option<MediumId> {
@@ -62,7 +62,7 @@ impl Outside {
             let Some(hit) = tracer.closest_hit_at(&ray, key, share) else { break };
             let surface = scene.surface_point_at(share, hit.instance, hit.triangle, hit.barycentric);
             if scene.mesh_of(surface.instance).interface.is_some() {
-                // What is beyond it for who comes back is before it.
+                // The medium beyond the interface for a ray that comes back is the one before it.
                 return scene.medium_beyond(&surface, -ray.direction, None);
             }
             ray = Ray::new(surface.leave(ray.direction), ray.direction);
@@ -70,8 +70,8 @@ impl Outside {
         self.0
     }
 
-    /// The share of light from infinity that comes as far as the origin of a ray that lies outside of
-    /// all interfaces and goes on along it, by channel.
+    /// Transmittance from infinity to the origin of a ray of light, by channel; the origin lies
+    /// outside of all interfaces.
     pub fn arriving(self, tracer: &Tracer, ray: &Ray, stream: &mut Stream) -> Rgb {
         self.0.map_or(Rgb::WHITE, |medium| {
             let back = Ray::new(ray.origin, -ray.direction);
@@ -79,14 +79,14 @@ impl Outside {
         })
     }
 
-    /// It, for a path that is there.
+    /// The medium, for a path that begins outside of all interfaces.
     pub fn medium(self) -> Option<MediumId> {
         self.0
     }
 }
 
-/// The medium at the end of a straight way from a camera, in the middle of what it shows, out of the
-/// scene.
+/// Medium at the end of a straight way out of the scene, from a camera through the middle of its
+/// image.
 fn outside_of(tracer: &Tracer, camera: &Camera) -> Option<MediumId> {
     let scene = tracer.scene();
     let medium = camera.medium;

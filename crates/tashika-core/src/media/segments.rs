@@ -1,13 +1,13 @@
-//! What media leave of light along segments that surfaces let pass, by channel.
+//! Transmittance of media along segments that surfaces do not block, by channel.
 //!
 //! ```text
 //! T = Π T_m(d_m)          over the parts of the segment that lie in media m, from interface to interface
 //! ```
 //!
-//! Where the density of a medium varies, `T_m` is a number in `[0, 1]` whose mean it is (ratio
-//! tracking, Novák et al. 2014). Its random numbers are keyed by the two ends of the segment: a pair
-//! of a gather point and a VPL has *one* transmittance, whoever asks, as often as it is asked for, in
-//! whatever order. So the sum of a pixel over its gather points and VPLs is a definite number, of
+//! Where the density of a medium varies, `T_m` is a random number in `[0, 1]` whose mean is the
+//! transmittance (ratio tracking, Novák et al. 2014). The random numbers are keyed by the two ends
+//! of the segment: a pair of a gather point and a VPL has *one* transmittance, in all queries and
+//! in any order. So the sum of a pixel over its gather points and VPLs is a definite number, of
 //! which a cut can be an estimate, and its mean over other points and lights is that of the true
 //! transmittances.
 //!
@@ -24,7 +24,7 @@ use crate::math::{Ray, Vec3};
 use crate::rng::{self, Purpose, Stream};
 use crate::scene::MediumId;
 
-/// Segments of a batch as far as media go, in the order of its targets.
+/// Media of the segments of a batch, in the order of its targets.
 #[derive(Clone, Debug, Default)]
 pub struct Segments {
     media: Vec<Option<MediumId>>,
@@ -32,26 +32,26 @@ pub struct Segments {
 }
 
 impl Segments {
-    /// Forgets all segments but keeps the memory.
+    /// Removes all segments but keeps the memory.
     pub fn clear(&mut self) {
         self.media.clear();
     }
 
-    /// Adds the next target of the batch: the medium that its side towards the apex is in.
+    /// Adds the next target of the batch, by the medium on its side towards the apex.
     pub fn push(&mut self, medium: Option<MediumId>) {
         self.media.push(medium);
     }
 
-    /// Whether media may do anything to these segments: those of the scene, or one that a camera stands
-    /// in.
+    /// Returns true if media may affect these segments: media of the scene, or one that a camera
+    /// stands in.
     pub fn matter(&self, tracer: &Tracer) -> bool {
         tracer.scene().has_media() || self.media.iter().any(Option::is_some)
     }
 
-    /// What surfaces and media together let pass along each segment, after a `share` of the time that
-    /// the shutter is open, 0 to 1.
+    /// Transmittance of surfaces and media together along each segment, after a `share` of the time
+    /// that the shutter is open, 0 to 1.
     ///
-    /// * `visibility`: what surfaces let pass; where that is nothing, media are not asked.
+    /// * `visibility`: transmittance of surfaces; where it is zero, media are not evaluated.
     pub fn passing(
         &mut self,
         tracer: &Tracer,
@@ -79,7 +79,7 @@ impl Segments {
     }
 }
 
-/// A number for the pair of ends of a segment.
+/// A key for the pair of ends of a segment.
 fn key_of(place: Vec3, apex: Apex) -> u64 {
     let (Apex::Point(end) | Apex::Direction(end)) = apex;
     let pairs = [[place.x, place.y], [place.z, end.x], [end.y, end.z]];
@@ -87,10 +87,10 @@ fn key_of(place: Vec3, apex: Apex) -> u64 {
     pairs.into_iter().fold(0, |key, pair| rng::key(key, Purpose::Transmittance, word(pair)))
 }
 
-/// What the media leave of light along a segment that surfaces let pass, from a place whose side
-/// towards the end is in a medium; with the rays that were traced to find the interfaces.
+/// Transmittance of media along a segment that surfaces do not block, from a place whose side
+/// towards the end is in a medium, and the number of rays traced to find the interfaces.
 ///
-/// * `key`, `share`: as [`Tracer::closest_hit_at`] takes them.
+/// * `key`, `share`: as in [`Tracer::closest_hit_at`].
 pub fn along_segment(
     tracer: &Tracer,
     (place, mut medium): (Vec3, Option<MediumId>),

@@ -1,4 +1,4 @@
-//! Single shadow segments, each from a place to a light, and what gets along them.
+//! Single shadow segments, each from a place to a light, and their transmittance.
 
 use super::Segments;
 use crate::accel::{Apex, Glass, SegmentBatch, Tracer};
@@ -6,7 +6,7 @@ use crate::color::Rgb;
 use crate::math::Vec3;
 use crate::scene::MediumId;
 
-/// Shadow segments that are traced together, with what surfaces and media let pass.
+/// Shadow segments that are traced together, with the transmittance of surfaces and media.
 #[derive(Clone, Debug)]
 pub struct Shadows {
     batch: SegmentBatch,
@@ -16,7 +16,7 @@ pub struct Shadows {
 }
 
 impl Shadows {
-    /// None yet.
+    /// Creates an empty set of segments.
     pub fn new(glass: Glass) -> Self {
         Self {
             batch: SegmentBatch::new(glass),
@@ -26,7 +26,7 @@ impl Shadows {
         }
     }
 
-    /// Forgets all segments but keeps the memory.
+    /// Removes all segments but keeps the memory.
     pub fn clear(&mut self) {
         self.batch.clear();
         self.in_media.clear();
@@ -38,8 +38,8 @@ impl Shadows {
         self.in_media.push(medium);
     }
 
-    /// The share of light that gets along each segment, by channel in `[0, 1]`, in the order in which
-    /// they were added; in a scene where nothing moves.
+    /// Transmittance along each segment, by channel in `[0, 1]`, in the order in which they were
+    /// added; in a scene where nothing moves.
     pub fn trace(&mut self, tracer: &Tracer) -> &[Rgb] {
         tracer.visibility(&self.batch, &mut self.visibility);
         if self.in_media.matter(tracer) {
@@ -50,7 +50,7 @@ impl Shadows {
         &self.passing
     }
 
-    /// The same of a single segment.
+    /// Transmittance along a single segment, as by [`trace`](Self::trace).
     pub fn trace_one(&mut self, tracer: &Tracer, from: (Vec3, Option<MediumId>), light: Apex) -> Rgb {
         self.clear();
         self.push(from, light);

@@ -1,15 +1,16 @@
-//! A picture that is made in passes: paths where it is foreseen to be wrong, and a reconstruction.
+//! A picture made in passes: more paths where its error is predicted to be large, and a
+//! reconstruction.
 //!
 //! ```text
 //! pass 0: n₀ paths of each pixel       pass r: g times as many as all before, by (e/t)²       t = max(ε L, ε_abs)
 //! ```
 //!
-//! Every pixel has two halves, drawn apart, from which it is [reconstructed](Halves) and which tell
-//! about how far off it is, `e`. A tenth of the paths of a pass is spread evenly, so that what
-//! nobody foresees is found as well.
+//! Every pixel has two independent halves. The picture is [reconstructed](Halves) from them, and
+//! they give its predicted error `e`. A tenth of the paths of a pass is spread evenly, so that
+//! errors that were not predicted are found as well.
 //!
 //! # Guarantee
-//! None of its own: nothing here claims anything. It is a function of the view, the lights, the seed
+//! None of its own: a picture claims nothing. It is a function of the view, the lights, the seed
 //! and the number of passes; neither threads nor tiles enter.
 
 mod single;
@@ -35,25 +36,26 @@ const FIRST: u32 = 4;
 const EVENLY: f64 = 0.1;
 /// Most paths of a pixel in a pass, as a multiple of the mean.
 const MOST: f64 = 32.0;
-/// Largest error that is reckoned with, as a share of what a pixel may be off.
+/// Largest predicted error, over the tolerance of the pixel.
 const LARGEST: f64 = 8.0;
 /// Side of the tiles that threads take (pixels).
 const TILE: u32 = 16;
-/// How far from a pixel others tell how much its paths vary. Chosen.
+/// Radius of the neighbourhood from which the variance of a pixel's paths is estimated (pixels).
+/// Chosen.
 const RADIUS: u32 = 8;
 
-/// What is known of one half of a pixel.
+/// Accumulated paths of one half of a pixel.
 #[derive(Clone, Copy, Debug, Default)]
 struct Half {
     sum: RgbSum,
     luminance: Moments,
 }
 
-/// What is known of a pixel.
+/// Accumulated paths of a pixel.
 #[derive(Clone, Copy, Debug, Default)]
 struct Pixel {
     halves: [Half; 2],
-    /// Sums, by paths.
+    /// Means over the paths of both halves.
     features: Features,
     rays: u64,
 }
@@ -83,7 +85,7 @@ impl Pixel {
         self.halves[half].luminance.merge(&found.luminance);
     }
 
-    /// As a film says it: of one half, or of both.
+    /// Record of the given halves.
     fn record(&self, halves: &[Half]) -> PixelRecord {
         let (mut sum, mut luminance) = (RgbSum::default(), Moments::default());
         for half in halves {
@@ -102,50 +104,50 @@ impl Pixel {
     }
 }
 
-/// A picture in work.
+/// A picture in progress, with its paths so far.
 pub struct Picture<'v> {
     sampler: Box<dyn SamplePaths + 'v>,
     window: Window,
     pixels: Vec<Pixel>,
-    /// Luminances of the halves of each pixel, by the last pass alone.
+    /// Mean luminances of the halves of each pixel, from the last pass alone.
     last: Vec<[f64; 2]>,
     passes: u32,
     seed: u64,
 }
 
 impl<'v> Picture<'v> {
-    /// A picture of this window, of which nothing is known yet.
+    /// Returns a picture of this window before its first pass.
     pub fn new(sampler: impl SamplePaths + 'v, window: Window, seed: u64) -> Self {
         let pixels = vec![Pixel::default(); window.area() as usize];
         let sampler = Box::new(sampler);
         Self { sampler, window, last: vec![[0.0; 2]; pixels.len()], pixels, passes: 0, seed }
     }
 
-    /// What it is of the image.
+    /// Part of the image that the picture covers.
     pub fn window(&self) -> Window {
         self.window
     }
 
-    /// How many passes there were.
+    /// Number of passes so far.
     pub fn passes(&self) -> u32 {
         self.passes
     }
 
-    /// Paths so far.
+    /// Number of paths so far, of all pixels.
     pub fn paths(&self) -> u64 {
         self.pixels.iter().map(Pixel::paths).sum()
     }
 
-    /// Rays so far.
+    /// Number of rays so far, of all pixels.
     pub fn rays(&self) -> u64 {
         self.pixels.iter().map(|pixel| pixel.rays).sum()
     }
 
-    /// One pass more, by what the last reconstruction is foreseen to be off; nothing changes if it
-    /// was cancelled. Runs on the current thread pool.
+    /// Makes one more pass. Returns false, with nothing changed, if cancelled. Runs on the current
+    /// thread pool.
     ///
-    /// * `importance`: how much each pixel needs paths, as a share of what it may be off.
-    /// * `growth`: paths of this pass, over those that there are: 1 doubles the work.
+    /// * `importance`: predicted error of each pixel over its tolerance; `None` for the first pass.
+    /// * `growth`: paths of this pass, over the paths so far: 1 doubles the work.
     pub fn pass(&mut self, importance: Option<&[f32]>, growth: f64, cancel: &AtomicBool) -> bool {
         let counts = match importance {
             None => vec![FIRST; self.pixels.len()],
@@ -177,17 +179,16 @@ impl<'v> Picture<'v> {
         true
     }
 
-    /// An unbiased estimate of the mean of `(y − t)²/n²` over the pixels: how far a picture `y` that
-    /// was there before the last pass is off the truth `t`, relative to its own sizes `n`; below zero
-    /// by chance only.
+    /// Unbiased estimate of the mean of `(y − t)²/n²` over the pixels, for a picture `y` from
+    /// before the last pass, its truth `t` and its own sizes `n`; below zero by chance only.
     ///
     /// ```text
     /// mean (A − y)(B − y)/n²      A, B: the halves of the last pass      n = max(y, mean of y/100)
     /// ```
     ///
-    /// The noise of `A` and that of `B` know nothing of each other, nor of `y`.
+    /// The noise in `A` is independent of that in `B`, and both are independent of `y`.
     ///
-    /// * `radiance`: of the window's pixels, row by row, by the passes before.
+    /// * `radiance`: of the window's pixels, row by row, from the passes before.
     pub fn squared_error(&self, radiance: &[Rgb]) -> f64 {
         let luminances = || radiance.iter().map(|radiance| f64::from(radiance.luminance()));
         let count = radiance.len().max(1) as f64;
@@ -199,14 +200,15 @@ impl<'v> Picture<'v> {
         luminances().zip(&self.last).map(product).sum::<f64>() / count
     }
 
-    /// About the variance of single paths of a pixel (luminance²), by all paths around it: those of a
-    /// brighter pixel vary as much relative to their mean.
+    /// Approximate variance of single paths of a pixel (luminance²), from all paths in its
+    /// neighbourhood. Their standard deviation is taken to be proportional to the luminance of the
+    /// pixel.
     ///
     /// ```text
     /// y² mean (σ_q/y_q)²        over the paths of the pixels q within 8 of it
     /// ```
     ///
-    /// * `radiance`: of the window's pixels, row by row; `least`: what none is taken to be below.
+    /// * `radiance`: of the window's pixels, row by row; `least`: lower bound on their luminance.
     pub fn importance_variance(&self, [x, y]: [u32; 2], radiance: &[Rgb], least: f64) -> f64 {
         let size = |k: usize| f64::from(radiance[k].luminance()).max(least).max(f64::MIN_POSITIVE);
         let Window { x: left, y: top, width, height } = self.window;
@@ -230,10 +232,10 @@ impl<'v> Picture<'v> {
         own * own * sum / f64::max(paths, 1.0)
     }
 
-    /// How many paths each half of a pixel has next.
+    /// Number of paths of each half of each pixel in the next pass.
     fn spread(&self, importance: &[f32], growth: f64) -> Vec<u32> {
         let mean = growth * self.paths() as f64 / 2.0 / self.pixels.len() as f64;
-        // Errors fall with the root of the paths.
+        // Errors fall with the square root of the number of paths.
         let wanted = |importance: &f32| f64::from(*importance) * f64::from(*importance);
         let sum: f64 = importance.iter().map(wanted).sum();
         let of_one = if sum > 0.0 { (1.0 - EVENLY) * mean * importance.len() as f64 / sum } else { 0.0 };
@@ -244,7 +246,7 @@ impl<'v> Picture<'v> {
         importance.iter().map(count).collect()
     }
 
-    /// The unreconstructed picture.
+    /// Film of the estimates, not reconstructed.
     ///
     /// # Errors
     /// A window outside the image.
@@ -252,17 +254,17 @@ impl<'v> Picture<'v> {
         self.film_of(|pixel| pixel.record(&pixel.halves))
     }
 
-    /// The reconstruction.
+    /// Reconstructs the picture.
     ///
-    /// * `smoother`: another than our own.
+    /// * `smoother`: replacement of our own smoother.
     ///
     /// # Errors
-    /// A window outside the image; what another smoother fails with.
+    /// A window outside the image; any error of the given smoother.
     pub fn reconstruct(&self, smoother: Option<&dyn Smoother>) -> Result<Reconstructed> {
         Ok(self.halves()?.reconstruct(smoother)?.expect("films of records have all planes"))
     }
 
-    /// What it is reconstructed from.
+    /// The two halves from which the picture is reconstructed.
     ///
     /// # Errors
     /// A window outside the image.
@@ -280,7 +282,7 @@ impl<'v> Picture<'v> {
     }
 }
 
-/// What pixels are foreseen to be off, as a share of what they may be; at most 8.
+/// Predicted error of each pixel over its tolerance; at most 8.
 pub fn importance(reconstructed: &Reconstructed, tolerance: impl Fn(Rgb) -> f64) -> Vec<f32> {
     let of_pixel = |(radiance, error): (&Rgb, &f32)| {
         let share = f64::from(*error) / tolerance(*radiance).max(f64::from(f32::MIN_POSITIVE));
@@ -321,7 +323,7 @@ mod tests {
         with_picture(Window::full(SIZE), |picture| work(&*picture.sampler))
     }
 
-    /// A pixel's paths are told to vary as those around it do, relative to how bright it is.
+    /// The variance of a pixel is estimated from its neighbourhood, relative to its luminance.
     #[test]
     fn how_paths_vary_is_told_by_those_around() {
         with_picture(Window::full(SIZE), |mut picture| {
@@ -340,9 +342,9 @@ mod tests {
             assert!((alike - variance).abs() < 1e-6, "{alike} for {variance}");
             radiance[picture.window.index(10, 10)] = Rgb::gray(1.0);
             let darker = of(&picture, &radiance);
-            // Its own paths are among them, and vary four times as much for what they are.
+            // Its own paths are included; halving its radiance quadruples their relative variance.
             assert!((darker / (variance / 4.0 * (1.0 + 3.0 / 289.0)) - 1.0).abs() < 1e-4, "{darker}");
-            // Beyond the neighbourhood nothing counts.
+            // Pixels beyond the neighbourhood have no effect.
             let far = picture.window.index(19, 10);
             picture.pixels[far].halves[0].luminance.push(1e6);
             assert_eq!(of(&picture, &radiance), darker);
@@ -362,7 +364,7 @@ mod tests {
         work(Picture::new(method.path_sampler(Setting { tracer: &tracer, view }), window, 1))
     }
 
-    /// Work doubles, and goes where it is wanted, but not all of it.
+    /// Work doubles, and most of it goes where it is wanted.
     #[test]
     fn paths_go_where_errors_are_foreseen() {
         let window = Window::full(SIZE);
@@ -373,16 +375,16 @@ mod tests {
             let left: Vec<f32> = window.pixels().map(|(x, _)| if x < 20 { 1.0 } else { 0.0 }).collect();
             assert!(picture.pass(Some(&left), 1.0, &NEVER));
             let of_all = picture.paths() as f64 / first as f64;
-            // Each half has one at least.
+            // Each half has at least one path.
             assert!((1.9..2.2).contains(&of_all), "{of_all}");
             let film = picture.film().unwrap();
             let paths = |x: u32| film.plane(planes::PAIRS).unwrap().f32_at(x, 7)[0];
-            // Of the four paths more that half a pixel has on average, 0.4 are spread evenly.
+            // Of the four further paths that half a pixel has on average, 0.4 are spread evenly.
             assert_eq!((paths(3), paths(30)), (8.0 + 2.0 * 8.0, 8.0 + 2.0));
         });
     }
 
-    /// The mean squared error of a picture that is off in known ways, by passes that know nothing of it.
+    /// Mean squared error of a picture with known errors, from independent passes.
     #[test]
     fn the_squared_error_is_unbiased() {
         let window = Window { x: 10, y: 6, width: 20, height: 12 };
@@ -394,7 +396,7 @@ mod tests {
             let truth: Vec<Rgb> = picture.film().unwrap().colors().unwrap().collect();
             let off = |k: usize| if k.is_multiple_of(2) { 1.2 } else { 0.9 };
             let off: Vec<Rgb> = truth.iter().enumerate().map(|(k, truth)| *truth * off(k)).collect();
-            // What is 1.2 times the truth is 0.2/1.2 off, relative to itself.
+            // A value of 1.2 times the truth is off by 0.2/1.2, relative to itself.
             let expected = 0.5 * (0.04 / 1.44 + 0.01 / 0.81);
             with_picture(window, |mut other| {
                 other.seed = 2;

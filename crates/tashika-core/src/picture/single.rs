@@ -1,4 +1,4 @@
-//! Paths of single pixels, wherever they are.
+//! Paths of single pixels, anywhere in the image.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,21 +10,22 @@ use crate::integrator::{PathSamples, SamplePaths};
 use crate::render::Progress;
 use crate::rng::{self, Purpose};
 
-/// Camera samples of a pixel that are held at once.
+/// Most camera samples of a pixel that are held in memory at once.
 const AT_ONCE: u32 = 1 << 12;
 
-/// A pixel of which paths are wanted.
+/// A pixel, and the number of paths to draw for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wanted {
-    /// Its place in the full image.
+    /// Position in the full image.
     pub pixel: [u32; 2],
-    /// How many.
+    /// Number of paths to draw.
     pub paths: u32,
 }
 
-/// So many paths of each of these pixels; none if it was cancelled. Runs on the current thread pool.
+/// Draws the paths of each wanted pixel; `None` if cancelled. Runs on the current thread pool.
 ///
-/// What a pixel gets is a function of the sampler, the seed, its place and the number of its paths.
+/// The result for a pixel is a function of the sampler, the seed, its position and the number of
+/// its paths.
 pub fn paths_of(
     sampler: &dyn SamplePaths,
     wanted: &[Wanted],
@@ -59,7 +60,7 @@ mod tests {
     use super::super::tests::with_sampler;
     use super::*;
 
-    /// Paths of a pixel do not depend on the others that are wanted, and many are as many.
+    /// Paths of a pixel do not depend on other wanted pixels; more than `AT_ONCE` are all drawn.
     #[test]
     fn pixels_are_told_apart() {
         with_sampler(|sampler| {
@@ -72,7 +73,7 @@ mod tests {
             assert_eq!(counts, [64, u64::from(AT_ONCE) + 5, 0]);
             assert_eq!(of(&[wanted([18, 9], 64)], 1)[0].luminance, all[0].luminance);
             assert_ne!(of(&[wanted([18, 9], 64)], 2)[0].luminance, all[0].luminance);
-            // What is drawn at once is drawn anew for each part.
+            // Each batch has random numbers of its own.
             let [one, two] = [AT_ONCE, 2 * AT_ONCE].map(|n| of(&[wanted([20, 9], n)], 1)[0]);
             assert!(one.luminance.mean() != two.luminance.mean() && one.rays < two.rays);
         });

@@ -1,4 +1,4 @@
-//! A claim about a picture as a whole: what is asked of its audit, and qualities by name.
+//! Terms of a claim about a picture as a whole, and qualities by name.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,19 +8,19 @@ use crate::error::{Error, Result};
 use crate::integrator::{Promise, SumMethod};
 use crate::stats::{tolerance_rank, upper_share_outside};
 
-/// What is claimed, as users call it.
+/// A kind of claim, as users name it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ClaimName {
-    /// Of each pixel, by measurement.
+    /// About each pixel, by measurement.
     Calibrated,
-    /// Of each pixel, by proof.
+    /// About each pixel, by proof.
     Certified,
-    /// Of a share of the picture's pixels, by an audit of some of them.
+    /// About a share of the picture's pixels, by an audit of some of them.
     Audited,
 }
 
 impl ClaimName {
-    /// All of them.
+    /// All claims, those about each pixel first.
     pub const ALL: [Self; 3] = [Self::Calibrated, Self::Certified, Self::Audited];
 
     /// Name on the command line and in files.
@@ -32,7 +32,7 @@ impl ClaimName {
         }
     }
 
-    /// What is promised of each pixel, if it is that.
+    /// Returns the promise about each pixel, or `None` for [`Audited`](Self::Audited).
     pub fn promise(self) -> Option<Promise> {
         match self {
             Self::Calibrated => Some(Promise::Calibrated),
@@ -68,17 +68,17 @@ impl FromStr for ClaimName {
     }
 }
 
-/// What an audit is to find out.
+/// Terms on which a picture is audited.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AuditTerms {
     /// Share of the pixels that is to be within the error. Default 0.95; in (0, 1).
     pub share: f64,
-    /// How sure that is to be. Default 0.99; in [½, 1).
+    /// Confidence of the claim about that share. Default 0.99; in [½, 1).
     pub assurance: f64,
-    /// Pixels that are audited. Default 600.
+    /// Number of pixels to audit. Default 600.
     pub pixels: u64,
-    /// Looks that share the risk, at least 1: fewer make each say more. Default
-    /// [`LOOKS`](Self::LOOKS); of a picture in parts 1.
+    /// Interim analyses that share the risk, at least 1: with fewer, each gives a tighter bound.
+    /// Default [`LOOKS`](Self::LOOKS); 1 for a picture in parts.
     pub looks: u32,
 }
 
@@ -89,42 +89,46 @@ impl Default for AuditTerms {
 }
 
 impl AuditTerms {
-    /// Pictures that are looked at, at most.
+    /// Most pictures that have an interim analysis.
     pub const PICTURES: u32 = 6;
-    /// Looks at these: the first picture may have a second, at more pixels.
+    /// Most interim analyses: the first picture may have a second one, at more pixels.
     pub const LOOKS: u32 = Self::PICTURES + 1;
-    /// Confidence of the intervals of an audited pixel's own truth, of all together.
+    /// Joint confidence of all intervals of one audited pixel's truth.
     pub const CONFIDENCE: f64 = 0.95;
 
-    /// The probability with which one look may be wrong.
+    /// Largest probability that one interim analysis is wrong.
     pub fn risk(&self) -> f64 {
         (1.0 - self.assurance) / f64::from(self.looks)
     }
 
-    /// The share of the pixels that is outside at most, where `outside` of `audited` were.
+    /// Upper bound on the share of the pixels that is outside the error, if `outside` of `audited`
+    /// pixels are.
     pub fn upper_outside(&self, outside: u64, audited: u64) -> f64 {
         upper_share_outside(outside, audited, self.risk(), 1.0 - Self::CONFIDENCE)
     }
 
-    /// Pixels of an audit that tells more closely: 3 % of them may be outside where 95 % are to be
-    /// within, and of the usual number 2 %.
+    /// Number of pixels of a more precise audit. Where 95 % are to be within the error, 3 % of
+    /// these pixels may be outside, against 2 % of the usual number.
     pub fn more_pixels(&self) -> u64 {
         self.pixels.saturating_mul(2)
     }
 
-    /// Whether an audit with this outcome finds enough pixels within the error.
+    /// Returns true if an audit with this outcome finds enough pixels within the error.
     pub fn is_reached(&self, outside: u64, audited: u64) -> bool {
         self.upper_outside(outside, audited) <= 1.0 - self.share
     }
 
-    /// Which of the sorted ratios of `audited` pixels scales the map of half-widths; none if they are
-    /// too few to tell. Intervals of truths that miss are reckoned with.
+    /// Rank, from 1, of the ratio that scales the map of half-widths, among the sorted ratios of
+    /// `audited` pixels; `None` if these are too few. Accounts for intervals that miss their
+    /// truths.
     pub fn rank(&self, audited: u64) -> Option<u64> {
         tolerance_rank(audited, 1.0 - (1.0 - self.share) * Self::CONFIDENCE, self.risk())
     }
 
+    /// Checks that all values are in range.
+    ///
     /// # Errors
-    /// Says which value is out of range, and the range.
+    /// [`Error::Option`] with the value that is out of range, and the range.
     pub fn validate(&self) -> Result<()> {
         if !(self.share > 0.0 && self.share < 1.0) {
             return Err(Error::option("share", self.share, "above 0 and below 1 (100%)"));
@@ -145,7 +149,7 @@ impl AuditTerms {
     }
 }
 
-/// How good a picture is to be, in one word.
+/// Quality of a picture: a claim and an error under one name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quality {
     /// Audited: 95 % of the pixels within 10 %.
@@ -157,7 +161,7 @@ pub enum Quality {
 }
 
 impl Quality {
-    /// All of them.
+    /// All qualities, from the largest error to the smallest.
     pub const ALL: [Self; 3] = [Self::Draft, Self::Good, Self::Final];
 
     /// Name on the command line and in Python.
@@ -199,8 +203,9 @@ impl FromStr for Quality {
 }
 
 impl Request {
-    /// Fills an unset claim and an unset error from a quality; the name of a method may set the
-    /// claim. [`with_quality`](Self::with_quality) refuses options that contradict the quality.
+    /// Fills an unset claim and an unset error from a quality. A method with a certified claim in
+    /// its name keeps that claim in place of a calibrated one. [`with_quality`](Self::with_quality)
+    /// refuses options that contradict the quality.
     #[must_use]
     pub fn of_quality(mut self, quality: Quality) -> Self {
         let is_certified = self.method.of_lights() == Some(SumMethod::Tashika(Promise::Certified));

@@ -1,15 +1,16 @@
-//! What was said of the camera: another projection, another lens, than the scene's camera has.
+//! Options that replace the projection or the lens of the scene's camera.
 //!
-//! | not said | is |
+//! | unset | default |
 //! |---|---|
 //! | projection | the camera's |
-//! | field of view | the camera's; of another projection than its own 40° (perspective) or 180° (fisheye) |
+//! | field of view | the camera's; 40° (perspective) or 180° (fisheye) with another projection |
 //! | lens radius, focus distance, blades | the camera's |
-//! | rotation of the blades | that of the camera's blades, or none |
+//! | rotation of the blades | that of the camera's blades, or 0 |
 //!
-//! A projection that is not the camera's has a film of its own: centred, whole, and where the
-//! camera says an image size and the caller none, as high as that, with the width that is true to
-//! shape (twice the height for `spherical`, the same for `equal-area`).
+//! A projection other than the camera's has a film of its own, centred and whole. If the caller
+//! sets no image size, a perspective or a fisheye has the camera's. The other projections have the
+//! height of that, or 360 if the camera sets none, and the width that keeps shapes true (twice the
+//! height for `spherical`, the height for `equal-area`).
 //!
 //! # Held to this by
 //! `tests`.
@@ -22,13 +23,13 @@ use crate::error::{Error, Result};
 use crate::film::{Metadata, keys};
 use crate::scene::{Blades, Camera, Lens, Projection, SphereMap};
 
-/// Vertical field of view where nobody says (radians): 40°.
+/// Default vertical field of view of a perspective (radians): 40°.
 const PERSPECTIVE_FOV: f32 = 40.0 * PI / 180.0;
 
-/// Angle across a fisheye where nobody says (radians).
+/// Default angle across a fisheye (radians): 180°.
 const FISHEYE_ANGLE: f32 = PI;
 
-/// A projection by its name.
+/// A projection, as users name it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProjectionName {
     /// Through a point onto a plane.
@@ -42,7 +43,7 @@ pub enum ProjectionName {
 }
 
 impl ProjectionName {
-    /// All of them.
+    /// The projections, in order of declaration.
     pub const ALL: [Self; 4] = [Self::Perspective, Self::Fisheye, Self::Spherical, Self::EqualArea];
 }
 
@@ -57,30 +58,30 @@ impl fmt::Display for ProjectionName {
     }
 }
 
-/// What was said; nothing stands for what the camera has.
+/// The given options; `None` keeps the camera's value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraChange {
-    /// The projection.
+    /// Mapping from film to directions.
     pub projection: Option<ProjectionName>,
-    /// Field of view (degrees): vertical, of perspective, between 0 and 180; across the circle, of
-    /// a fisheye, above 0 and at most 360.
+    /// Field of view (degrees): vertical for a perspective, between 0 and 180; across the circle
+    /// for a fisheye, above 0 and at most 360.
     pub fov: Option<f32>,
-    /// Radius of the lens (m); 0 is a pinhole.
+    /// Radius of the lens (m); 0 for a pinhole.
     pub lens_radius: Option<f32>,
     /// Distance at which the image is sharp (m).
     pub focus_distance: Option<f32>,
-    /// Blades of the lens.
+    /// Number of blades of the aperture.
     pub blades: Option<u32>,
     /// Rotation of the blades (degrees), as [`Blades::rotation`].
     pub blade_rotation: Option<f32>,
 }
 
 impl CameraChange {
-    /// The camera with what was said.
+    /// Returns the camera with the given options applied.
     ///
     /// # Errors
-    /// Numbers out of range, and what the projection or the lens has no use for, by the option's
-    /// name.
+    /// [`Error::Option`] for a number out of range, or an option that the projection or the lens
+    /// has no use for.
     pub fn of(&self, camera: &Camera) -> Result<Camera> {
         let mut camera = camera.clone();
         self.project(&mut camera)?;
@@ -88,8 +89,8 @@ impl CameraChange {
         Ok(camera)
     }
 
-    /// Names what was said among the metadata of a film, so that parts of other views are not
-    /// joined with it.
+    /// Writes the given options to the metadata of a film, so that parts of other views are not
+    /// merged with it.
     pub fn describe(&self, metadata: &mut Metadata) {
         if let Some(projection) = self.projection {
             metadata.set(keys::CAMERA_PROJECTION, projection.to_string());

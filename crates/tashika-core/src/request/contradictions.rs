@@ -1,4 +1,4 @@
-//! Options that contradict each other: a table of what each option needs.
+//! Options that contradict each other: a table of the needs of each option.
 //!
 //! | option | needs |
 //! |---|---|
@@ -11,11 +11,11 @@
 //! | claim | method tashika, or path unless certified |
 //! | truth | method tashika; of other methods the one that they estimate |
 //! | max_pairs | a method that refines cuts |
-//! | audit | something that is promised |
+//! | audit | a method that makes a claim |
 //! | share, assurance | claim audited |
-//! | quality | no claim of the other kind, and a method that can keep it |
+//! | quality | no claim of another kind, and a method that can make the claim |
 //!
-//! An option without what it needs is refused. The exception depends on the scene: the default
+//! An option whose need is not met is refused. The exception depends on the scene: the default
 //! method becomes path tracing where things move or media scatter ([`Request::in_scene`]). Options
 //! that have no effect for this reason alone are reported and ignored, so that one command serves
 //! many scenes.
@@ -31,11 +31,10 @@ use crate::vpl::Clamp;
 
 /// A given option that has no effect together with the rest of a request.
 struct InVain {
-    /// Name of its field.
+    /// Field of [`Request`].
     name: &'static str,
-    /// Value.
     value: String,
-    /// Description of what would be accepted.
+    /// Description of values that would be accepted.
     expected: String,
 }
 
@@ -106,7 +105,7 @@ impl Request {
         }
     }
 
-    /// Returns the options without what they need, by the table above.
+    /// Returns the options whose needs are not met, by the table above.
     fn in_vain(&self) -> Vec<InVain> {
         let is_path = self.method == MethodName::Path;
         let is_exact = self.method == SumMethod::Exact.into();

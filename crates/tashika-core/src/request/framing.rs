@@ -1,35 +1,35 @@
-//! Size of an image, the part of it that is rendered, and the camera as it stands for that size.
+//! Size of an image, the rendered part of it, and the camera for that size.
 
 use crate::error::{Error, Location, Result};
 use crate::film::{Film, Window};
 use crate::scene::Camera;
 
-/// Image size where neither the caller nor the camera says.
+/// Default image size, if the camera has none (pixels).
 pub(super) const SIZE: [u32; 2] = [640, 360];
 
-/// What was said of the image; nothing stands for what the camera says.
+/// The given options; `None` keeps the camera's value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Framing {
     /// Size of the full image (pixels).
     pub size: Option<[u32; 2]>,
-    /// The part that is rendered, in pixels of that.
+    /// Rendered part, in pixels of the full image.
     pub crop: Option<Window>,
 }
 
 /// An image that can be rendered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Framed {
-    /// The camera, where it stands for this size: see [`Camera::of_size`].
+    /// Camera for this size: see [`Camera::of_size`].
     pub camera: Camera,
     /// Size of the full image (pixels).
     pub size: [u32; 2],
-    /// The part of it that is rendered.
+    /// Rendered part of the image (pixels).
     pub window: Window,
 }
 
 impl Framing {
-    /// Size of the image, the part of it that is rendered, and the camera for it. The camera's own
-    /// crop counts only with its own size, whose pixels it is in.
+    /// Size of the image, the rendered part of it, and the camera for both. The camera's own crop
+    /// applies only with the camera's own size, whose pixels it counts.
     ///
     /// # Errors
     /// As [`Film::check`]; [`Error::Invalid`] at the camera, without a file, if the camera's own
@@ -49,7 +49,7 @@ impl Framing {
         Ok(Framed { camera: camera.of_size(size), size, window })
     }
 
-    /// Checks what can be checked without a camera.
+    /// Checks the size and the crop as far as possible without a camera.
     ///
     /// # Errors
     /// As [`Film::check`].

@@ -1,4 +1,4 @@
-//! How pixels are computed: the methods as they are called, and a method with all that it needs.
+//! Methods by name, and a method with all of its options.
 
 use std::fmt;
 use std::str::FromStr;
@@ -11,31 +11,30 @@ use crate::reconstruction::reconstruct;
 use crate::scene::Abilities;
 use crate::vpl::VplOptions;
 
-/// Pairs and paths of all pixels, at most, where nobody asks for an error: a picture in minutes, of
-/// which each pixel says what it is worth.
+/// Most pairs and paths of all pixels where no error is requested. A picture then takes minutes,
+/// and each pixel states its own error.
 const PICTURE_WORK: u64 = 50_000_000;
-/// Fewest and most of these a pixel: with fewer it would be noise, and more is for who asks for an
-/// error.
+/// Fewest and most pairs or paths a pixel: fewer would leave noise, and more are for requests with
+/// an error.
 const PIXEL_WORK: [u64; 2] = [128, 4096];
-/// Terms of a pixel up to which ours is the whole sum: that takes no longer than to know it to 2 %.
-/// Measured.
+/// Terms of a pixel up to which our method computes the whole sum, which takes no longer than an
+/// estimate to 2 %. Measured.
 const SHORT_SUM: u64 = 16_000;
 
-/// A method as users call it.
+/// A method, as users name it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MethodName {
-    /// One that works with VPLs. Ours is of light transport, unless a [`Truth`] is said that is
-    /// about one set of them.
+    /// A method that works with VPLs. Ours estimates light transport, unless the request names a
+    /// [`Truth`] about one set of VPLs.
     ManyLights(SumMethod),
-    /// Path tracing.
+    /// Unidirectional path tracing, without VPLs.
     Path,
 }
 
 impl MethodName {
-    /// Name of path tracing.
     const PATH: &'static str = "path";
 
-    /// All of them, in the order of their years, path tracing last.
+    /// All methods, in the order of their years, path tracing last.
     pub fn all() -> impl Iterator<Item = Self> {
         SumMethod::ALL.into_iter().map(Self::ManyLights).chain([Self::Path])
     }
@@ -48,7 +47,7 @@ impl MethodName {
         }
     }
 
-    /// The method that works with VPLs, if it is one.
+    /// Returns the method that works with VPLs, or `None` for path tracing.
     pub fn of_lights(self) -> Option<SumMethod> {
         match self {
             Self::ManyLights(method) => Some(method),
@@ -86,50 +85,50 @@ impl FromStr for MethodName {
     }
 }
 
-/// How pixels are computed, with all that this method needs and nothing else.
+/// A method with all options that it needs, and no others.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Method {
     /// A sum over one set of VPLs.
     Sum {
-        /// How the sum is found.
+        /// Estimator of the sum.
         method: SumMethod,
-        /// How the set is traced; nothing if it is given.
+        /// Options for tracing the VPLs; `None` if they are given.
         lights: Option<VplOptions>,
-        /// What methods that control their error are told.
+        /// Options of methods that control their error.
         options: ControlOptions,
     },
-    /// One large set of VPLs, as one of all that there could be.
+    /// An estimate of a truth about all sets of VPLs, from one large set.
     Transport {
-        /// How it is traced; nothing if it is given.
+        /// Options for tracing the VPLs; `None` if they are given.
         lights: Option<VplOptions>,
-        /// Light transport, or what is left of it without what VPLs do not carry.
+        /// Light transport, or the part of it that clamped VPLs carry.
         truth: Truth,
-        /// What is promised.
+        /// Error, confidence and budget of a pixel.
         options: ControlOptions,
-        /// Whether nobody asked for an error, so that pixels may run out of budget.
+        /// True if no error was requested, so that pixels may run out of budget.
         is_picture: bool,
     },
-    /// A picture of light transport that is reconstructed, and audited as a whole.
+    /// A reconstructed picture of light transport, audited as a whole.
     Audited {
-        /// How the VPLs of the picture are traced, the audit has others; nothing if both are by path
-        /// tracing alone.
+        /// Options for tracing the VPLs of the picture (the audit has others); `None` if picture
+        /// and audit are by path tracing alone.
         lights: Option<VplOptions>,
-        /// The error that pixels may have.
+        /// Error allowed in a pixel.
         options: ControlOptions,
-        /// What the audit is to find out.
+        /// Share, assurance and size of the audit.
         terms: AuditTerms,
     },
-    /// Path tracing.
+    /// Unidirectional path tracing, without VPLs.
     Path {
-        /// When a pixel has paths enough.
+        /// Condition under which a pixel has enough paths.
         stop: PathStop,
-        /// Whether nobody asked for an error, so that pixels may run out of budget.
+        /// True if no error was requested, so that pixels may run out of budget.
         is_picture: bool,
     },
 }
 
 impl Method {
-    /// Whether pixels may claim something about their error: the bound by which
+    /// Returns true if pixels may claim something about their error. The bound by which
     /// [`SumMethod::Lightcuts`] and [`SumMethod::Mdlc`] stop is no claim, nor is a number of paths.
     pub fn promises(&self) -> bool {
         match self {
@@ -139,7 +138,7 @@ impl Method {
         }
     }
 
-    /// What it renders beside what stands still.
+    /// Features of scenes that the method renders beside still surfaces.
     pub fn abilities(&self) -> Abilities {
         match self {
             Self::Audited { lights: None, .. } | Self::Path { .. } => Abilities::ALL,
@@ -148,24 +147,25 @@ impl Method {
         }
     }
 
-    /// Whether what is promised, or computed, is a sum over one set of VPLs.
+    /// Returns true if the estimated quantity is a sum over one set of VPLs.
     pub fn is_of_a_sum(&self) -> bool {
         matches!(self, Self::Sum { .. })
     }
 
-    /// Whether pixels may run out of budget without anybody's being disappointed.
+    /// Returns true if no error was requested, so that pixels may run out of budget.
     pub fn is_picture(&self) -> bool {
         matches!(self, Self::Transport { is_picture: true, .. } | Self::Path { is_picture: true, .. })
     }
 
-    /// Whether the metadata are those of a film that was rendered so.
+    /// Returns true if the metadata are those of a film for which [`is_picture`](Self::is_picture)
+    /// held.
     pub fn was_picture(metadata: &Metadata) -> bool {
         metadata.bool(keys::PICTURE) == Some(true)
     }
 
-    /// Does with a finished film what was asked for beyond its estimates: a picture is
-    /// [reconstructed](reconstruct), unless it has planes of what lights give, which add up to it as it
-    /// is. Whoever joins parts of a film calls it for the whole, with what the parts say. Runs on the
+    /// Finishes a film. A picture without a requested error is [reconstructed](reconstruct), unless
+    /// it has planes of light groups, which add up to the estimates as they are. After parts are
+    /// joined, this is called for the whole film, with the metadata of the parts. Runs on the
     /// current thread pool.
     pub fn finish(film: &mut Film) {
         let has_groups = film.metadata().get(keys::LIGHT_GROUPS).is_some();
@@ -174,15 +174,15 @@ impl Method {
         }
     }
 
-    /// Writes what a film says of the request beyond what its integrator does.
+    /// Writes metadata about the request that the integrator does not write.
     pub fn describe(&self, metadata: &mut Metadata) {
         if self.is_picture() {
             metadata.set(keys::PICTURE, true);
         }
     }
 
-    /// The same over so many VPLs at so many gather points a pixel: by our method, a sum of at most
-    /// 16,000 terms is computed whole, unless it was said how large its cuts may be.
+    /// Returns the method for `lights` VPLs and `points` gather points a pixel. Our method computes
+    /// a sum of at most 16,000 terms whole, unless the request sets the size of its cuts.
     #[must_use]
     pub fn over(&self, lights: usize, points: u32) -> Self {
         let mut chosen = self.clone();
@@ -195,9 +195,8 @@ impl Method {
         chosen
     }
 
-    /// The same for an image of that size (pixels). A picture for which nobody asked for an error
-    /// has so much work in all that it takes minutes, whatever its size: 50 million pairs and
-    /// paths, 128 to 4096 a pixel.
+    /// Returns the method for an image of `size` (pixels). A picture without a requested error
+    /// takes minutes, whatever its size: 50 million pairs and paths in all, 128 to 4096 a pixel.
     #[must_use]
     pub fn sized(&self, size: [u32; 2]) -> Self {
         let mut sized = self.clone();

@@ -1,26 +1,30 @@
-//! What is asked of a render: what was said, the defaults for what was not, and what goes with
-//! what.
+//! Options of a render: the given ones, the defaults of the others, and which of them go together.
 //!
 //! The program and the Python package spell the same options in their own ways. Their meaning is
 //! decided here, once, so that equal options give equal images. A [`Request`] holds the given
-//! options; [`Request::resolve`] gives a [`Method`] with every value in range and the names of
-//! options that have no effect on it. [`Request::check`] and [`Request::check_in`] refuse options
-//! that contradict each other; the program and the Python package call them, so that no given
-//! option is silently ignored.
+//! options. [`Request::resolve`] returns a [`Method`] with every value in range, and the names of
+//! the options that have no effect on it. [`Request::check`] and [`Request::check_in`] refuse
+//! options that contradict each other; the program and the Python package call them, so that no
+//! given option is silently ignored.
 //!
-//! | not said | is |
+//! | unset | default |
 //! |---|---|
-//! | method | ours, with calibrated claims; whatever it claims, sums of few terms are computed whole ([`Method::over`]) |
-//! | truth | light transport; the sum over one set of VPLs for certified claims, and where these are given |
+//! | method | our method, with calibrated claims |
+//! | truth | light transport; the sum over one set of VPLs with certified claims or given VPLs |
 //! | error | 5 % of light transport, 2 % of a sum, 10 % of an audited picture |
 //! | share, assurance, audited pixels | those of [`AuditTerms`] |
 //! | confidence, control, absolute | those of [`ControlOptions`] |
-//! | most pairs | that of the method; of light transport without an error, by the size of the image ([`Method::sized`]) |
-//! | VPLs | those of [`VplOptions`]; 1000/ε² where the truth is about all sets, one to four million; 2500/ε² of an audited picture, 250,000 to four million |
-//! | gather points | those of [`GatherOptions`]; 2.56/ε where the truth is about all of them, 32 to 256 |
+//! | most pairs | those of the method; by [`Method::sized`] for light transport without an error |
+//! | VPLs | those of [`VplOptions`], or by the error `ε` as below |
+//! | gather points | those of [`GatherOptions`], or by the error as below |
 //! | filter | the box |
-//! | paths | 64; where an interval ends them, at most 2²⁰ |
+//! | paths | 64; at most 2²⁰ where an interval stops them |
 //! | size | the camera's, or 640×360 |
+//!
+//! Where the truth is about all sets of VPLs, their default number is 1000/ε², one to four million.
+//! Where the truth is about all gather points, the default is 2.56/ε of them, 32 to 256. An audited
+//! picture has 2500/ε² VPLs, 250,000 to four million. Whatever it claims, our method computes sums
+//! of few terms whole ([`Method::over`]).
 //!
 //! # Held to this by
 //! `request::tests`; the equality of planes from the program and from Python by the tests of the
@@ -46,70 +50,70 @@ use crate::integrator::{ControlOptions, PathStop, Promise, SumMethod, Truth};
 use crate::scene::Scene;
 use crate::vpl::{Clamp, VplOptions};
 
-/// Relative error of light transport that a picture is to have if nobody says.
+/// Default relative error of light transport.
 const PICTURE_ERROR: f64 = 0.05;
-/// The same of an audited picture.
+/// Default relative error of an audited picture.
 const AUDITED_ERROR: f64 = 0.1;
-/// VPLs of an audited picture, times the square of the error: how light varies from set to set, no
-/// number of paths mends.
+/// VPLs of an audited picture, times the squared error. More paths do not reduce the variance
+/// between sets of VPLs.
 const AUDITED_VPLS_BY_ERROR: f64 = 2500.0;
-/// Fewest and most of these.
+/// Fewest and most VPLs of an audited picture.
 const AUDITED_VPLS: [f64; 2] = [250_000.0, 4_000_000.0];
-/// Paths a pixel.
+/// Default paths a pixel, where their number stops path tracing.
 const PATHS: u32 = 64;
-/// Paths a pixel at most where its interval ends it.
+/// Default for the most paths a pixel, where an interval stops path tracing.
 const MOST_PATHS: u32 = 1 << 20;
-/// VPLs where the truth is about all sets of them, times the square of the error: about what makes
-/// the choice of VPLs a third of the half-width.
+/// VPLs where the truth is about all sets of VPLs, times the squared error: the choice of the set
+/// then makes about a third of the half-width.
 const VPLS_BY_ERROR: f64 = 1000.0;
-/// Fewest and most of these: more than the most would take more memory than most scenes.
+/// Fewest and most of these VPLs; more would take more memory than most scenes.
 const MANY_VPLS: [f64; 2] = [1_000_000.0, 4_000_000.0];
-/// Gather points where the truth is about all of them, times the error, and the fewest and most.
+/// Gather points where the truth is about all gather points, times the error.
 const POINTS_BY_ERROR: f64 = 2.56;
-/// See [`POINTS_BY_ERROR`].
+/// Fewest and most of these gather points.
 const MANY_POINTS: [f64; 2] = [32.0, 256.0];
 
-/// What was said; nothing stands for the default.
+/// The given options of a render; `None` stands for the default.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
-    /// The method by its name. Default: ours.
+    /// Method of the render. Default: ours.
     pub method: MethodName,
-    /// What our method claims, whatever `method` says of it, or path tracing by our interval.
+    /// Claim of our method, in place of that of `method`; or of path tracing, by our interval.
     pub claim: Option<ClaimName>,
-    /// Share of the pixels that an audited picture is to have within the error.
+    /// Share of the pixels that is to be within the error, for an audited picture.
     pub share: Option<f64>,
-    /// How sure that is to be.
+    /// Confidence of the claim about an audited picture.
     pub assurance: Option<f64>,
-    /// Pixels that are audited.
+    /// Number of pixels to audit.
     pub audit: Option<u64>,
-    /// What the error is the distance from, for our method.
+    /// Quantity that the error of our method is measured from.
     pub truth: Option<Truth>,
-    /// Relative error that a pixel may have.
+    /// Relative error allowed in a pixel.
     pub error: Option<f64>,
-    /// What that is the error of.
+    /// Error metric.
     pub control: Option<Controlled>,
-    /// Error that is enough where it is dark (W·m⁻²·sr⁻¹).
+    /// Absolute error that suffices in dark pixels (W·m⁻²·sr⁻¹).
     pub absolute: Option<f64>,
-    /// Confidence of the intervals.
+    /// Confidence of the intervals; in (0, 1).
     pub confidence: Option<f64>,
     /// Largest cut, in pairs of clusters.
     pub max_pairs: Option<u64>,
-    /// Paths a pixel, of path tracing; with an error or a calibrated claim, at most.
+    /// Paths a pixel of path tracing; with an error or a calibrated claim, the most.
     pub paths: Option<u64>,
-    /// Whether planes of what groups of lights give are wanted; where pixels are not by paths themselves,
-    /// `paths` of their own tell them.
+    /// True if planes of light groups are requested. Where pixels are not computed by paths, these
+    /// planes have `paths` paths of their own.
     pub groups_asked: bool,
-    /// Whether the VPLs are there already, rather than to be traced.
+    /// True if the VPLs are given, rather than traced.
     pub lights_given: bool,
-    /// VPLs to trace.
+    /// Number of VPLs to trace.
     pub vpls: Option<u64>,
-    /// Distance below which a VPL grows no brighter.
+    /// Distance below which the contribution of a VPL is clamped.
     pub clamp: Option<Clamp>,
-    /// Times at which one set of VPLs looks at what moves.
+    /// Number of times at which one set of VPLs samples moving objects.
     pub instants: Option<u64>,
-    /// Gather points a pixel.
+    /// Number of gather points a pixel.
     pub gather: Option<u64>,
-    /// The pixel filter, of paths too.
+    /// Pixel filter, of paths as well.
     pub filter: Option<Filter>,
     /// Seed of all random numbers. Default: 1.
     pub seed: u64,
@@ -145,25 +149,25 @@ impl Default for Request {
 /// A request with every value in range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Resolved {
-    /// How pixels are computed.
+    /// Estimator of the pixels, with its options.
     pub method: Method,
-    /// Gather points.
+    /// Number of gather points, and pixel filter.
     pub gather: GatherOptions,
-    /// Names of what was said and means nothing to the method: fields of [`Request`], `lights` for
-    /// given ones.
+    /// Names of the given options that have no effect on the method: fields of [`Request`], or
+    /// `lights` for given VPLs.
     pub unused: Vec<&'static str>,
 }
 
 impl Request {
-    /// A request for sums over one set of VPLs.
+    /// Returns a request for sums over one set of VPLs.
     pub fn of_a_sum() -> Self {
         Self { truth: Some(Truth::Vpl), ..Self::default() }
     }
 
-    /// The same of this scene. What the default method promises of light transport, of each pixel or of
-    /// the picture, is kept by path tracing if the scene [moves](Scene::moves), and, unless the truth was
-    /// named, if its media [scatter](Scene::scatters): there sums over VPLs are faster in most pixels, and
-    /// leave some wider than was asked. Other requests stay as they are.
+    /// Returns the request for a scene. A request for light transport by the default method becomes
+    /// one for path tracing if the scene [moves](Scene::moves) or, unless the truth was named, if
+    /// its media [scatter](Scene::scatters). In such media sums over VPLs are faster in most
+    /// pixels, but leave some intervals wider than requested. Other requests stay as they are.
     #[must_use]
     pub fn in_scene(&self, scene: &Scene) -> Self {
         let is_by_paths = scene.moves() || (scene.scatters() && self.truth.is_none());
@@ -177,7 +181,7 @@ impl Request {
             && self.claim != Some(ClaimName::Certified)
             && self.truth() == Truth::Transport
         {
-            // Who says how many paths, and no error, asks for these.
+            // A number of paths without an error is a request for that number, without a claim.
             let is_count = self.paths.is_some() && self.error.is_none();
             let claim = self.claim.or((!is_count).then_some(ClaimName::Calibrated));
             return Self { method: MethodName::Path, claim, ..self.clone() };
@@ -185,10 +189,10 @@ impl Request {
         self.clone()
     }
 
-    /// What is to be done.
+    /// Returns the method with all of its options.
     ///
     /// # Errors
-    /// [`Error::Option`] naming what is out of range or does not go with the rest, by the name of its field.
+    /// [`Error::Option`] with the field that is out of range or contradicts the others.
     pub fn resolve(&self) -> Result<Resolved> {
         let options = self.control_options()?;
         let is_certified = self.method.of_lights() == Some(SumMethod::Tashika(Promise::Certified));
@@ -224,7 +228,7 @@ impl Request {
         Ok(Resolved { method, gather: self.gather_options()?, unused: self.unused() })
     }
 
-    /// How one set of VPLs is traced.
+    /// Options for tracing one set of VPLs.
     ///
     /// # Errors
     /// As [`VplOptions::validate`].
@@ -232,7 +236,7 @@ impl Request {
         self.lights_of(VplOptions::default().count)
     }
 
-    /// How VPLs are traced where the truth is about all sets of them.
+    /// Options for tracing VPLs where the truth is about all sets of them.
     ///
     /// # Errors
     /// As [`VplOptions::validate`].
@@ -243,7 +247,7 @@ impl Request {
         self.lights_of((VPLS_BY_ERROR / (error * error)).clamp(fewest, most).round() as u64)
     }
 
-    /// The gather points.
+    /// Options of the gather points.
     ///
     /// # Errors
     /// As [`GatherOptions::validate`].
@@ -261,18 +265,18 @@ impl Request {
         Ok(options)
     }
 
-    /// The paths a pixel, if they were said.
+    /// Returns the paths a pixel, if given.
     ///
     /// # Errors
-    /// If it is none, or more than can be counted.
+    /// [`Error::Option`] if the number is zero or above `u32::MAX`.
     pub fn path_count(&self) -> Result<Option<u32>> {
         let Some(said) = self.paths else { return Ok(None) };
         let count = u32::try_from(said).ok().filter(|n| *n > 0);
         count.map(Some).ok_or_else(|| Error::option("paths", said, format!("1 to {}", u32::MAX)))
     }
 
-    /// The paths a pixel that tell what groups of lights give, where its radiance comes otherwise: what
-    /// was said, or 64.
+    /// Paths a pixel for planes of light groups, where radiance is not computed by paths: the given
+    /// number, or 64.
     ///
     /// # Errors
     /// As [`path_count`](Self::path_count).
@@ -280,7 +284,7 @@ impl Request {
         Ok(self.path_count()?.unwrap_or(PATHS))
     }
 
-    /// What the method makes of a sum over VPLs; none is path tracing.
+    /// Method with the claim of the request; `None` for path tracing.
     fn sum_method(&self) -> Option<SumMethod> {
         match (self.method.of_lights(), self.claim.and_then(ClaimName::promise)) {
             (Some(SumMethod::Tashika(_)), Some(promise)) => Some(SumMethod::Tashika(promise)),
@@ -303,13 +307,13 @@ impl Request {
         self.error.unwrap_or(unsaid)
     }
 
-    /// Whether the claim is about the picture as a whole.
+    /// Returns true if the claim is about the picture as a whole.
     fn is_audited(&self) -> bool {
         let is_picture = self.is_ours() || self.method == MethodName::Path;
         is_picture && self.claim == Some(ClaimName::Audited)
     }
 
-    /// A picture that is made until an audit is content, by path tracing if it is by no sum.
+    /// Method of an audited picture: `method`, or path tracing if there is none.
     fn audited(&self, method: Option<SumMethod>, options: ControlOptions) -> Result<Method> {
         if let Some(method) = method.filter(|method| *method != SumMethod::Tashika(Promise::Calibrated)) {
             return Err(Error::option("method", method.name(), "tashika or path with claim audited"));
@@ -342,7 +346,7 @@ impl Request {
         matches!(self.method, MethodName::ManyLights(SumMethod::Tashika(_)))
     }
 
-    /// Whether the VPLs stand for all that there could be.
+    /// Returns true if the truth does not depend on one set of VPLs.
     fn is_about_all_sets(&self) -> bool {
         self.is_ours() && self.truth() != Truth::Vpl
     }
@@ -374,13 +378,13 @@ impl Request {
         Ok(options)
     }
 
-    /// Whether path tracing is to claim by our own interval.
+    /// Returns true if path tracing states our own interval.
     fn is_by_calibrated_paths(&self) -> bool {
         self.method == MethodName::Path && self.claim == Some(ClaimName::Calibrated)
     }
 
-    /// Path tracing: until our own interval is narrow enough if it is to claim that, else until
-    /// Student's is if an error was said.
+    /// Path tracing, stopped by our own interval with a calibrated claim, else by Student's if an
+    /// error was given, else by the number of paths.
     fn path_tracing(&self, options: ControlOptions) -> Result<Method> {
         let said = self.path_count()?;
         let most = said.unwrap_or(MOST_PATHS);
@@ -394,7 +398,7 @@ impl Request {
     }
 }
 
-/// Counts beyond `u32` are as far out of range as its largest.
+/// Converts a count to `u32`. Larger counts become `u32::MAX`, which is out of range as well.
 fn saturated(count: u64) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
 }

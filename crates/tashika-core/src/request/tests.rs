@@ -1,4 +1,4 @@
-//! Defaults, what arrives, what is in vain, what is refused.
+//! Defaults, given options, options without effect, and refused options.
 
 use super::*;
 use crate::film::Window;
@@ -12,7 +12,7 @@ fn refused(request: &Request) -> String {
     request.resolve().unwrap_err().to_string()
 }
 
-/// Everything is said that can be said at once.
+/// A request with every option that can be given at once.
 fn all_said() -> Request {
     Request {
         claim: Some(ClaimName::Calibrated),
@@ -67,7 +67,7 @@ fn what_is_not_said_is_the_default() {
         unused: Vec::new(),
     };
     assert_eq!(resolved(&transport), of_sets);
-    // As many as the error asks for, within reason.
+    // The counts follow the error, within limits.
     for (error, count, points) in
         [(0.02, 2_500_000, 128), (0.05, 1_000_000, 51), (0.5, 1_000_000, 32), (1e-3, 4_000_000, 256)]
     {
@@ -148,7 +148,7 @@ fn what_is_said_arrives() {
     assert_eq!(resolved(&certified).method, Method::Sum { method, lights: None, options });
 }
 
-/// An audited picture draws from the more VPLs the less it may be off, within reason.
+/// Audited pictures have the more VPLs the smaller their error, within limits.
 #[test]
 fn audited_pictures_have_vpls_by_their_error() {
     let audited = Request { claim: Some(ClaimName::Audited), ..Request::default() };
@@ -168,7 +168,7 @@ fn audited_pictures_have_vpls_by_their_error() {
     }
 }
 
-/// What is promised of a scene that needs paths is kept by path tracing, if that can keep it.
+/// In a scene that needs paths, path tracing makes the claim of the request where it can.
 #[test]
 fn what_is_claimed_is_kept_by_paths_where_nothing_else_can() {
     let claimed = |claim: Option<ClaimName>| Request { claim, ..Request::default() }.by_paths();
@@ -235,7 +235,7 @@ fn each_method_says_what_means_nothing_to_it() {
     );
 }
 
-/// Every pair of options of which one makes the other meaningless, with the expected message.
+/// Each pair of contradicting options, with the expected message.
 #[test]
 fn options_that_contradict_each_other_are_refused() {
     let bare = Request::default;
@@ -403,8 +403,8 @@ fn the_frame_is_what_was_said_or_the_camera_says() {
     assert!(Framing { size: Some([100, 80]), crop: Some(window(90, 0, 11, 1)) }.check().is_err());
 }
 
-/// Our method computes short sums whole, whatever it claims; others are asked to be themselves, and
-/// long sums are estimated.
+/// Our method computes short sums whole, whatever it claims. Other methods, and long sums, are
+/// estimated.
 #[test]
 fn short_sums_are_whole() {
     let over = |request: Request, lights: usize, points: u32| match request

@@ -1,4 +1,4 @@
-//! Builds a light tree from the lights, joining clusters that are cheap together.
+//! Builds a light tree from the lights up, by joining clusters whose union is cheap.
 //!
 //! The cost of a cluster is that of Walter 2005, section 3.2:
 //!
@@ -7,19 +7,18 @@
 //!                                c: diagonal of the box of all lights (m); 0 for lights without normals
 //! ```
 //!
-//! Looking for the cheapest of all pairs takes quadratic time. Instead clusters are kept in a list
-//! along a space-filling curve, each finds its cheapest partner within
-//! [`WINDOW`](super::partners::WINDOW) places, and all pairs that chose each other are joined at
-//! once: Daniel Meister, Jiří Bittner. "Parallel Locally-Ordered Clustering for Bounding Volume
-//! Hierarchy Construction." IEEE TVCG 24(3), 2018, doi:10.1109/TVCG.2017.2669983. Directional
-//! lights are points of the unit sphere.
+//! Looking for the cheapest of all pairs takes quadratic time. Instead, clusters are listed along a
+//! space-filling curve. Each finds its cheapest partner within [`WINDOW`](super::partners::WINDOW)
+//! places, and all pairs that chose each other are joined at once: Daniel Meister, Jiří Bittner.
+//! "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction." IEEE TVCG
+//! 24(3), 2018, doi:10.1109/TVCG.2017.2669983. Directional lights are points of the unit sphere.
 //!
 //! # Differences from the sources
-//! The curve (Morton order) first visits one coarse cell and, in it, one face of the cube of
-//! normals: the two sides of a wall are then far apart in the list. Ties are broken so that equal
-//! lights pair up; where hardly any clusters chose each other (as in rows of lights of growing
-//! intensity) clusters also join partners that chose another. So each pass joins a fixed share of
-//! the clusters at least, and the time is `O(n log n)` for any input.
+//! The curve (Morton order) visits coarse cells one by one and, in each, the faces of the cube of
+//! normals one by one: the two sides of a wall are then far apart in the list. Ties are broken so
+//! that equal lights pair up. Where hardly any clusters chose each other (as in rows of lights of
+//! growing intensity), clusters also join partners that chose another. So each pass joins at least
+//! a fixed share of the clusters, and the time is `O(n log n)` for any input.
 //!
 //! # Held to this by
 //! `tree::tests::trees` (structure, degenerate input, threads) and `tree::tests::quality`.
@@ -32,11 +31,11 @@ use super::partners::best_partners;
 use super::saoh::{Bounds6, Emission};
 use crate::math::Cone;
 
-/// Bits of a coordinate in Morton order.
+/// Number of bits of a coordinate in Morton order.
 const BITS: u32 = 20;
-/// Of these, bits that come before the face of the normal.
+/// Number of these bits that come before the face of the normal.
 const COARSE_BITS: u32 = 2;
-/// Clusters for each pair that chose each other, above which others are joined too.
+/// Number of clusters for each pair that chose each other, above which others are joined too.
 const FEW_PAIRS: usize = 16;
 
 /// A cluster of lights while the tree is built.
@@ -48,7 +47,7 @@ pub(super) struct Cluster {
     /// Cosine and sine of half the cone's half-angle.
     pub(super) half: [f32; 2],
     pub(super) luminance: f32,
-    /// Item, or number of items plus the row of [`Joined`].
+    /// Number of the item, or number of items plus the row of [`Joined`].
     id: u32,
 }
 
@@ -71,14 +70,14 @@ impl Cluster {
         }
     }
 
-    /// Walter's cost of the two together; the same bits in either order.
+    /// Walter's cost of both clusters joined; the same bits in either order.
     pub(super) fn cost(&self, other: &Self, c2: f32) -> f32 {
         let diagonal = (self.hi.max(other.hi) - self.lo.min(other.lo)).length_squared();
         let narrow = 1.0 - if c2 > 0.0 { self.cos_together(other) } else { 1.0 };
         (self.luminance + other.luminance) * (diagonal + c2 * narrow * narrow)
     }
 
-    /// Cosine of the half-angle `β = max(β_a, β_b, (δ + β_a + β_b) / 2)` of the cone about both,
+    /// Cosine of the half-angle `β = max(β_a, β_b, (δ + β_a + β_b) / 2)` of the cone around both,
     /// with the angle `δ` between the axes.
     fn cos_together(&self, other: &Self) -> f32 {
         let ([ca, sa], [cb, sb]) = (self.half, other.half);
@@ -91,8 +90,8 @@ impl Cluster {
     }
 }
 
-/// Inner nodes in the order in which they were made: ids of the two clusters, and the items of
-/// both.
+/// Inner nodes in the order in which they were made: ids of the two clusters, and number of items
+/// of both.
 type Joined = Vec<([u32; 2], u32)>;
 
 /// Sorts `items` into the tree `spans` (see [`build`](super::build)), whose first item has number
@@ -119,7 +118,8 @@ pub(super) fn build(items: &mut [Item], spans: &mut [Span], first: u32, emission
     flatten(items, spans, first, clusters[0].id, &joined);
 }
 
-/// Disjoint pairs of places, each and all in ascending order; at least one.
+/// Disjoint pairs of places to join, at least one. Each pair, and the list of pairs, is in
+/// ascending order.
 fn pairs(clusters: &[Cluster], c2: f32) -> Vec<[u32; 2]> {
     let n = clusters.len();
     let best = best_partners(clusters, c2);
@@ -141,7 +141,7 @@ fn pairs(clusters: &[Cluster], c2: f32) -> Vec<[u32; 2]> {
     pairs
 }
 
-/// Joins the pairs of a list, each at the place of its first.
+/// Joins the pairs of a list, each at the place of its first cluster.
 fn join(clusters: &mut Vec<Cluster>, pairs: &[[u32; 2]], next_id: u32, directed: bool) {
     let joined: Vec<Cluster> = pairs
         .par_iter()
@@ -155,11 +155,11 @@ fn join(clusters: &mut Vec<Cluster>, pairs: &[[u32; 2]], next_id: u32, directed:
     }
     let mut gone = gone.into_iter();
     clusters.retain(|_| !gone.next().expect("one for each cluster"));
-    // Memory of what is gone is needed by others.
+    // Other parts of the build need the memory.
     clusters.shrink_to_fit();
 }
 
-/// Writes the tree down in depth-first order, and puts the items in the order of its leaves.
+/// Writes the tree in depth-first order, and sorts the items into the order of its leaves.
 fn flatten(items: &mut [Item], spans: &mut [Span], first: u32, root: u32, joined: &Joined) {
     let unsorted = items.to_vec();
     let mut waiting = vec![root];
@@ -197,13 +197,13 @@ fn sort_along_curve(items: &mut [Item], bounds: &Bounds6) {
     items.copy_from_slice(&sorted);
 }
 
-/// Face of the cube about the origin through which a direction passes.
+/// Face of the cube around the origin through which a direction passes.
 fn face(direction: Vec3) -> u64 {
     let axis = direction.abs().max_position();
     2 * axis as u64 + u64::from(direction[axis] < 0.0)
 }
 
-/// Bits of a number of up to 21, each followed by two zeros.
+/// Bits of a number of up to 21 bits, each followed by two zeros.
 fn spread(x: u64) -> u64 {
     let x = (x | x << 32) & 0x001f_0000_0000_ffff;
     let x = (x | x << 16) & 0x001f_0000_ff00_00ff;

@@ -1,11 +1,11 @@
-//! What the builders of light trees share: lights apart by kind, and nodes from ranges.
+//! Common parts of the builders of light trees: separation by kind, and nodes from ranges.
 //!
-//! Each kind of light has a subtree of its own, since only lights of one kind have bounds worth
-//! having; nodes of mixed lights join the subtrees in a chain. A binary tree with one light a leaf
-//! has `2n − 1` nodes, and in depth-first order the subtree at node `k` is nodes `k` to
+//! Each kind of light has a subtree of its own, since only lights of one kind have useful bounds;
+//! nodes of mixed lights join the subtrees in a chain. A binary tree with one light a leaf has
+//! `2n − 1` nodes, and in depth-first order the subtree at node `k` is nodes `k` to
 //! `k + 2 count − 2`: its left child is `k + 1`, its right child `k + 2 count(k + 1)`. So a builder
-//! only sorts items and writes down ranges, each part of the tree in a part of the arrays that is
-//! known before. Of these ranges only those of several lights become nodes that are kept.
+//! only sorts items and writes ranges, each part of the tree in a part of the arrays that is known
+//! in advance. Only the ranges of several lights become nodes.
 
 use rayon::prelude::*;
 
@@ -16,17 +16,17 @@ use crate::bounds::{LightBounds, LightShape};
 use crate::math::{Aabb, Cone, Vec3};
 use crate::vpl::{LightRows, Vpl, VplKind};
 
-/// Lights below a node that is merged from its leaves as one piece of parallel work.
+/// Number of lights below a node up to which its subtree is one piece of parallel work.
 const GRAIN: u32 = 1 << 12;
 
-/// What a builder knows of a light.
+/// Data of a light that builders use.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item {
-    /// Position (m), then unit normal or axis, zero for lights without. Directional light counts as
-    /// lying where its unit direction of travel points to.
+    /// Position (m), then unit normal or axis, zero for lights without. The position of a
+    /// directional light is its unit direction of travel.
     pub(super) key: [f32; 6],
     pub(super) luminance: f32,
-    /// Which light of the set.
+    /// Number of the light in the set.
     pub(super) light: u32,
 }
 
@@ -53,7 +53,8 @@ pub(super) struct Sorted {
     pub(super) spans: Vec<Span>,
 }
 
-/// Sorts the lights that have luminance into a tree, which stands in sorted order from `begin` on.
+/// Sorts the lights that have luminance into a tree; `begin` is the place of the first in sorted
+/// order.
 pub(super) fn sort(lights: &[Vpl], begin: u32, builder: LightTreeBuilder) -> Sorted {
     let groups: Vec<(Emission, Vec<Item>)> = (0..VplKind::COUNT)
         .map(|kind| (Emission::of_kind(kind, lights), items_of_kind(kind, lights)))
@@ -103,11 +104,11 @@ pub(super) fn nodes(lights: &LightRows, spans: &[Span]) -> Vec<LightNode> {
 #[derive(Clone, Copy)]
 struct Inner {
     span: Span,
-    /// Items of the first child.
+    /// Number of items of the first child.
     left: u32,
 }
 
-/// What is known of a single light.
+/// Bounds and luminance of a single light.
 pub(super) fn leaf(light: &Vpl) -> (LightBounds, f64) {
     (bounds_of(light), f64::from(light.intensity.luminance()))
 }
@@ -133,8 +134,8 @@ fn bounds_of(light: &Vpl) -> LightBounds {
     }
 }
 
-/// Gives inner nodes what their children sum up to: small subtrees in parallel, then the nodes
-/// above these.
+/// Merges the data of children into inner nodes: small subtrees in parallel, then the nodes above
+/// these.
 fn merge_up(lights: &LightRows, inner: &[Inner], nodes: &mut [LightNode]) {
     let mut above = Vec::new();
     let mut subtrees = Vec::new();
@@ -162,7 +163,7 @@ fn merge_up(lights: &LightRows, inner: &[Inner], nodes: &mut [LightNode]) {
     }
 }
 
-/// Node `k` of some takes the sum of its children.
+/// Sets node `k` to the sum of its children.
 fn merge(lights: &LightRows, inner: &Inner, nodes: &mut [LightNode], k: usize) {
     let (left, right) = (inner.left as usize, (inner.span.count - inner.left) as usize);
     let first = inner.span.first as usize;

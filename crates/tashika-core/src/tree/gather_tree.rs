@@ -1,16 +1,16 @@
-//! The gather tree: a binary tree over the gather points of one pixel, or one for each instant that they
-//! are of.
+//! The gather tree: a binary tree over the gather points of one pixel, or one tree for each instant
+//! of the points.
 //!
 //! Points are split in six dimensions (Walter 2006, section 4.1): position (m), and a direction
-//! scaled by the diagonal of the box about all points, so that a turn by one radian counts as much
+//! scaled by the diagonal of the box around all points, so that a turn by one radian counts as much
 //! as the whole pixel's footprint. The direction is the shading normal for diffuse surfaces and the
-//! mirror direction for others; in media that in which the path came, times the mean cosine of the
-//! phase function. A node is cut in the middle of its longest extent, and halved where
-//! that separates nothing or from a depth that only degenerate input reaches.
+//! mirror direction for others; in media it is the direction of the incoming path, times the mean
+//! cosine of the phase function. A node is cut in the middle of its longest extent, and halved
+//! where that separates nothing or from a depth that only degenerate input reaches.
 //!
-//! Every node has a bound on how its points reflect: that of its point in a leaf, its children's
-//! merged above. Nodes are in depth-first order, and each is a range of the sorted points, as in
-//! the light tree.
+//! Every node has a bound of the material of its points: in a leaf that of its point, in other
+//! nodes the merged bounds of the children. Nodes are in depth-first order, and each is a range of
+//! the sorted points, as in the light tree.
 //!
 //! # Held to this by
 //! `tree::tests::gather`.
@@ -26,15 +26,15 @@ const MAX_UNEVEN_DEPTH: u32 = 32;
 /// A cluster of gather points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GatherNode {
-    /// Box about the positions (m).
+    /// Box around the positions (m).
     pub aabb: Aabb,
     /// Sum of the largest channels of the weights; above zero.
     pub weight: f32,
     /// First point, in sorted order.
     pub first: u32,
-    /// How many points; one in a leaf.
+    /// Number of points; one in a leaf.
     pub count: u32,
-    /// Children, of which the first holds the first points; `None` in a leaf.
+    /// Children, in the order of their points; `None` in a leaf.
     pub children: Option<[u32; 2]>,
 }
 
@@ -42,17 +42,17 @@ pub struct GatherNode {
 #[derive(Clone, Debug)]
 pub struct GatherTree<B> {
     pub(super) nodes: Vec<GatherNode>,
-    /// Of the nodes, last first.
+    /// Bounds of the nodes' materials, last node first.
     materials: Vec<B>,
     pub(super) points: Vec<GatherPoint>,
-    /// Where each was among those that were given.
+    /// Index of each point in the input.
     sources: Vec<u32>,
     pub(super) sums: PrefixSums,
-    /// Numbers of the nodes that have no parent, each with its instant, in the order of these.
+    /// Numbers of the nodes without a parent, each after its instant, in the order of instants.
     roots: Vec<(u16, u32)>,
 }
 
-/// What is split: position and scaled direction.
+/// Position and scaled direction of a point.
 #[derive(Clone, Copy)]
 struct Item {
     key: [f32; 6],
@@ -60,17 +60,17 @@ struct Item {
 }
 
 impl<B: Clone> GatherTree<B> {
-    /// The tree over those of `points` that have weight; others add nothing and are left out.
+    /// Builds the tree over those of `points` that have weight; others add nothing and are omitted.
     ///
     /// * `bound_of`: bound of the material of one point; called once a point.
-    /// * `merge`: makes the first hold for what the second holds for, too.
+    /// * `merge`: extends the first bound to the points of the second.
     pub fn build(
         points: &[GatherPoint],
         bound_of: impl Fn(&GatherPoint) -> B,
         merge: impl Fn(&mut B, &B),
     ) -> Self {
         let mut items = items(points);
-        // One after the other, the trees of all instants.
+        // The trees of all instants follow one another.
         items.sort_by_key(|item| points[item.point as usize].instant);
         let (mut spans, mut roots, mut first) = (Vec::new(), Vec::new(), 0);
         for of_instant in
@@ -116,14 +116,14 @@ impl<B: Clone> GatherTree<B> {
 }
 
 impl<B> GatherTree<B> {
-    /// All nodes, tree after tree, each with its root first and children after their parents; empty if no
-    /// point has weight.
+    /// All nodes, tree after tree, each with its root first and children after their parents; empty
+    /// if no point has weight.
     pub fn nodes(&self) -> &[GatherNode] {
         &self.nodes
     }
 
-    /// Number of the root of the first tree, the only one where nothing moves; `None` if there are no
-    /// points.
+    /// Number of the root of the first tree, the only one where nothing moves; `None` if there are
+    /// no points.
     pub fn root(&self) -> Option<u32> {
         self.roots.first().map(|(_, root)| *root)
     }
@@ -143,7 +143,7 @@ impl<B> GatherTree<B> {
         &self.points[sorted as usize]
     }
 
-    /// Where the point at a place in the sorted order was among those that were given.
+    /// Index in the input of the point at a place in the sorted order.
     pub fn source(&self, sorted: u32) -> u32 {
         self.sources[sorted as usize]
     }
@@ -153,15 +153,15 @@ impl<B> GatherTree<B> {
         &self.points
     }
 
-    /// A point of a node for the uniform number `u` in `[0, 1)`, as its place in the sorted order;
-    /// its probability is its weight over the node's.
+    /// Draws a point of a node by the uniform number `u` in `[0, 1)`, and returns its place in the
+    /// sorted order. Its probability is its weight over the node's.
     pub fn draw(&self, node: u32, u: f64) -> u32 {
         let node = &self.nodes[node as usize];
         self.sums.draw(node.first, node.count, u)
     }
 }
 
-/// Where points lie in the space that is split.
+/// Points with weight in the space that is split.
 fn items(points: &[GatherPoint]) -> Vec<Item> {
     let has_weight = |point: &GatherPoint| point.weight.max_channel() > 0.0;
     let positions = points.iter().filter(|point| has_weight(point)).map(|point| point.position);
@@ -178,10 +178,10 @@ fn items(points: &[GatherPoint]) -> Vec<Item> {
     items
 }
 
-/// The direction about which a point reflects.
+/// Direction around which a point reflects or scatters.
 fn direction(point: &GatherPoint) -> Vec3 {
     if let Some(phase) = point.phase {
-        // Where its lobe points to; the less of a lobe it has, the less its direction matters.
+        // Direction of its lobe; the weaker the lobe, the less the direction matters.
         return point.before() * phase.asymmetry;
     }
     match point.bsdf {
@@ -200,8 +200,8 @@ fn direction(point: &GatherPoint) -> Vec3 {
     }
 }
 
-/// Sorts items, which stand from `begin` on, into a tree: adds first item and number of items of each
-/// node, depth first.
+/// Sorts items into a tree; `begin` is the place of the first item. Appends first item and number
+/// of items of each node, depth first.
 fn sort(items: &mut [Item], begin: usize, spans: &mut Vec<[u32; 2]>) {
     spans.reserve((2 * items.len()).saturating_sub(1));
     let mut waiting = Vec::with_capacity(64);
@@ -218,7 +218,8 @@ fn sort(items: &mut [Item], begin: usize, spans: &mut Vec<[u32; 2]>) {
     }
 }
 
-/// Puts the items of the left child first, and says how many they are: at least one and not all.
+/// Moves the items of the left child to the front and returns their number: at least one and not
+/// all.
 fn split(items: &mut [Item], depth: u32) -> usize {
     let count = items.len();
     if count == 2 {

@@ -5,8 +5,7 @@ use std::sync::OnceLock;
 use super::{LightTree, LightTreeBuilder};
 use crate::vpl::{Provenance, VplSet};
 
-/// A set of VPLs and the tree over it, which is built when it is first asked for: the whole sum
-/// needs none.
+/// A set of VPLs and the tree over it, which is built on first use: the whole sum needs no tree.
 #[derive(Clone, Debug)]
 pub struct LightSet {
     set: VplSet,
@@ -14,23 +13,23 @@ pub struct LightSet {
 }
 
 impl LightSet {
-    /// The set, as yet without a tree.
+    /// Wraps a set. The tree is not built yet.
     pub fn new(set: VplSet) -> Self {
         Self { set, tree: OnceLock::new() }
     }
 
-    /// The set.
+    /// The VPLs, without the tree.
     pub fn set(&self) -> &VplSet {
         &self.set
     }
 
-    /// Where the set comes from.
+    /// Origin of the VPLs.
     pub fn provenance(&self) -> &Provenance {
         self.set.provenance()
     }
 
-    /// The tree over it, of the default builder. The first call builds it, on the current thread
-    /// pool.
+    /// The tree over the set, of the default builder. The first call builds it, on the current
+    /// thread pool.
     pub fn tree(&self) -> &LightTree {
         self.tree.get_or_init(|| LightTree::build(&self.set, LightTreeBuilder::default()))
     }

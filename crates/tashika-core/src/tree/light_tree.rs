@@ -10,22 +10,22 @@ use crate::bounds::LightBounds;
 use crate::math::Instants;
 use crate::vpl::{LightRows, Vpl, VplSet};
 
-/// How a light tree is built.
+/// Algorithms that build a light tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum LightTreeBuilder {
-    /// From the root, by the surface area orientation heuristic (Conty Estévez, Kulla 2018).
+    /// Top-down, by the surface area orientation heuristic (Conty Estévez, Kulla 2018).
     TopDown,
-    /// From the lights, always joining neighbours that cost little by the metric of Walter 2005.
+    /// Bottom-up, always joining neighbours that are cheap by the metric of Walter 2005.
     #[default]
     Agglomerative,
 }
 
-/// A cluster of lights: a node of a [`LightTree`], and only of that one.
+/// A cluster of lights: a node of one [`LightTree`], and valid for that tree only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LightCluster {
     /// First light, in sorted order.
     pub first: u32,
-    /// How many lights; one in a leaf.
+    /// Number of lights; one in a leaf.
     pub count: u32,
     /// Number among all nodes: inner ones in depth-first order, then the leaves in the order of
     /// their lights.
@@ -33,56 +33,56 @@ pub struct LightCluster {
 }
 
 impl LightCluster {
-    /// Its number, below [`LightTree::clusters`].
+    /// Number among all clusters, below [`LightTree::clusters`].
     pub fn number(&self) -> usize {
         self.node as usize
     }
 
-    /// The places of its lights in the sorted order.
+    /// The places of the cluster's lights in the sorted order.
     pub fn lights(&self) -> Range<usize> {
         self.first as usize..(self.first + self.count) as usize
     }
 
-    /// Whether it has the light at a place in the sorted order.
+    /// Returns true if the cluster has the light at a place in the sorted order.
     pub fn holds(&self, light: u32) -> bool {
         // Numbers below the first wrap to numbers beyond the last.
         light.wrapping_sub(self.first) < self.count
     }
 }
 
-/// What is kept of an inner node: one line of a cache.
+/// Data of an inner node: one cache line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub(super) struct LightNode {
-    /// Where the lights are, and where they shine.
+    /// Bounds of the lights' positions and directions.
     pub(super) bounds: LightBounds,
     /// Sum of the luminances of the intensities; above zero.
     pub(super) luminance: f64,
-    /// How many lights the first child has.
+    /// Number of lights of the first child.
     pub(super) left: u32,
 }
 
-/// A tree over the lights of a set, all kinds of an instant under one root: where there are several
-/// instants, it is a tree for each, side by side.
+/// A tree over the lights of a set, all kinds of an instant under one root. Several instants have a
+/// tree each, side by side.
 ///
-/// Only nodes of several lights are kept: about 120 bytes a light in all, with the lights.
+/// Only nodes of several lights are stored: about 120 bytes a light in all, with the lights.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightTree {
     pub(super) nodes: Vec<LightNode>,
     pub(super) lights: LightRows,
     pub(super) sums: PrefixSums,
-    /// By instant.
+    /// Cluster of all lights, by instant.
     roots: Vec<Option<LightCluster>>,
     instants: Instants,
     dropped: usize,
 }
 
 impl LightTree {
-    /// The tree over those lights of `set` that have luminance; others add nothing to any image and
-    /// are left out.
+    /// Builds the tree over those lights of `set` that have luminance; others add nothing to any
+    /// image and are omitted.
     ///
-    /// Runs on the current thread pool; the result does not depend on it. The set must have fewer
-    /// than 2³¹ lights.
+    /// Runs on the current thread pool; the result does not depend on the pool. The set must have
+    /// fewer than 2³¹ lights.
     pub fn build(set: &VplSet, builder: LightTreeBuilder) -> Self {
         assert!(set.len() < 1 << 31, "light trees have fewer than 2³¹ lights");
         let instants = set.instants().clone();
@@ -120,25 +120,24 @@ impl LightTree {
         self.roots.get(usize::from(instant)).copied().flatten()
     }
 
-    /// The cluster of all lights of the first instant, the only one where nothing moves; `None` if there
-    /// are none.
+    /// The cluster of all lights of the first instant, the only one where nothing moves; `None` if
+    /// there are none.
     pub fn root(&self) -> Option<LightCluster> {
         self.root_at(0)
     }
 
-    /// The clusters of all lights of an instant, in the order of their lights, each with the number of
-    /// the instant.
+    /// The clusters of all lights of an instant, in the order of their lights, each with the number
+    /// of the instant.
     pub fn roots(&self) -> impl DoubleEndedIterator<Item = (u16, LightCluster)> {
         (0..=u16::MAX).zip(&self.roots).filter_map(|(instant, root)| Some((instant, (*root)?)))
     }
 
-    /// The times that lights are of.
+    /// Times to which the lights belong.
     pub fn instants(&self) -> &Instants {
         &self.instants
     }
 
-    /// The two halves of a cluster, of which the first has the first lights; `None` of a single
-    /// light.
+    /// The two halves of a cluster, in the order of their lights; `None` for a single light.
     pub fn children(&self, of: &LightCluster) -> Option<[LightCluster; 2]> {
         if of.count == 1 {
             return None;
@@ -152,7 +151,7 @@ impl LightTree {
         Some([child(of.node + 1, of.first, left), child(of.node + left, of.first + left, of.count - left)])
     }
 
-    /// Where the lights of a cluster are, and where they shine.
+    /// Bounds of the positions and directions of a cluster's lights.
     pub fn bounds(&self, of: &LightCluster) -> LightBounds {
         match self.nodes.get(of.number()) {
             Some(node) => node.bounds,
@@ -173,12 +172,12 @@ impl LightTree {
         f64::from(self.sums.weights()[sorted as usize])
     }
 
-    /// The same of all lights, in order.
+    /// Luminances of the intensities of all lights, in sorted order.
     pub fn luminances(&self) -> &[f32] {
         self.sums.weights()
     }
 
-    /// How many clusters there are.
+    /// Number of clusters, leaves included.
     pub fn clusters(&self) -> usize {
         self.nodes.len() + self.lights.len()
     }
@@ -193,8 +192,9 @@ impl LightTree {
         })
     }
 
-    /// Up to `most` clusters that hold every light once, in the order of the lights: always the one
-    /// of the greatest importance, which must not be negative, is split.
+    /// Up to `most` clusters, but at least one for each instant, that hold every light once, in the
+    /// order of the lights. The cluster of the greatest importance, which must not be negative, is
+    /// split first.
     pub fn split(&self, most: usize, importance: impl Fn(&LightCluster) -> f64) -> Vec<LightCluster> {
         let mut chosen = Vec::new();
         // Numbers that are not negative are in the order of their bits.
@@ -222,18 +222,18 @@ impl LightTree {
         &self.lights
     }
 
-    /// How many lights of the set have no luminance and are not in the tree.
+    /// Number of lights of the set that have no luminance and are not in the tree.
     pub fn dropped(&self) -> usize {
         self.dropped
     }
 
-    /// A light of a cluster for the uniform number `u` in `[0, 1)`, as its place in the sorted
-    /// order; its probability is its luminance over the cluster's.
+    /// Draws a light of a cluster by the uniform number `u` in `[0, 1)`, and returns its place in
+    /// the sorted order. Its probability is its luminance over the cluster's.
     pub fn draw(&self, from: &LightCluster, u: f64) -> u32 {
         self.sums.draw(from.first, from.count, u)
     }
 
-    /// Memory (bytes).
+    /// Memory of nodes, lights and sums (bytes).
     pub fn bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<LightNode>() + self.lights.bytes() + self.sums.bytes()
     }

@@ -6,16 +6,16 @@
 //! proportion to `I_i` and `w_j`, or split into pairs of children. For this every node is a *range*
 //! of one sorted array: a draw is a short search in sums of weights, whatever the size of the node.
 //!
-//! * [`LightTree`]: once for an image, over 1 to 10⁸ lights of all kinds, by one of two builders
+//! * [`LightTree`]: one for an image, over 1 to 10⁸ lights of all kinds, by one of two builders
 //!   ([`LightTreeBuilder`]).
 //! * [`LightSet`]: a set of lights with the tree over it.
-//! * [`GatherTree`]: once for a pixel, over 1 to 1024 points, with a bound of the material at each
+//! * [`GatherTree`]: one for a pixel, over 1 to 1024 points, with a bound of the material at each
 //!   node.
 //!
 //! # Guarantee
-//! What `validate()` of each checks, for any input with finite positions; the same tree for any
-//! number of threads; no recursion deeper than 100 calls. Lights and points of zero weight are left
-//! out, so that every node has weight.
+//! The properties that `validate()` of each checks hold for any input with finite positions; the
+//! tree is the same for any number of threads; no recursion is deeper than 100 calls. Lights and
+//! points of zero weight are omitted, so that every node has weight.
 //!
 //! # Held to this by
 //! `tree::tests`.

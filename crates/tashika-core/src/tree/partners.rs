@@ -1,5 +1,5 @@
-//! For each cluster of a list the partner that it would be cheapest to join, among those near by in
-//! the list: eight at a time.
+//! Cheapest partner of each cluster of a list, among its neighbours in the list: eight candidates
+//! at a time.
 //!
 //! The arithmetic is that of [`Cluster::cost`], to the bit; held to it by the tests below.
 
@@ -10,17 +10,17 @@ use rayon::prelude::*;
 use super::agglomerative::Cluster;
 use crate::math::simd::{F32x8, Level, Vectors, WIDTH, Work, each};
 
-/// Places to each side in which a cluster looks for a partner. Higher: better trees, longer builds,
-/// in proportion.
+/// Number of places to each side in which a cluster looks for a partner. Higher values build better
+/// trees, and take longer in proportion.
 pub(super) const WINDOW: usize = 11;
-/// Vectors that cover the window: the cluster itself is among their places, and one place beyond.
+/// Number of vectors that cover the window, the cluster itself included, and one place beyond.
 const VECTORS: usize = (2 * WINDOW + 2) / WIDTH;
-/// Clusters that are looked at as one piece of parallel work.
+/// Number of clusters that are one piece of parallel work.
 const GRAIN: usize = 1024;
 
 /// Clusters, component by component: a piece of the list.
 struct Columns {
-    /// Place of the first in the list.
+    /// Place of the first cluster in the list.
     begin: usize,
     lo: [Vec<f32>; 3],
     hi: [Vec<f32>; 3],
@@ -75,7 +75,7 @@ impl Columns {
         luminance * (diagonal + F::splat(c2) * narrow * narrow)
     }
 
-    /// The best partners of clusters whose whole window is inside the list.
+    /// Finds the best partners of clusters whose whole window is inside the list.
     #[inline(always)]
     fn inside<F: F32x8>(&self, first: usize, c2: f32, best: &mut [u32]) {
         for (i, best) in (first..).zip(best) {
@@ -95,13 +95,13 @@ fn eight<F: F32x8>(column: &[f32], first: usize) -> F {
     F::load_from(&column[first..])
 }
 
-/// The one of least cost; of equals, the one that differs in the lowest bit: two such always choose
-/// each other.
+/// The place of least cost. Among equals it is the place that differs in the lowest bit: two such
+/// clusters always choose each other.
 #[inline(always)]
 fn cheapest(i: usize, costs: impl Iterator<Item = (usize, f32)>) -> u32 {
     let mut best = (f32::INFINITY, usize::MAX);
     for (j, cost) in costs {
-        // A cost too large for a number is as good as any other such.
+        // All costs beyond the range of `f32` are equal.
         let cost = if cost < f32::MAX { cost } else { f32::MAX };
         if i != j && (cost < best.0 || (cost == best.0 && i ^ j < best.1)) {
             best = (cost, i ^ j);
@@ -110,8 +110,8 @@ fn cheapest(i: usize, costs: impl Iterator<Item = (usize, f32)>) -> u32 {
     (i ^ best.1) as u32
 }
 
-/// The best partner of each of at least two clusters, with the square `c2` of what a turn of
-/// normals is worth (m²).
+/// Best partner of each of at least two clusters, with the weight `c2` of differences between
+/// normals (m²).
 pub(super) fn best_partners(clusters: &[Cluster], c2: f32) -> Vec<u32> {
     best_with(Level::best(), clusters, c2)
 }

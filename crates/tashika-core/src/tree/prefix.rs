@@ -1,30 +1,30 @@
-//! Sums of weights of any range of items, and draws from one in proportion to them.
+//! Sums of weights of any range of items, and draws from a range in proportion to them.
 //!
 //! ```text
 //! weight of [a, b) = Σ_{a≤k<b} w_k        draw: the i in [a, b) with Σ_{a≤k<i} w_k ≤ u · weight < Σ_{a≤k≤i} w_k
 //! ```
 //!
-//! Items stand in blocks of [`BLOCK`]. What is below each block is kept as the unevaluated sum of
-//! two `f64` (Higham 2002, section 4.3), so that the difference of two is accurate to a few units
-//! of 2⁻⁵³ of *itself*, as long as it is above 2⁻¹⁰⁰ of the sum of all weights: with a single
-//! `f64`, the weights of dim lights beside the sun would be lost in the rounding of the sun's.
-//! Within a block, weights are added up when they are asked for: they lie in one line of a cache,
-//! and all that is kept of a million items stays in the cache of a core.
+//! Items stand in blocks of [`BLOCK`]. The sum of all weights below each block is stored as the
+//! unevaluated sum of two `f64` (Higham 2002, section 4.3). The difference of two is then accurate
+//! to a few units of 2⁻⁵³ of *itself*, as long as it is above 2⁻¹⁰⁰ of the sum of all weights. With
+//! a single `f64`, the weights of dim lights beside the sun would be lost in the rounding of the
+//! sun's. Within a block, weights are added up on demand: they lie in one cache line, and the sums
+//! of a million items stay in the cache of a core.
 //!
 //! # Guarantee
-//! An item of zero weight is never drawn from a range that holds another. Held to this by
-//! `tree::tests::drawing`.
+//! An item of zero weight is never drawn from a range that holds an item with weight. Held to this
+//! by `tree::tests::drawing`.
 
 use std::ops::Range;
 
-/// Items of a block.
+/// Number of items in a block.
 const BLOCK: usize = 16;
 
 /// Weights that are finite and not negative.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PrefixSums {
     weights: Vec<f32>,
-    /// What is below each block; the last one, which may not be whole, has no successor.
+    /// Sum of all weights below each block; the last, which may not be whole, has no successor.
     below: Vec<[f64; 2]>,
 }
 
@@ -48,7 +48,7 @@ impl Parts {
 }
 
 impl PrefixSums {
-    /// The sums of `weights`.
+    /// Sums up `weights`.
     pub(super) fn new(weights: impl Iterator<Item = f32>) -> Self {
         let weights: Vec<f32> = weights.collect();
         let mut sum = [0.0; 2];
@@ -62,23 +62,23 @@ impl PrefixSums {
         Self { below: blocks.map(below_block).collect(), weights }
     }
 
-    /// How many weights there are.
+    /// Number of weights.
     pub(super) fn len(&self) -> usize {
         self.weights.len()
     }
 
-    /// The weights.
+    /// Weights in the order of the items.
     pub(super) fn weights(&self) -> &[f32] {
         &self.weights
     }
 
-    /// Weight of `count` items from `first`.
+    /// Sum of the weights of `count` items from `first` on.
     pub(super) fn weight(&self, first: u32, count: u32) -> f64 {
         let Parts { head, blocks, tail } = Parts::of(first, count);
         self.of_items(head) + self.of_blocks(&blocks) + self.of_items(tail)
     }
 
-    /// The item among `count` from `first` that `u` in `[0, 1)` falls into.
+    /// Draws the item among `count` from `first` that `u` in `[0, 1)` falls into.
     pub(super) fn draw(&self, first: u32, count: u32, u: f64) -> u32 {
         let Parts { head, blocks, tail } = Parts::of(first, count);
         let [of_head, of_blocks] = [self.of_items(head.clone()), self.of_blocks(&blocks)];
@@ -102,12 +102,12 @@ impl PrefixSums {
         self.item_at(tail.clone(), x).or_else(or_before).unwrap_or(first as usize) as u32
     }
 
-    /// The item in which the sum of the weights of some reaches `x`, or the last of them that has
-    /// weight; none if none has.
+    /// The item of a range in which the sum of weights reaches `x`, or the last item that has
+    /// weight; `None` if no item has.
     fn item_at(&self, items: Range<usize>, x: f64) -> Option<usize> {
         let mut first = items.start;
         let mut sum = 0.0;
-        // By fours as far as the sum stays below.
+        // In fours, as long as the sum stays below.
         for four in self.weights[items.clone()].chunks_exact(4) {
             let next = sum + sum_of(four);
             if next > x {
@@ -132,7 +132,7 @@ impl PrefixSums {
         if blocks.is_empty() { 0.0 } else { difference(self.below[blocks.end], self.below[blocks.start]) }
     }
 
-    /// Memory (bytes).
+    /// Memory of weights and sums (bytes).
     pub(super) fn bytes(&self) -> usize {
         self.weights.capacity() * size_of::<f32>() + self.below.capacity() * size_of::<[f64; 2]>()
     }
@@ -146,10 +146,10 @@ fn sum_of(weights: &[f32]) -> f64 {
     }
 }
 
-/// The last of numbers, in ascending order, that is before something, which the first is.
+/// Index of the last of ascending numbers for which `is_before` holds; it holds for the first.
 ///
-/// Looked for in steps that double from a guess, then by halves: what is near is likely to be in
-/// the cache.
+/// Searches in steps that double from a guess, then by halves: numbers near the guess are likely to
+/// be in the cache.
 fn last_before<T>(numbers: &[T], guess: usize, is_before: impl Fn(&T) -> bool) -> usize {
     let guess = guess.min(numbers.len() - 1);
     let (mut low, mut high) = (guess, guess);
@@ -169,13 +169,13 @@ fn last_before<T>(numbers: &[T], guess: usize, is_before: impl Fn(&T) -> bool) -
     low + numbers[low + 1..high.min(numbers.len())].partition_point(is_before)
 }
 
-/// `sum + x`; the first number of the result is the sum rounded, the second what rounding took.
+/// `sum + x`; the first number of the result is the rounded sum, the second its rounding error.
 fn add(sum: [f64; 2], x: f64) -> [f64; 2] {
     let [high, low] = two_sum(sum[0], x);
     two_sum(high, low + sum[1])
 }
 
-/// `a + b` without error, as what rounds to the sum and what is left.
+/// `a + b` without error, as the rounded sum and its rounding error.
 fn two_sum(a: f64, b: f64) -> [f64; 2] {
     let sum = a + b;
     let b_in_sum = sum - a;

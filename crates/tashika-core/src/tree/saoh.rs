@@ -1,18 +1,18 @@
-//! Surface area orientation heuristic: what a cluster of lights costs.
+//! Surface area orientation heuristic: the cost of a cluster of lights.
 //!
 //! ```text
 //! cost = Φ · M_A · M_Ω        Φ: luminance   M_A: surface area of the box (m²)   M_Ω: solid angle reached (sr)
 //! M_Ω  = 2π (1 − cos θ_o) + π/2 (2 θ_w sin θ_o − cos(θ_o − 2 θ_w) − 2 θ_o sin θ_o + cos θ_o),   θ_w = min(θ_o + θ_e, π)
 //! ```
 //!
-//! (Conty Estévez, Kulla 2018, section 4.2), `θ_o` half-angle of the cone about the normals, `θ_e`
-//! half-angle about a normal into which a light shines.
+//! (Conty Estévez, Kulla 2018, section 4.2), `θ_o` half-angle of the cone around the normals, `θ_e`
+//! half-angle around a normal into which a light shines.
 //!
 //! # Differences from the source
 //! `θ_o` is taken from the box of the unit normals: with `h` half its diagonal, `sin θ_o = h` for
 //! `h ≤ 1` (exact for two normals), and from there linearly in `h²` to the whole sphere at
-//! `h² = 3`. Boxes are united with six comparisons where cones need trigonometry; only what is
-//! cheap is estimated so, bounds never are.
+//! `h² = 3`. Boxes are united with six comparisons where cones need trigonometry. Only costs are
+//! estimated in this way, never bounds.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -20,12 +20,12 @@ use super::build::Item;
 use crate::math::elementary::{acos, sin_cos};
 use crate::vpl::{Vpl, VplKind};
 
-/// Intervals of the table of `M_Ω`.
+/// Number of intervals of the table of `M_Ω`.
 const STEPS: usize = 256;
-/// Area of a line of unit length: lights in a row have no area, but are better apart. Too small to
-/// count where there is area.
+/// Area of a line of unit length: lights in a row have no area, but shorter rows are better
+/// clusters. Too small to count where there is area.
 const AREA_OF_LINES: f32 = 1e-6;
-/// Asymmetry above which a phase function shines to one side as far as clusters go.
+/// Asymmetry above which clusters count a phase function as shining to one side.
 const LOBE: f32 = 0.1;
 /// Largest `h²` of a box of unit vectors.
 const MAX_SPREAD: f32 = 3.0;
@@ -33,13 +33,13 @@ const MAX_SPREAD: f32 = 3.0;
 /// `M_Ω` for one kind of light, tabulated over `h²`.
 pub(super) struct Emission {
     table: Vec<f32>,
-    /// Whether the lights have directions apart from their positions.
+    /// True if the lights have directions apart from their positions.
     pub(super) directed: bool,
 }
 
 impl Emission {
-    /// That of the lights of a kind; for spots with the widest cone, for lights in media as if they
-    /// shone with a cosine.
+    /// Emission of the lights of a kind; spots count with the widest cone, lights in media as if
+    /// they shone with a cosine.
     pub(super) fn of_kind(kind: usize, lights: &[Vpl]) -> Self {
         let cos_emission = lights
             .iter()
@@ -48,7 +48,7 @@ impl Emission {
                 VplKind::Spot(falloff) => Some(falloff.cos_outer),
                 VplKind::Image(beam) => Some(beam.cos_outer),
                 VplKind::Oriented => Some(0.0),
-                // The half-space that a lobe shines into is what makes a difference, if it is one.
+                // Only the half-space that a lobe shines into makes a difference.
                 VplKind::Volume(phase) => (phase.asymmetry.abs() > LOBE).then_some(0.0),
                 VplKind::Omni | VplKind::Directional => None,
             })
@@ -95,7 +95,7 @@ pub(super) struct Bounds6 {
 impl Bounds6 {
     pub(super) const EMPTY: Self = Self { lo: [f32::INFINITY; 6], hi: [f32::NEG_INFINITY; 6] };
 
-    /// Takes in a point.
+    /// Grows to hold an item.
     #[inline]
     pub(super) fn insert(&mut self, item: &Item) {
         for axis in 0..6 {
@@ -104,7 +104,7 @@ impl Bounds6 {
         }
     }
 
-    /// Takes in a box.
+    /// Grows to hold a box.
     #[inline]
     pub(super) fn unite(&mut self, other: &Self) {
         for axis in 0..6 {
@@ -124,7 +124,7 @@ impl Bounds6 {
     }
 }
 
-/// The smaller of two numbers; one instruction, which `f32::min` is not for the sake of NaN.
+/// The smaller of two numbers, in one instruction; `f32::min` needs more for the sake of NaN.
 #[inline]
 fn least(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
@@ -141,8 +141,8 @@ mod tests {
 
     #[test]
     fn the_solid_angle_has_its_known_values() {
-        // A plane of cosine lights: π sr; lights whose normals go everywhere: 4π sr; a needle:
-        // nothing.
+        // A plane of cosine lights: π sr; lights whose normals go everywhere: 4π sr; a needle: 0
+        // sr.
         assert!((solid_angle(0.0, FRAC_PI_2) - PI).abs() < 1e-5);
         assert!((solid_angle(MAX_SPREAD, FRAC_PI_2) - 4.0 * PI).abs() < 1e-4);
         assert!(solid_angle(0.0, 0.0).abs() < 1e-5);

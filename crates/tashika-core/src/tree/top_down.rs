@@ -8,12 +8,13 @@
 //! k_r · (Φ_l M_A(l) M_Ω(l) + Φ_r M_A(r) M_Ω(r))        k_r = longest extent / extent along the axis (keeps clusters from growing thin)
 //! ```
 //!
-//! ([`saoh`](super::saoh)). `O(n log n)`: the depth is limited, below a limit nodes are halved.
+//! ([`saoh`](super::saoh)). `O(n log n)`: the depth is limited, since nodes below a limit are
+//! halved.
 //!
 //! # Differences from the source
-//! Planes across the directions of lights are tried as well as across their positions, with a
-//! direction's full range counted as long as half the box's diagonal; small nodes, and lights at
-//! one place, are split in the middle of their longest extent; one light a leaf.
+//! Planes across the directions of lights are tried as well as across their positions; a
+//! direction's full range counts as long as half the box's diagonal. Small nodes, and lights at one
+//! place, are split in the middle of their longest extent. Leaves hold one light each.
 //!
 //! # Held to this by
 //! `tree::tests::trees` (structure, degenerate input, threads) and `tree::tests::quality`.
@@ -23,22 +24,22 @@ use rayon::prelude::*;
 use super::build::{Item, Span};
 use super::saoh::{Bounds6, Emission};
 
-/// Most bins of an axis.
+/// Maximum number of bins of an axis.
 const BINS: usize = 16;
-/// Bins of an axis in nodes of few items.
+/// Number of bins of an axis in nodes of few items.
 const FEW_BINS: usize = 8;
-/// Items from which [`BINS`] are worth their time.
+/// Number of items from which [`BINS`] are worth their time.
 const MANY_ITEMS: usize = 256;
-/// Items up to which a node is split in the middle. Chosen: larger values build faster; the cost of
-/// the tree grows slowly.
+/// Number of items up to which a node is split in the middle. Chosen: larger values build faster;
+/// the cost of the tree grows slowly.
 const SMALL: usize = 8;
-/// Axes shorter than this share of the longest are not tried.
+/// Share of the longest axis below which an axis is not tried.
 const SHORTEST: f32 = 0.25;
 /// Depth from which nodes are halved: at most 31 levels follow.
 const MAX_UNEVEN_DEPTH: u32 = 64;
-/// Items above which the two sides of a node are built in parallel.
+/// Number of items above which the two sides of a node are built in parallel.
 const PARALLEL_SIDES: usize = 1 << 12;
-/// Items binned as one piece of parallel work.
+/// Number of items that are binned as one piece of parallel work.
 const CHUNK: usize = 1 << 15;
 
 /// Sorts `items` into the tree `spans` (see [`build`](super::build)), whose first item has number
@@ -47,8 +48,8 @@ pub(super) fn build(items: &mut [Item], spans: &mut [Span], first: u32, emission
     grow(items, spans, first, 0, emission);
 }
 
-/// Recursion ends when nodes are small; its depth is at most [`MAX_UNEVEN_DEPTH`] and one for each
-/// bit of their number.
+/// Builds the node over `items` and the nodes below. Recursion ends when nodes are small; its depth
+/// is at most [`MAX_UNEVEN_DEPTH`] plus one for each bit of the number of items.
 fn grow(items: &mut [Item], spans: &mut [Span], first: u32, depth: u32, emission: &Emission) {
     if items.len() <= PARALLEL_SIDES {
         return grow_small(items, spans, first, depth, emission);
@@ -64,7 +65,7 @@ fn grow(items: &mut [Item], spans: &mut [Span], first: u32, depth: u32, emission
 }
 
 fn grow_small(items: &mut [Item], spans: &mut [Span], first: u32, depth: u32, emission: &Emission) {
-    // Node, its first item, their number, depth.
+    // Node, first item, number of items, depth.
     let mut waiting = vec![(0, 0, items.len(), depth)];
     while let Some((node, begin, count, depth)) = waiting.pop() {
         spans[node] = Span { first: first + begin as u32, count: count as u32 };
@@ -76,7 +77,8 @@ fn grow_small(items: &mut [Item], spans: &mut [Span], first: u32, depth: u32, em
     }
 }
 
-/// Puts the items of the left child first, and says how many they are: at least one and not all.
+/// Moves the items of the left child to the front and returns their number: at least one and not
+/// all.
 #[inline(never)]
 fn split(items: &mut [Item], depth: u32, emission: &Emission) -> usize {
     let count = items.len();
@@ -105,8 +107,8 @@ fn split(items: &mut [Item], depth: u32, emission: &Emission) -> usize {
     count / 2
 }
 
-/// Extents in which directions count as positions do: in units of the box's diagonal, half of the
-/// full range as long as that.
+/// Extents along the axes of positions and directions, in units of the box's diagonal; the full
+/// range of a direction is [`DIRECTION_WEIGHT`] long.
 fn lengths(bounds: &Bounds6, emission: &Emission) -> [f32; 6] {
     let extent = bounds.extent();
     let diagonal = bounds.diagonal();
@@ -125,16 +127,16 @@ fn longest_axis(lengths: &[f32; 6]) -> usize {
     (1..6).fold(0, |best, axis| if lengths[axis] > lengths[best] { axis } else { best })
 }
 
-/// A plane between bins.
+/// A plane between two bins of an axis.
 #[derive(Clone, Copy)]
 struct Plane {
     axis: usize,
     lo: f32,
     /// Bins per unit of length.
     scale: f32,
-    /// Last bin.
+    /// Number of the last bin.
     last: usize,
-    /// Last bin on the left.
+    /// Number of the last bin on the left.
     bin: usize,
 }
 
@@ -154,7 +156,7 @@ impl Plane {
     }
 }
 
-/// The items that fall between two planes.
+/// Bounds and luminance of the items that fall between two planes.
 #[derive(Clone, Copy)]
 struct Bin {
     bounds: Bounds6,
@@ -170,7 +172,7 @@ impl Bin {
         self.luminance += other.luminance;
     }
 
-    /// Whether it holds items: all of them have luminance.
+    /// Returns true if the bin holds no items: all items have luminance.
     fn is_empty(&self) -> bool {
         self.luminance <= 0.0
     }
@@ -182,7 +184,7 @@ impl Bin {
 
 type Histogram = [[Bin; BINS]; 6];
 
-/// The plane of least cost; `None` if none has a cost that is a number.
+/// The plane of least cost; `None` if no plane has a finite cost.
 fn best_plane(items: &[Item], bounds: &Bounds6, lengths: &[f32; 6], emission: &Emission) -> Option<Plane> {
     let bins = if items.len() < MANY_ITEMS { FEW_BINS } else { BINS };
     let longest = lengths[longest_axis(lengths)];
@@ -222,7 +224,8 @@ fn best_plane(items: &[Item], bounds: &Bounds6, lengths: &[f32; 6], emission: &E
     best.1
 }
 
-/// Bins of each axis. Large nodes are binned in pieces, whose sums are added in their order.
+/// Bins of each axis. Large nodes are binned in pieces, whose sums are added in the order of
+/// pieces.
 fn histogram(items: &[Item], axes: &[Plane]) -> Histogram {
     let mut sum = [[Bin::EMPTY; BINS]; 6];
     if items.len() <= CHUNK {
@@ -271,13 +274,13 @@ fn bounds_of(items: &[Item]) -> Bounds6 {
     items.par_chunks(CHUNK).map(of_chunk).reduce(|| Bounds6::EMPTY, unite)
 }
 
-/// Puts the items that are `left` first, and counts them; without branches, which would be
-/// mispredicted half the time.
+/// Moves the items that are `left` to the front and returns their number; without branches, which
+/// would be mispredicted half the time.
 fn partition(items: &mut [Item], left: impl Fn(&Item) -> bool) -> usize {
     let mut count = 0;
     for i in 0..items.len() {
         let is_left = left(&items[i]);
-        // Unless it goes left, it changes places with another that does not.
+        // An item that does not go left changes places with another that does not.
         items.swap(count, i);
         count += usize::from(is_left);
     }

@@ -1,4 +1,4 @@
-//! Whether a tree is one: what every reader of a tree relies on, checked from the outside.
+//! Validation of trees from the outside: the properties that every reader of a tree relies on.
 //!
 //! For each node: its range is that of its children, one after the other, both of which have items;
 //! its sums are those of its children; its bounds hold its children's bounds and every single light
@@ -12,11 +12,11 @@ use crate::bounds::{LightBounds, LightShape};
 use crate::math::{Aabb, Cone};
 use crate::vpl::{Vpl, VplKind};
 
-/// Relative error of a sum of two that is allowed: few units of `f64`'s rounding.
+/// Allowed relative error of a sum of two: few units of `f64`'s rounding.
 const SUM_ERROR: f64 = 1e-14;
 /// Share of all weight that sums may lose: 2⁻¹⁰⁰.
 const SMALLEST_SHARE: f64 = 1.0 / (1u128 << 100) as f64;
-/// Error of a cosine computed in `f64` that is allowed when cones are compared.
+/// Allowed error of a cosine computed in `f64` when cones are compared.
 const COSINE_ERROR: f64 = 1e-12;
 
 /// The shape of a node of either tree.
@@ -28,8 +28,10 @@ struct Shape {
 }
 
 impl LightTree {
+    /// Checks the structure, the sums and the bounds of the tree.
+    ///
     /// # Errors
-    /// Says which node is wrong, and in what.
+    /// The first node found to be wrong, and its fault.
     pub fn validate(&self) -> Result<(), String> {
         let expected = self.lights.len() - self.roots().count();
         if self.nodes.len() != expected {
@@ -74,8 +76,10 @@ impl LightTree {
 }
 
 impl<B> GatherTree<B> {
+    /// Checks the structure, the boxes and the weights of the tree.
+    ///
     /// # Errors
-    /// Says which node is wrong, and in what.
+    /// The first node found to be wrong, and its fault.
     pub fn validate(&self) -> Result<(), String> {
         let shapes = self.nodes.iter().map(|node| Shape {
             first: node.first,
@@ -106,15 +110,14 @@ impl<B> GatherTree<B> {
     }
 }
 
-/// Ranges of nodes in depth-first order over `items` items, in a tree below each root.
+/// Checks ranges of nodes in depth-first order over `items` items, in a tree below each root.
 fn validate_shape(
     nodes: impl Iterator<Item = Shape>,
     roots: impl Iterator<Item = u32>,
     items: usize,
 ) -> Result<(), String> {
     let all: Vec<Shape> = nodes.collect();
-    // What depth-first order says comes next: number, first item, and number of items where the
-    // parent knows it.
+    // Next nodes in depth-first order: number, first item, and number of items by the parent.
     let mut waiting: Vec<(u32, u32, u32)> = Vec::new();
     let (mut expected, mut end) = (0, 0);
     for root in roots {
@@ -170,7 +173,7 @@ fn validate_sums(sums: &PrefixSums, weights: impl ExactSizeIterator<Item = f32>)
     Ok(())
 }
 
-/// Whether bounds hold a light.
+/// Returns true if bounds hold a light.
 fn holds(bounds: &LightBounds, light: &Vpl) -> bool {
     let direction = light.direction;
     let in_shape = match (bounds.shape, light.kind) {
@@ -192,7 +195,7 @@ fn holds(bounds: &LightBounds, light: &Vpl) -> bool {
     in_shape && (light.kind == VplKind::Directional || bounds.aabb.contains(light.position))
 }
 
-/// Whether the bounds of a cluster hold those of its half.
+/// Returns true if the bounds of a cluster hold those of its half.
 fn nests(parent: &LightBounds, child: &LightBounds) -> bool {
     let (outer, inner) = (parent.aabb, child.aabb);
     let box_nests = outer.union(inner) == outer;
@@ -214,7 +217,7 @@ fn nests(parent: &LightBounds, child: &LightBounds) -> bool {
         }
 }
 
-/// Whether `∠(axes) + β_inner ≤ β_outer`, to within the rounding of cosines.
+/// Returns true if `∠(axes) + β_inner ≤ β_outer`, to within the rounding of cosines.
 fn cone_nests(outer: Cone, inner: Cone) -> bool {
     if outer.cos <= -1.0 || inner.is_empty() {
         return true;

@@ -1,10 +1,10 @@
-//! Which number of a colour an error is the error of.
+//! Error metrics of colours: the luminance, or the worst channel.
 
 use std::fmt;
 
 use super::{LUMINANCE_WEIGHTS, Rgb, RgbSum};
 
-/// What is controlled, and judged.
+/// Error metric, by which errors are controlled and judged.
 ///
 /// | | error of `a` against `b` | relative to |
 /// |---|---|---|
@@ -12,18 +12,18 @@ use super::{LUMINANCE_WEIGHTS, Rgb, RgbSum};
 /// | channels | the largest `|a_c − b_c|` of the three channels | the largest `b_c` |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Controlled {
-    /// Luminance.
+    /// Error of the luminance, relative to the luminance.
     #[default]
     Luminance,
-    /// The worst of the three channels.
+    /// Error of the worst of the three channels.
     Channels,
 }
 
-/// A number of a colour: a sum of its channels with weights that are not negative.
+/// A weighted sum of a colour's channels, with weights that are not negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part {
     weights: [f64; 3],
-    /// The largest value of a colour of luminance 1.
+    /// Largest value for colours of luminance 1.
     pub per_luminance: f64,
 }
 
@@ -32,18 +32,18 @@ const GREEN: f64 = LUMINANCE_WEIGHTS[1] as f64;
 const BLUE: f64 = LUMINANCE_WEIGHTS[2] as f64;
 
 impl Controlled {
-    /// Both, as users choose among them.
+    /// Both metrics, in the order in which they are listed to users.
     pub const ALL: [Self; 2] = [Self::Luminance, Self::Channels];
 
-    /// As many [parts](Controlled::parts) as there are at most.
+    /// Largest number of [parts](Controlled::parts) of a metric.
     pub const MOST_PARTS: usize = 3;
 
-    /// The one of that name.
+    /// The metric of that name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|controlled| controlled.to_string() == name)
     }
 
-    /// What has to be right for it to be right.
+    /// Weighted sums of the channels; the metric's error is the largest of their errors.
     #[inline]
     pub fn parts(self) -> &'static [Part] {
         match self {
@@ -56,13 +56,13 @@ impl Controlled {
         }
     }
 
-    /// What errors of this sum are relative to.
+    /// Size of a sum of colours; errors of the sum are relative to it.
     #[inline]
     pub fn size(self, sum: &RgbSum) -> f64 {
         self.parts().iter().map(|part| part.of_sum(sum)).fold(0.0, f64::max)
     }
 
-    /// What errors are relative to where the truth is this colour, and the error of another.
+    /// Returns the size of `truth`, which errors are relative to, and the error of `other`.
     #[inline]
     pub fn size_and_distance(self, truth: Rgb, other: Rgb) -> (f64, f64) {
         let of = |part: &Part| {
@@ -77,14 +77,14 @@ impl Controlled {
 }
 
 impl Part {
-    /// Of a colour.
+    /// Value for a colour.
     #[inline]
     pub fn of(&self, color: Rgb) -> f64 {
         let [r, g, b] = self.weights;
         r * f64::from(color.r) + g * f64::from(color.g) + b * f64::from(color.b)
     }
 
-    /// Of a sum of colours.
+    /// Value for a sum of colours.
     #[inline]
     pub fn of_sum(&self, sum: &RgbSum) -> f64 {
         self.weights.iter().zip(sum.channels()).map(|(w, c)| w * c).sum()

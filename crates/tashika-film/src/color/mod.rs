@@ -30,7 +30,7 @@ pub struct Rgb {
 }
 
 impl Rgb {
-    /// Nothing.
+    /// Zero in each channel.
     pub const BLACK: Self = Self::gray(0.0);
     /// One in each channel.
     pub const WHITE: Self = Self::gray(1.0);
@@ -59,19 +59,19 @@ impl Rgb {
         self.r.max(self.g).max(self.b)
     }
 
-    /// Whether every channel is exactly zero.
+    /// Returns true if every channel is exactly zero.
     #[inline]
     pub fn is_black(self) -> bool {
         self == Self::BLACK
     }
 
-    /// Whether every channel is finite.
+    /// Returns true if every channel is finite.
     #[inline]
     pub fn is_finite(self) -> bool {
         self.r.is_finite() && self.g.is_finite() && self.b.is_finite()
     }
 
-    /// Whether every channel is finite and not negative.
+    /// Returns true if every channel is finite and not negative.
     #[inline]
     pub fn is_valid(self) -> bool {
         self.is_finite() && self.r >= 0.0 && self.g >= 0.0 && self.b >= 0.0
@@ -198,7 +198,7 @@ impl Sum for Rgb {
     }
 }
 
-/// A running sum of colours in `f64`: millions of terms lose nothing that `f32` could show.
+/// A running sum of colours in `f64`: with millions of terms it is exact to the precision of `f32`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RgbSum([f64; 3]);
 
@@ -211,7 +211,7 @@ impl RgbSum {
         self.0[2] += f64::from(c.b);
     }
 
-    /// Takes away a term that was added before.
+    /// Subtracts a term that was added before.
     #[inline]
     pub fn remove(&mut self, c: Rgb) {
         self.0[0] -= f64::from(c.r);
@@ -246,7 +246,7 @@ impl RgbSum {
         self.0
     }
 
-    /// Luminance of the sum.
+    /// Luminance of the sum, in the unit of the colours.
     #[inline]
     pub fn luminance(&self) -> f64 {
         self.0.iter().zip(LUMINANCE_WEIGHTS).map(|(c, w)| c * f64::from(w)).sum()

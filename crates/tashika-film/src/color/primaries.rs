@@ -4,10 +4,10 @@
 //! RGB' = M₇₀₉⁻¹ A M RGB
 //! ```
 //!
-//! with `M` the matrix whose columns are the primaries, scaled so that they add up to the white of
-//! luminance 1, and `A` the identity, which keeps colours as they are seen, or what turns the one
-//! white into the other: factors on the responses of the eye ([`Adapted`](White::Adapted)), with
-//! the cone responses that ICC.1:2010, annex E, calls Bradford's.
+//! with the matrix `M` whose columns are the primaries, scaled so that they add up to the white of
+//! luminance 1. `A` is the identity, which leaves XYZ unchanged, or the chromatic adaptation from
+//! one white to the other ([`Adapted`](White::Adapted)). The adaptation scales the cone responses
+//! that ICC.1:2010, annex E, calls Bradford's.
 //!
 //! Sources of the chromaticities: ITU-R BT.709-6 and BT.2020-2; SMPTE EG 432-1 (P3, here with the
 //! white D65, as displays have it); SMPTE ST 2065-1 and ACES S-2014-004 (ACES). Held to this by the
@@ -20,26 +20,26 @@ use super::Rgb;
 /// Chromaticities `x`, `y` of the primaries and of white.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Primaries {
-    /// Of red, green and blue.
+    /// Chromaticities of red, green and blue.
     pub rgb: [[f64; 2]; 3],
-    /// Of equal amounts of them.
+    /// Chromaticity of equal amounts of red, green and blue.
     pub white: [f64; 2],
 }
 
-/// What becomes of another white.
+/// Treatment of a white other than that of Rec. 709.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum White {
-    /// Colours stay as they are seen: of light.
+    /// XYZ stays unchanged: for light.
     Kept,
-    /// White becomes white: of reflectances and of pictures.
+    /// White becomes white: for reflectances and pictures.
     Adapted,
 }
 
 const D65: [f64; 2] = [0.3127, 0.3290];
-/// About D60.
+/// White of ACES, near D60.
 const ACES: [f64; 2] = [0.321_68, 0.337_67];
 
-/// Bradford's responses of the eye to XYZ, by columns.
+/// Bradford's matrix from XYZ to cone responses, by columns.
 const BRADFORD: DMat3 = DMat3::from_cols(
     DVec3::new(0.8951, -0.7502, 0.0389),
     DVec3::new(0.2664, 1.7135, -0.0685),
@@ -47,15 +47,15 @@ const BRADFORD: DMat3 = DMat3::from_cols(
 );
 
 impl Primaries {
-    /// What everything here is in.
+    /// Rec. 709, the primaries of the renderer.
     pub const REC709: Self = Self { rgb: [[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]], white: D65 };
     /// Rec. 2020.
     pub const REC2020: Self = Self { rgb: [[0.708, 0.292], [0.170, 0.797], [0.131, 0.046]], white: D65 };
     /// P3 with the white D65.
     pub const P3: Self = Self { rgb: [[0.680, 0.320], [0.265, 0.690], [0.150, 0.060]], white: D65 };
-    /// ACES2065-1.
+    /// ACES2065-1, with the white of ACES.
     pub const ACES2065_1: Self = Self { rgb: [[0.7347, 0.2653], [0.0, 1.0], [0.0001, -0.077]], white: ACES };
-    /// ACEScg.
+    /// ACEScg, with the white of ACES.
     pub const ACESCG: Self = Self { rgb: [[0.713, 0.293], [0.165, 0.830], [0.128, 0.044]], white: ACES };
 
     /// The matrix to linear Rec. 709, by rows; `None` if the primaries span no space of colours.
@@ -89,12 +89,12 @@ impl Primaries {
     }
 }
 
-/// The colour of luminance 1.
+/// XYZ of luminance 1, given the chromaticity.
 fn xyz([x, y]: [f64; 2]) -> DVec3 {
     DVec3::new(x / y, 1.0, (1.0 - x - y) / y)
 }
 
-/// A matrix, by rows, times a colour.
+/// Product of a matrix, given by rows, and a colour.
 pub fn transformed(rows: &[[f32; 3]; 3], c: Rgb) -> Rgb {
     let c = c.to_array();
     Rgb::from(rows.map(|row| row[0] * c[0] + row[1] * c[1] + row[2] * c[2]))
@@ -109,8 +109,8 @@ mod tests {
         assert!(difference.fold(0.0, f32::max) < 2e-4, "{rows:?} for {expected:?}");
     }
 
-    /// Rec. 2020 by ITU-R BT.2087-0, inverse; ACEScg adapted as the colour transforms of ACES print
-    /// it.
+    /// Rec. 2020: the inverse of ITU-R BT.2087-0; ACEScg: adapted, as printed in the colour
+    /// transforms of ACES.
     #[test]
     fn matrices_are_those_of_the_standards() {
         let rec709 = Primaries::REC709.to_rec709(White::Kept).unwrap();
@@ -121,7 +121,7 @@ mod tests {
         close(aces_cg, [[1.7051, -0.6218, -0.0833], [-0.1303, 1.1408, -0.0105], [-0.0240, -0.1290, 1.1530]]);
     }
 
-    /// IEC 61966-2-1, annex F: to four digits.
+    /// IEC 61966-2-1, annex F, to four digits.
     #[test]
     fn rec709_is_taken_to_xyz_and_back() {
         let there = Primaries::REC709.to_xyz();

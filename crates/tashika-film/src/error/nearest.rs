@@ -1,21 +1,21 @@
-//! The known name that a misspelt one probably stands for.
+//! Known name that a misspelt name probably stands for.
 //!
 //! ```text
 //! d(a, b) = least number of insertions, deletions, substitutions and swaps of neighbours      (letters)
 //! near    ⇔ d ≤ 0, 1, 2                  where the shorter name has below 3, below 6, at least 6 letters
 //! ```
 //!
-//! The distance is that of optimal string alignment: no part is changed twice. Names that differ in
-//! capitals alone are near; names that differ in digits alone (`tex1`, `tex3`) are not, since they
-//! number things.
+//! The distance is that of optimal string alignment: no part is changed twice. Names that differ
+//! only in capitals are near. Names that differ only in digits (`tex1`, `tex3`) are not, since
+//! digits number things.
 //!
 //! Source: Damerau 1964. Held to this by the tests below.
 
 /// Longest name that is compared (letters): the work grows with the product of two lengths.
 const LONGEST: usize = 64;
 
-/// Returns the nearest of the `known` names to the unknown name `found`, the first of several; none
-/// if all are too far away.
+/// Returns the nearest of the `known` names to the unknown name `found`, the first of several;
+/// `None` if all are too far away.
 pub fn nearest_name<'k>(found: &str, known: impl IntoIterator<Item = &'k str>) -> Option<&'k str> {
     let letters: Vec<char> = found.chars().take(LONGEST + 1).collect();
     let mut best: Option<(usize, &str)> = None;

@@ -1,24 +1,24 @@
-//! How bright a picture of radiance is to be.
+//! Automatic exposure of a picture of radiance.
 //!
-//! Pixels that are not black have their log-average at middle gray, `0.18` (Reinhard, Stark,
-//! Shirley, Ferwerda 2002, eq. 1), pixels darker than 10⁻⁴ of the mean left out:
+//! The log-average of the pixels that are not black becomes middle gray, `0.18` (Reinhard, Stark,
+//! Shirley, Ferwerda 2002, eq. 1). Pixels darker than 10⁻⁴ of the mean are omitted:
 //!
 //! ```text
 //! 2ᵉ = 0.18 / exp(mean ln L)
 //! ```
 //!
-//! It depends on nothing but the luminances. Held to this by the tests of `io::png`, which shows
-//! films so, and of `report::measures`.
+//! The exposure depends on nothing but the luminances. Held to this by the tests of `io::png`,
+//! which exposes films in this way, and of `report::measures`.
 
 use crate::math::elementary::ln;
 
-/// Where the log-average of a picture goes.
+/// Luminance that the log-average of a picture is mapped to.
 const MIDDLE_GRAY: f64 = 0.18;
-/// Pixels darker than this share of the mean say nothing about the exposure.
+/// Share of the mean luminance below which a pixel does not enter the log-average.
 const NEGLIGIBLE: f64 = 1e-4;
 
-/// Stops `e` that put the log-average of these luminances at middle gray, from −64 to 64; what is
-/// not positive and finite is left out, and of nothing else it is 0.
+/// Returns the stops `e`, from −64 to 64, that map the log-average of these luminances to middle
+/// gray. Luminances that are not positive and finite are ignored; if there are no others, `e` is 0.
 pub fn automatic_stops(luminances: impl Iterator<Item = f32> + Clone) -> f32 {
     let luminances = luminances.filter(|&l| l > 0.0 && l.is_finite());
     let mean_above = |floor: f64, of: fn(f32) -> f32| {

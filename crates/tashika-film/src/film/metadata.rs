@@ -1,17 +1,17 @@
-//! Provenance of a film: what it shows and how it was made, as named values.
+//! Provenance of a film as named values: its content and the way it was made.
 //!
-//! This program's own names are the rows of [`keys`](super::keys). They are sorted, so that equal
-//! films become equal files. In OpenEXR the value named `seed` is the attribute `tashika:seed`;
-//! [`crate::io`] says which attribute type each value gets. No time, no thread count and no host
-//! name belongs here: the film is a function of scene, options and seed.
+//! The names that this program uses are the rows of [`keys`](super::keys). Values are sorted by
+//! name, so that equal films become equal files. In OpenEXR the value named `seed` is the attribute
+//! `tashika:seed`; [`crate::io`] lists the attribute type of each value. No time, thread count or
+//! host name belongs here: the film is a function of scene, options and seed.
 
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// One value.
+/// A value of the metadata.
 #[derive(Clone, Debug)]
 pub enum Value {
-    /// Words.
+    /// A string in UTF-8.
     Text(String),
     /// A whole number.
     Int(i64),
@@ -21,7 +21,7 @@ pub enum Value {
     Bool(bool),
 }
 
-/// Equal bits: a film that was written and read again is the same film.
+/// Equality of bits: a film that was written and read again equals the original.
 impl PartialEq for Value {
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
@@ -69,7 +69,7 @@ impl From<u32> for Value {
     }
 }
 
-/// Numbers above `i64::MAX`, which only seeds can be, are kept as their decimal digits.
+/// Numbers above `i64::MAX`, which only seeds can be, become their decimal digits as text.
 impl From<u64> for Value {
     fn from(number: u64) -> Self {
         i64::try_from(number).map_or_else(|_| Self::Text(number.to_string()), Self::Int)
@@ -111,7 +111,7 @@ impl Metadata {
         self.0.insert(name.to_owned(), value.into());
     }
 
-    /// Forgets the value of that name, if there is one.
+    /// Removes the value of that name, if there is one.
     pub fn remove(&mut self, name: impl AsRef<str>) {
         self.0.remove(name.as_ref());
     }
@@ -129,7 +129,7 @@ impl Metadata {
         }
     }
 
-    /// The value of that name, if it is a yes or no.
+    /// The value of that name, if it is a boolean.
     pub fn bool(&self, name: impl AsRef<str>) -> Option<bool> {
         match self.get(name) {
             Some(Value::Bool(yes)) => Some(*yes),
@@ -137,7 +137,7 @@ impl Metadata {
         }
     }
 
-    /// The value of that name, if it is a number of either kind.
+    /// The value of that name, if it is an integer or a real number.
     pub fn number(&self, name: impl AsRef<str>) -> Option<f64> {
         match self.get(name) {
             Some(Value::Int(number)) => Some(*number as f64),
@@ -151,7 +151,7 @@ impl Metadata {
         self.0.iter().map(|(name, value)| (name.as_str(), value))
     }
 
-    /// Whether there is none.
+    /// Returns true if there are no values.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }

@@ -1,19 +1,19 @@
 //! The film: named planes of samples with units, for a window of an image.
 //!
-//! A film covers the pixels of a [`Window`] of an image of `size` pixels; the origin is the top
-//! left pixel, `x` to the right, `y` down, and pixels are always named in coordinates of the full
-//! image. A
-//! [`Plane`] holds one quantity: the plane without a name is the radiance, others carry half-widths,
-//! claims, costs. Samples are stored pixel by pixel in rows, channels side by side.
+//! A film covers the pixels of a [`Window`] of an image of `size` pixels. The origin is the top
+//! left pixel, `x` to the right, `y` down; pixels are always addressed in coordinates of the full
+//! image. A [`Plane`] holds one quantity: the plane without a name is the radiance, others hold
+//! half-widths, claims, costs. Samples are stored pixel by pixel in rows, the channels of a pixel
+//! adjacent.
 //!
 //! # Guarantee
 //! Two films are equal (`==`) exactly if sizes, names, units, metadata and all sample *bits* are
 //! equal.
 //!
 //! # Assumption
-//! Samples are not NaN (checked in debug builds when they are set). A pixel outside the window, a
-//! plane without the asked kind of sample, a wrong number of channels are programming errors and
-//! panic.
+//! Samples are not NaN, except half-widths of pixels without a claim. In debug builds
+//! [`Plane::set_f32`] panics for every NaN. A pixel outside the window, a plane without the
+//! requested kind of sample, and a wrong number of channels are programming errors and panic.
 
 mod exposure;
 mod metadata;
@@ -50,7 +50,7 @@ pub const MAX_SIDE: u32 = 65_536;
 /// Most pixels in a window: 2²⁸, a 16,384 × 16,384 image.
 pub const MAX_PIXELS: u64 = 1 << 28;
 
-/// The part of the full image that is rendered (pixels).
+/// The rendered part of the full image (pixels).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Window {
     /// Leftmost column.
@@ -72,10 +72,10 @@ impl fmt::Display for Window {
 impl FromStr for Window {
     type Err = Error;
 
-    /// Four numbers with commas between them: `x,y,width,height`.
+    /// Parses four numbers with commas between them: `x,y,width,height`.
     ///
     /// # Errors
-    /// [`Error::Option`] naming `window` if it is anything else.
+    /// [`Error::Option`] naming `window` if the text is anything else.
     fn from_str(text: &str) -> Result<Self> {
         let numbers: std::result::Result<Vec<u32>, _> = text.split(',').map(|n| n.trim().parse()).collect();
         match numbers.as_deref() {
@@ -96,19 +96,19 @@ impl Window {
         self.width as u64 * self.height as u64
     }
 
-    /// Whether the pixel lies inside.
+    /// Returns true if the pixel lies inside.
     pub const fn contains(&self, x: u32, y: u32) -> bool {
         x >= self.x && y >= self.y && x - self.x < self.width && y - self.y < self.height
     }
 
-    /// Whether the window is not empty and lies inside an image of `size` pixels.
+    /// Returns true if the window is not empty and lies inside an image of `size` pixels.
     pub const fn fits(&self, size: [u32; 2]) -> bool {
         self.area() > 0
             && self.x as u64 + self.width as u64 <= size[0] as u64
             && self.y as u64 + self.height as u64 <= size[1] as u64
     }
 
-    /// Whether all of another window lies inside.
+    /// Returns true if all of another window lies inside.
     pub const fn covers(&self, other: &Self) -> bool {
         other.x >= self.x
             && other.y >= self.y
@@ -116,7 +116,7 @@ impl Window {
             && other.y as u64 + other.height as u64 <= self.y as u64 + self.height as u64
     }
 
-    /// The smallest window with all of both.
+    /// The smallest window that covers both.
     pub fn union(&self, other: &Self) -> Self {
         let (x, y) = (self.x.min(other.x), self.y.min(other.y));
         let width = (self.x + self.width).max(other.x + other.width) - x;
@@ -154,8 +154,8 @@ impl Film {
     /// A film of zeros for `window` of an image of `size` pixels.
     ///
     /// # Errors
-    /// [`Error::Option`] naming `size` or `crop` if a side is zero or above [`MAX_SIDE`], if the window
-    /// is empty or not inside the image, or if it has more than [`MAX_PIXELS`] pixels.
+    /// [`Error::Option`] naming `size` or `crop` if a side is zero or above [`MAX_SIDE`], if the
+    /// window is empty or not inside the image, or if it has more than [`MAX_PIXELS`] pixels.
     ///
     /// # Panics
     /// If two specs have the same name, or one has no channels.
@@ -173,7 +173,7 @@ impl Film {
         Self { size, window, planes, metadata }
     }
 
-    /// What [`Self::new`] checks, without taking memory.
+    /// Performs the checks of [`Self::new`] without allocating memory.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -214,14 +214,14 @@ impl Film {
         Ok(Self::from_planes(size, window, planes, self.metadata.clone()))
     }
 
-    /// The part of the film inside `window`. What is claimed of a picture as a whole is not claimed
-    /// of a part.
+    /// The part of the film inside `window`. A part does not inherit the claim about the picture as
+    /// a whole.
     ///
     /// # Errors
     /// As [`Self::new`].
     ///
     /// # Panics
-    /// If the window is not inside the film's.
+    /// If the window is not inside the film's window.
     pub fn cropped(&self, window: Window) -> Result<Self> {
         let mut part = self.blank(self.size, window)?;
         for y in window.y..window.y + window.height {
@@ -233,12 +233,12 @@ impl Film {
         Ok(part)
     }
 
-    /// Sets `count` pixels in a row, beginning with `to`, to those of another film that begin with
-    /// `at`, bit by bit.
+    /// Copies `count` pixels of a row of another film, bit by bit. The leftmost of them is read at
+    /// `at` and written at `to`.
     ///
     /// # Panics
-    /// If a pixel is outside its film's window, or the films do not have the same planes in the
-    /// same order.
+    /// If a pixel is outside its film's window, or the films do not have equal planes in equal
+    /// order.
     pub fn copy_pixels(&mut self, to: [u32; 2], from: &Self, at: [u32; 2], count: u32) {
         assert_eq!(self.planes.len(), from.planes.len(), "films of different planes");
         for (own, other) in self.planes.iter_mut().zip(&from.planes).filter(|_| count > 0) {
@@ -250,7 +250,7 @@ impl Film {
         }
     }
 
-    /// Takes the main plane of another film of the same window under another name.
+    /// Moves the main plane of another film of the same window into this film, under another name.
     ///
     /// # Panics
     /// If the windows differ, or there is a plane of that name.
@@ -266,7 +266,7 @@ impl Film {
     /// Adds a plane of given samples, pixel by pixel in rows.
     ///
     /// # Panics
-    /// If there is a plane of that name, or not as many samples as pixels times channels.
+    /// If there is a plane of that name, or the number of samples is not pixels times channels.
     pub fn add_plane(&mut self, spec: &PlaneSpec, samples: Samples) {
         let words = [spec.name, spec.unit, spec.doc].map(str::to_owned);
         let channels = spec.channels.iter().map(|&channel| channel.to_owned()).collect();
@@ -282,8 +282,8 @@ impl Film {
         self.planes.push(plane);
     }
 
-    /// A plane alone, as the main one; what other planes say of the main one is not about it. None
-    /// if there is no such plane.
+    /// Film with the plane of this name alone, as its main plane. Planes that describe the former
+    /// main plane are omitted. `None` if there is no plane of this name.
     #[must_use]
     pub fn only(&self, name: impl AsRef<str>) -> Option<Self> {
         let planes = vec![self.plane(name)?.clone().renamed(planes::RADIANCE.name)];

@@ -1,9 +1,9 @@
-//! One quantity of a film.
+//! A plane: one quantity for each pixel of a film.
 
 use super::Window;
 use crate::color::Rgb;
 
-/// How a sample is stored.
+/// Storage type of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleKind {
     /// 32-bit floating point.
@@ -12,7 +12,7 @@ pub enum SampleKind {
     U32,
 }
 
-/// What a plane holds; those of renders are in [`planes`](super::planes).
+/// Description of a plane; those of renders are in [`planes`](super::planes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlaneSpec {
     /// Name in lower case, without a point; empty for the main plane.
@@ -21,25 +21,25 @@ pub struct PlaneSpec {
     pub channels: &'static [&'static str],
     /// Unit of all channels: `W·m⁻²·sr⁻¹`, or `1` for counts.
     pub unit: &'static str,
-    /// How the samples are stored.
+    /// Storage type of the samples.
     pub kind: SampleKind,
-    /// What the numbers mean, in one sentence.
+    /// Meaning of the numbers, in one sentence.
     pub doc: &'static str,
 }
 
-/// A plane is asked for by its name.
+/// The name, by which planes are looked up.
 impl AsRef<str> for PlaneSpec {
     fn as_ref(&self) -> &str {
         self.name
     }
 }
 
-/// Samples of a plane: pixel by pixel in rows, channels side by side.
+/// Samples of a plane: pixel by pixel in rows, the channels of a pixel adjacent.
 #[derive(Clone, Debug)]
 pub enum Samples {
     /// Floating point.
     F32(Vec<f32>),
-    /// Counts and codes.
+    /// Unsigned integers: counts and codes.
     U32(Vec<u32>),
 }
 
@@ -55,7 +55,7 @@ impl PartialEq for Samples {
     }
 }
 
-/// What a channel is called outside its plane: `half_width.Y`, and `R` where the plane has no name.
+/// Returns the full name of a channel: `half_width.Y`, or `R` if the plane has no name.
 pub fn channel_name(plane: &str, channel: &str) -> String {
     if plane.is_empty() { channel.to_owned() } else { format!("{plane}.{channel}") }
 }
@@ -72,7 +72,7 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// A plane of zeros.
+    /// A plane whose samples are zero.
     pub(super) fn zeros(spec: &PlaneSpec, window: Window) -> Self {
         let count = window.area() as usize * spec.channels.len();
         let samples = match spec.kind {
@@ -94,7 +94,8 @@ impl Plane {
         Self::from_samples(words, self.channels.clone(), window, samples)
     }
 
-    /// Sets `count` pixels from `to` to the right to those of another plane from `at` to the right.
+    /// Copies `count` pixels of a row of another plane. The leftmost of them is read at `at` and
+    /// written at `to`.
     pub(super) fn copy(&mut self, to: [u32; 2], from: &Self, at: [u32; 2], count: u32) {
         let range = |plane: &Self, [x, y]: [u32; 2]| {
             let start = plane.range(x, y).start;
@@ -108,8 +109,8 @@ impl Plane {
         }
     }
 
-    /// A plane of given samples, as many as the window and the channels say. `words`: name, unit,
-    /// doc.
+    /// A plane of given samples, one for each channel of each pixel of the window. `words`: name,
+    /// unit, doc.
     pub fn from_samples(words: [String; 3], channels: Vec<String>, window: Window, samples: Samples) -> Self {
         let [name, unit, doc] = words;
         let count = match &samples {
@@ -126,14 +127,14 @@ impl Plane {
     }
 
     /// Colours in the order of [`Window::pixels`]: channels `R`, `G`, `B`, or one channel as gray;
-    /// `None` if there are others.
+    /// `None` if the plane has neither, or its samples are not floating point.
     pub fn colors(&self) -> Option<impl Iterator<Item = Rgb> + '_> {
         let (samples, [r, g, b]) = (self.f32_samples()?, self.color_channels()?);
         Some(samples.chunks_exact(self.channels.len()).map(move |p| Rgb::new(p[r], p[g], p[b])))
     }
 
-    /// Which channels are red, green and blue; none if there is no such colour, or it is no
-    /// floating-point number.
+    /// Indices of the red, green and blue channels, all 0 if the plane has one channel. `None` if
+    /// it has other channels, or its samples are not floating point.
     pub(super) fn color_channels(&self) -> Option<[usize; 3]> {
         self.f32_samples()?;
         let channel = |name: &str| self.channels.iter().position(|c| c == name);
@@ -143,32 +144,32 @@ impl Plane {
         }
     }
 
-    /// Name; empty for the main plane.
+    /// Name in lower case; empty for the main plane.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Names of the channels.
+    /// Names of the channels, in their order.
     pub fn channels(&self) -> &[String] {
         &self.channels
     }
 
-    /// Unit of all channels.
+    /// Unit of all channels: `W·m⁻²·sr⁻¹`, or `1` for counts.
     pub fn unit(&self) -> &str {
         &self.unit
     }
 
-    /// What the numbers mean.
+    /// Meaning of the numbers, in one sentence.
     pub fn doc(&self) -> &str {
         &self.doc
     }
 
-    /// All samples.
+    /// All samples, pixel by pixel in rows.
     pub fn samples(&self) -> &Samples {
         &self.samples
     }
 
-    /// How the samples are stored.
+    /// Storage type of the samples.
     pub fn kind(&self) -> SampleKind {
         match self.samples {
             Samples::F32(_) => SampleKind::F32,
@@ -214,7 +215,7 @@ impl Plane {
     ///
     /// # Panics
     /// If the pixel is outside the window, the plane holds counts, or the number of channels
-    /// differs.
+    /// differs; in debug builds, also if a channel is NaN.
     pub fn set_f32(&mut self, x: u32, y: u32, channels: &[f32]) {
         debug_assert!(channels.iter().all(|v| !v.is_nan()), "NaN in {:?} at ({x}, {y})", self.name);
         let range = self.range(x, y);

@@ -1,9 +1,9 @@
-//! Eight-bit pictures as PNG files that say what their numbers mean.
+//! Eight-bit pictures as PNG files that declare their colour space.
 //!
-//! Without a word about it, viewers may take the samples for what they like. So the file has the
-//! chunk `sRGB` (intent: perceptual), and beside it, for readers that do not know that one, `gAMA`
-//! and `cHRM` with the values that the specification gives for such files (Portable Network
-//! Graphics, third edition, section 11.3.2.5).
+//! Without a declaration, viewers may interpret the samples in any colour space. So the file has
+//! the chunk `sRGB` (intent: perceptual). Readers that do not know it find `gAMA` and `cHRM`, with
+//! the values that the specification gives for such files (Portable Network Graphics, third
+//! edition, section 11.3.2.5).
 //!
 //! # Guarantee
 //! Equal pictures give equal bytes.
@@ -13,8 +13,9 @@
 
 use png::{BitDepth, ColorType, Compression, Encoder, Filter, ScaledFloat, SourceChromaticities};
 
-/// A picture of three (R, G, B) or four (with opacity) sRGB bytes for each pixel, row by row, as
-/// the bytes of a PNG file.
+/// Encodes a picture as a PNG file and returns the bytes of the file.
+///
+/// * `bytes`: three (R, G, B) or four (with opacity) sRGB bytes for each pixel, row by row.
 ///
 /// # Panics
 /// If the picture has no pixels, or another number of bytes.

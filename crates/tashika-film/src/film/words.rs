@@ -1,6 +1,6 @@
-//! Counts, shares and errors as people read them.
+//! Counts, shares and errors as text for people.
 
-/// A count, its digits in groups of three.
+/// Formats a count with its digits in groups of three.
 pub fn count(n: u64) -> String {
     let digits = n.to_string();
     let mut text = String::with_capacity(digits.len() * 4 / 3);
@@ -13,13 +13,14 @@ pub fn count(n: u64) -> String {
     text
 }
 
-/// A share of a count: one decimal, rounded down, so that 100 % means all.
+/// Formats a share of a count with one decimal, rounded down, so that 100 % means all.
 pub fn percent_of_share(share: f64) -> String {
-    // The smallest step above rounding: 0.29 · 1000 is 290 less an ulp.
+    // The factor is one step above 1, so that a product rounded to just below a whole number still
+    // counts as that number.
     format!("{:.1} %", (share * 1000.0 * (1.0 + f64::EPSILON)).floor() / 10.0)
 }
 
-/// A relative error: three digits.
+/// Formats a relative error with three digits.
 pub fn percent_of_error(error: f64) -> String {
     let percent = 100.0 * error;
     match percent.abs() {
@@ -33,13 +34,13 @@ pub fn percent_of_error(error: f64) -> String {
     }
 }
 
-/// A tolerance, as it was typed: no more digits than it has.
+/// Formats a tolerance as it was typed, with no more digits than it has.
 pub fn percent_of_tolerance(tolerance: f64) -> String {
     let digits = format!("{:.6}", 100.0 * tolerance);
     format!("{} %", digits.trim_end_matches('0').trim_end_matches('.'))
 }
 
-/// What a promise about that truth, as a film's metadata name it, is a promise about.
+/// Returns the scope of a claim about a truth, given the truth's name in the metadata of a film.
 pub fn about_truth(truth: &str) -> &'static str {
     match truth {
         "vpl" => {
@@ -59,7 +60,7 @@ pub fn truth_in_short(truth: &str) -> &'static str {
     }
 }
 
-/// What is said of so many pixels of which too much light is not found.
+/// Returns the message about `pixels` pixels whose unsampled light is too much for a claim.
 pub fn about_light_not_found(pixels: u64) -> String {
     format!(
         "light was not found for {}: it comes over mirrors or through glass, or from lamps smaller than a pixel; nothing is claimed there",

@@ -1,4 +1,4 @@
-//! Means of pixels that are alike.
+//! Means of similar pixels.
 
 use rayon::prelude::*;
 
@@ -7,18 +7,18 @@ use super::outliers::Tamed;
 use super::pixels::Pixels;
 use crate::color::Rgb;
 
-/// Farthest pixel that is looked at.
+/// Farthest pixel that enters a mean, along a row or column (pixels).
 const RADIUS: isize = 9;
-/// Patches that are compared reach so far about their middle.
+/// Half the width of the patches that are compared, without their middle (pixels).
 const PATCH: usize = 2;
-/// `k²`: by how much of what they vary pixels may differ. Chosen, as the radii.
+/// `k²`: scale of squared differences relative to the variances. A choice, as the radii are.
 const BANDWIDTH: f32 = 1.5 * 1.5;
 /// Keeps the difference of two exact pixels finite.
 const LEAST_VARIANCE: f32 = 1e-12;
-/// Share of a pixel above which it takes no more of what was taken from outliers.
+/// Bound of the light that a pixel receives from outliers, as a share of its own.
 const MOST_GLOW: f32 = 0.1;
 
-/// Sums over pixels that are alike.
+/// Weighted sums over similar pixels.
 #[derive(Clone, Copy, Default)]
 struct Sums {
     irradiance: Rgb,
@@ -28,19 +28,20 @@ struct Sums {
     variance: f32,
 }
 
-/// A smooth picture at a pixel.
+/// Reconstruction of one pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Mean {
-    /// Radiance.
+    /// Mean radiance (W·m⁻²·sr⁻¹) of similar pixels.
     pub radiance: Rgb,
-    /// Of its luminance, by the noise of what was averaged; 0 if that is not known.
+    /// Variance of the luminance, by the noise of the averaged pixels; 0 if that is unknown.
     pub variance: f32,
 }
 
-/// Reconstructed radiance; none of pixels that are like no other, not even themselves, since they
-/// are not finite.
+/// Reconstructed pixels; `None` for pixels that are not finite, which are similar to no pixel, not
+/// even to themselves.
 ///
-/// * `guide`: by what they are alike; `averaged`: what is averaged, the same or independent of it.
+/// * `guide`: pixels that determine the weights.
+/// * `averaged`: pixels that enter the means, equal to `guide` or independent of it.
 pub fn means(pixels: &Pixels, guide: &[Tamed], averaged: &[Tamed]) -> Vec<Option<Mean>> {
     let rows = (0..pixels.height).into_par_iter();
     rows.flat_map_iter(|y| {
@@ -59,7 +60,7 @@ pub fn means(pixels: &Pixels, guide: &[Tamed], averaged: &[Tamed]) -> Vec<Option
 fn mean(sums: &Sums) -> Rgb {
     let mean = sums.irradiance / sums.weight;
     let glow = sums.excess / sums.weight;
-    // Little is taken whole, much no more than a share of what there is.
+    // A small excess is added almost whole; a large one approaches a share of the mean.
     let most = MOST_GLOW * mean.luminance().abs();
     let size = glow.luminance().abs();
     if size > 0.0 { mean + glow * (most / (most + size)) } else { mean }
@@ -93,7 +94,7 @@ fn sums_of_row(pixels: &Pixels, guide: &[Tamed], averaged: &[Tamed], y: usize) -
                     pixels: sum.pixels + column.pixels,
                 });
                 let of_patch = (patch.distance / patch.pixels).max(0.0);
-                // Most are not alike; their features need no look.
+                // Most pairs of patches are not similar; their features are not compared.
                 if kernel(of_patch) <= 0.0 {
                     continue;
                 }
@@ -113,7 +114,8 @@ fn sums_of_row(pixels: &Pixels, guide: &[Tamed], averaged: &[Tamed], y: usize) -
     sums
 }
 
-/// Distances of the pixels of a column of a patch to those at an offset, and how many there are.
+/// Sum of the distances between a column of a patch and the column at an offset from it, and the
+/// number of pixels in the sum.
 #[derive(Clone, Copy, Default)]
 struct Column {
     distance: f32,

@@ -1,4 +1,4 @@
-//! A reconstruction of two independent halves of a picture, which tells about how far off it is.
+//! Reconstruction of two independent halves of a picture, which predicts its own error.
 //!
 //! ```text
 //! y_A = means of A over pixels that are alike by B      y_B = means of B … by A      y = (y_A + y_B)/2
@@ -6,18 +6,19 @@
 //! e²/n² = (1 − λ)² max(0, mean (A − y)(B − y)/n²) + ((1 − λ) s_y + λ s_u)²/n² + mean (y_A − y_B)²/4n²
 //! ```
 //!
-//! of luminances, where `u′` is `u` without outliers, with the standard errors `s` by the noise of the pixels and the size `n` of each
-//! pixel, since a dark pixel beside a bright one is not as wrong as that one. Means are over a
-//! block, the standard errors are the pixel's own: one that is like no other is as noisy as it was.
+//! All quantities are luminances. `u′` is `u` without outliers, `s` is a standard error due to the
+//! noise of the pixels, and `n` is the size of the pixel, which errors are relative to: a dark
+//! pixel beside a bright one has a smaller error. Means are over a block. The standard errors are
+//! those of the pixel itself, so that a pixel without similar ones keeps its noise.
 //!
-//! Weights that know nothing of the noise of what they average do not choose it by its noise
-//! (Rousselle, Knaus, Zwicker 2012). The products `(A − y)(B − y)` have the square of the bias of
-//! `y` for their mean, since the noise of one half knows nothing of that of the other; so `λ` is a
-//! step of James and Stein (1961) towards the unbiased picture: it goes to 1 as samples grow, and
-//! more work always helps.
+//! The weights for one half are independent of its noise, and so cannot select pixels by their
+//! noise (Rousselle, Knaus, Zwicker 2012). The mean of the products `(A − y)(B − y)` is the squared
+//! bias of `y`, since the noise of one half is independent of that of the other. So `λ` is a step
+//! of James and Stein (1961) towards the unbiased picture: it goes to 1 as samples grow, and more
+//! work always helps.
 //!
 //! # Guarantee
-//! None: `e` guides work, and what a picture is worth is for an audit to say.
+//! None: `e` guides work; only an audit can make a claim about a picture.
 
 use std::fmt;
 
@@ -30,45 +31,46 @@ use crate::color::Rgb;
 use crate::error::Result;
 use crate::film::{Film, planes};
 
-/// Pixels to each side of a pixel that make its block.
+/// Half the width of a block, without its middle (pixels).
 const BLOCK: usize = 3;
-/// Least size of a pixel that errors are relative to, as a share of the mean of the picture.
+/// Least size that the errors of a pixel are relative to, as a share of the mean luminance of the
+/// picture.
 pub const LEAST_SIZE: f64 = 0.01;
 
-/// Two independent films of one picture, with the features of both in each.
+/// Two independent films of one picture, each with the features of both.
 #[derive(Clone, Debug)]
 pub struct Halves {
-    /// One.
+    /// First half.
     pub a: Film,
-    /// The other.
+    /// Second half.
     pub b: Film,
 }
 
-/// What makes smooth pictures of noisy ones, where it is not our own means of what is alike.
+/// A denoiser that replaces the means of similar pixels.
 pub trait Smoother: fmt::Debug + Send + Sync {
-    /// What it calls itself, with its version.
+    /// Name of the denoiser, with its version.
     fn name(&self) -> String;
 
-    /// A smooth picture of a noisy one, row by row.
+    /// Denoises a picture, row by row.
     ///
     /// * `radiance`: the noisy picture; `film`: its features.
     ///
     /// # Errors
-    /// Whatever it fails with.
+    /// Any error of the denoiser.
     fn smooth(&self, radiance: &[Rgb], film: &Film) -> Result<Vec<Rgb>>;
 }
 
 /// A reconstruction, row by row.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reconstructed {
-    /// Radiance (W·m⁻²·sr⁻¹).
+    /// Reconstructed radiance (W·m⁻²·sr⁻¹).
     pub radiance: Vec<Rgb>,
-    /// About how far its luminance is off (W·m⁻²·sr⁻¹): a root mean square. A heuristic.
+    /// Predicted root mean square of the luminance's error (W·m⁻²·sr⁻¹). A heuristic.
     pub importance_error: Vec<f32>,
 }
 
 impl Reconstructed {
-    /// The median of the relative errors; 0 of no pixels. A heuristic.
+    /// Median of the relative errors that are finite; 0 without any. A heuristic.
     pub fn importance_median(&self) -> f64 {
         let relative = |(radiance, error): (&Rgb, &f32)| f64::from(error / radiance.luminance());
         let errors = self.radiance.iter().zip(&self.importance_error).map(relative);
@@ -79,13 +81,13 @@ impl Reconstructed {
 }
 
 impl Halves {
-    /// Reconstructs the picture; none if a film lacks a plane that is needed. Runs on the current
+    /// Reconstructs the picture; `None` if a film lacks a plane that is needed. Runs on the current
     /// thread pool.
     ///
-    /// * `smoother`: another than our own.
+    /// * `smoother`: a denoiser instead of means of similar pixels.
     ///
     /// # Errors
-    /// What another smoother fails with.
+    /// Errors of the denoiser.
     pub fn reconstruct(&self, smoother: Option<&dyn Smoother>) -> Result<Option<Reconstructed>> {
         let Some(read) = Read::of(self) else { return Ok(None) };
         let smooth = match smoother {
@@ -96,28 +98,29 @@ impl Halves {
     }
 }
 
-/// Two halves, as they are compared.
+/// Quantities of two halves.
 struct Read {
-    /// With the features of both.
+    /// Pixels of half A, without those that half B excludes; the features are those of both halves.
     pixels: Pixels,
     tamed: [Vec<Tamed>; 2],
     radiance: [Vec<Rgb>; 2],
-    /// Standard errors of each.
+    /// Standard errors of the luminance of each half.
     errors: [Vec<f32>; 2],
 }
 
-/// Smooth pictures.
+/// Reconstructions before the step towards the unbiased picture.
 struct Smooth {
-    /// Of each half.
+    /// `y_A` and `y_B`.
     halves: [Vec<Rgb>; 2],
-    /// Of both: `y`.
+    /// Their mean, `y`, or the denoised mean of both halves.
     both: Vec<Rgb>,
-    /// Of its luminance, by the noise of what was averaged; zeros if that is not known.
+    /// Variance of the luminance of `y`, by the noise of the averaged pixels; zeros if that is
+    /// unknown.
     variance: Vec<f32>,
 }
 
 impl Smooth {
-    /// Our own: each half by what is alike in the other.
+    /// Means of similar pixels: each half by its similarity in the other half.
     fn of_alike(read: &Read) -> Self {
         let Read { pixels, tamed: [a, b], .. } = read;
         let means = [alike::means(pixels, b, a), alike::means(pixels, a, b)];
@@ -135,7 +138,7 @@ impl Smooth {
         }
     }
 
-    /// Reconstructs with the given smoother. Pixels that are not finite are black in its input, and
+    /// Denoises with the given smoother. Pixels that are not finite are black in its input, and
     /// keep their values.
     fn by(smoother: &dyn Smoother, read: &Read, film: &Film) -> Result<Self> {
         let [a, b] = &read.radiance;
@@ -155,7 +158,7 @@ impl Smooth {
 }
 
 impl Read {
-    /// None if a film lacks a plane that is needed.
+    /// Reads two halves; `None` if a film lacks a plane that is needed.
     fn of(halves: &Halves) -> Option<Self> {
         let Halves { a, b } = halves;
         let [mut pixels, mut other] = [Pixels::of(a)?, Pixels::of(b)?];
@@ -191,7 +194,8 @@ impl Read {
             let block = Products::mean(&products, [x, y], [width, height]);
             let step = if block.square > 0.0 { (block.bias / block.square).clamp(0.0, 1.0) } else { 0.0 };
             let p = y * width + x;
-            // A path in a thousand that is a thousand times brighter is left to the means.
+            // `u′`: one path in a thousand that is a thousand times brighter enters only through
+            // the means.
             let plain = pixels.albedo[p] * (tamed[0][p].irradiance + tamed[1][p].irradiance) * 0.5;
             let size = products[p].size;
             let variance: f32 = errors.iter().map(|e| 0.25 * e[p] * e[p] / (size * size)).sum();
@@ -208,10 +212,10 @@ impl Read {
     }
 }
 
-/// What a pixel tells of its block, relative to its size.
+/// Contribution of a pixel to the means over a block.
 #[derive(Clone, Copy, Debug, Default)]
 struct Products {
-    /// `n`: luminance.
+    /// Luminance `n` that errors are relative to.
     size: f32,
     /// `(A − y)(B − y)/n²`.
     bias: f32,
@@ -222,7 +226,7 @@ struct Products {
 }
 
 impl Products {
-    /// Means over the block of a pixel; of those that are numbers.
+    /// Means over the block of a pixel, without values that are not finite.
     fn mean(of: &[Self], [x, y]: [usize; 2], [width, height]: [usize; 2]) -> Self {
         let (mut sum, mut count) = (Self::default(), 0.0f32);
         for y in y.saturating_sub(BLOCK)..(y + BLOCK + 1).min(height) {
@@ -249,14 +253,14 @@ mod tests {
 
     const SIZE: [u32; 2] = [64, 48];
 
-    /// A flat wall, bright to the right of a soft edge and with stripes that no feature tells; its
-    /// luminance in the middle of a pixel.
+    /// Luminance at the middle of a pixel of a flat wall, bright to the right of a soft edge, with
+    /// stripes that are in no feature.
     fn truth(x: u32) -> f32 {
         let edge = ((x as f32 - 28.0) / 8.0).clamp(0.0, 1.0);
         1.0 + 2.0 * edge + if x % 8 < 4 { 0.2 } else { 0.0 }
     }
 
-    /// Of variance 1, about normal.
+    /// A deviate of variance 1, approximately normal.
     fn normal(s: &mut Stream) -> f32 {
         (0..12).map(|_| s.uniform()).sum::<f32>() - 6.0
     }
@@ -290,8 +294,9 @@ mod tests {
         (Window::full(SIZE).pixels().zip(radiance).map(of).sum::<f64>() / radiance.len() as f64).sqrt()
     }
 
-    /// The mean of two halves is off by the noise over √2. Much noise is mostly taken away; of little
-    /// noise no more is left, though the stripes are in no feature.
+    /// The mean of two halves has an error of the noise over √2. Most of a strong noise is removed.
+    /// Of a weak noise no more is left than in that mean, to within 10 %, although no feature shows
+    /// the stripes.
     #[test]
     fn more_work_always_helps() {
         let errors =
@@ -301,7 +306,8 @@ mod tests {
         assert!(errors[1..].iter().all(|error| *error < 1.1 * plain), "{errors:?}");
     }
 
-    /// What is foreseen is about what it is, where noise is left and where the stripes are smeared.
+    /// Predicted errors are close to actual ones, where noise is left and where the stripes are
+    /// smeared.
     #[test]
     fn errors_are_foreseen() {
         for noise in [0.4, 0.2, 0.05] {
@@ -357,8 +363,8 @@ mod tests {
                         assert!(!found.is_finite());
                         continue;
                     }
-                    // One pixel of some fifty that are alike is missing; noise of 0.2 changes the
-                    // mean by as much.
+                    // One pixel of some fifty similar ones is missing; noise of 0.2 changes the
+                    // mean by a similar amount.
                     let off = (found.luminance() / before.luminance() - 1.0).abs();
                     assert!(off < 0.1, "pixel {p}: {found:?} for {before:?}");
                     assert!(broken.importance_error[p].is_finite());

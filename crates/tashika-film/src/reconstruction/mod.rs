@@ -1,4 +1,4 @@
-//! A clean picture from a noisy one: each pixel as a mean of pixels that are like it.
+//! Reconstruction of a clean picture from a noisy one: each pixel as a mean of similar pixels.
 //!
 //! ```text
 //! E_p = L_p / (A_p + 0.02)                                 irradiance, about: textures are left out
@@ -9,20 +9,21 @@
 //! ```
 //!
 //! The distance of patches `D²` is that of non-local means (Buades, Coll, Morel 2005) with the
-//! variances `v` that the renderer tells (Rousselle, Knaus, Zwicker 2012): pixels are alike where
-//! they differ by no more than they vary. `F²` compares features of the first surface, which are
-//! hardly noisy, as a joint bilateral filter does (Eisemann, Durand 2004). The less pixels vary,
-//! the fewer are alike, so that a reconstruction approaches the estimates as work grows.
+//! renderer's variances `v` (Rousselle, Knaus, Zwicker 2012): pixels are similar if they differ by
+//! no more than their noise. `F²` compares features of the first surface, which are hardly noisy,
+//! as a joint bilateral filter does (Eisemann, Durand 2004). The less noise, the fewer pixels are
+//! similar, so that a reconstruction approaches the estimates as work grows.
 //!
-//! Before, outliers are tamed (module `outliers`): a path in a thousand that is a thousand times
-//! brighter than the others would become a patch of light. What is taken from them is given to the
-//! pixels about them by the same weights, up to a tenth of what these have. More would be seen as a
-//! patch and is left out, so that a reconstruction may be darker than the scene by what such paths
-//! carry.
+//! Outliers are clamped first (module `outliers`): a path in a thousand that is a thousand times
+//! brighter than the others would become a patch of light. The excess is distributed over the
+//! surrounding pixels with the same weights, up to a tenth of their own value. More would be
+//! visible as a patch and is omitted, so that a reconstruction may be darker than the scene by the
+//! contribution of such paths.
 //!
 //! # Guarantee
-//! None: nothing is claimed of a reconstruction. A film keeps the estimates and their claims beside
-//! it. It is a function of the film; threads do not enter. A pixel that is exact stays as it is.
+//! None: nothing is claimed of a reconstruction. The film keeps the estimates and their claims in
+//! other planes. The result is a function of the film, whatever the number of threads. An exact
+//! pixel stays unchanged.
 //!
 //! # Held to this by
 //! The tests below. The record of 2026-11-24 (reconstruction) has errors on scenes.
@@ -39,11 +40,12 @@ use pixels::Pixels;
 
 pub use halves::{Halves, LEAST_SIZE, Reconstructed, Smoother};
 
-/// What is said of it to people.
+/// Description of a reconstruction in messages.
 pub const ABOUT: &str = "reconstructed: means of pixels that are alike, of which nothing is claimed";
 
-/// Adds the plane [`RECONSTRUCTION`](planes::RECONSTRUCTION) to a film; nothing if it has one, or lacks what tells which
-/// pixels are alike. Runs on the current thread pool.
+/// Adds the plane [`RECONSTRUCTION`](planes::RECONSTRUCTION) to a film. Does nothing if the film
+/// has one, or lacks the radiance, its standard error or the features of the first surface. Runs on
+/// the current thread pool.
 ///
 /// # Example
 /// ```
@@ -68,12 +70,12 @@ pub fn reconstruct(film: &mut Film) {
     film.add_plane(&planes::RECONSTRUCTION, Samples::F32(samples));
 }
 
-/// What is to be seen of a film: the reconstruction, or else the main plane.
+/// Plane to be shown of a film: the reconstruction if there is one, else the main plane.
 pub fn seen(film: &Film) -> Option<&Plane> {
     film.plane(planes::RECONSTRUCTION).or_else(|| film.plane(planes::RADIANCE))
 }
 
-/// About `e^−x` for `x` of at least 0; zero from 4 on.
+/// Approximately `e^−x` for `x` of at least 0; zero from 4 on.
 #[inline]
 fn kernel(x: f32) -> f32 {
     let root = (1.0 - 0.25 * x).max(0.0);
@@ -93,8 +95,8 @@ mod tests {
         PlaneSpec { name, channels, unit: "1", kind: SampleKind::F32, doc: "of a test" }
     }
 
-    /// Two walls that meet at column 24, the left one with stripes; `light` is how bright each is
-    /// lit, `noise` the standard error, relative.
+    /// Two walls that meet at column 24, the left one with stripes. `light` is the irradiance of
+    /// each wall, `noise` the relative standard error.
     fn walls(light: [f32; 2], noise: f32) -> (Film, Vec<f32>) {
         let specs = [
             spec("", &["R", "G", "B"]),
@@ -111,7 +113,7 @@ mod tests {
             let side = usize::from(x >= 24);
             let albedo = if side == 0 && x % 6 < 3 { 0.2 } else { 0.7 };
             let true_value = albedo * light[side];
-            // Of variance 1, about normal.
+            // Approximately normal, of variance 1.
             let sum: f32 = (0..12).map(|_| s.uniform()).sum::<f32>() - 6.0;
             let value = true_value * (1.0 + noise * sum);
             truth.push(true_value);
@@ -133,7 +135,7 @@ mod tests {
         (squares.sum::<f64>() / truth.len() as f64).sqrt()
     }
 
-    /// Noise goes, stripes of a texture and the edge between two walls stay.
+    /// Noise is removed; stripes of a texture and the edge between two walls stay.
     #[test]
     fn what_is_alike_is_averaged_and_edges_stay() {
         let (mut film, truth) = walls([1.0, 3.0], 0.3);
@@ -142,7 +144,7 @@ mod tests {
         assert!((0.25..0.35).contains(&before) && after < 0.12 * before + 0.03, "{before} {after}");
     }
 
-    /// An edge that is no more than noise stays where two surfaces meet.
+    /// An edge no larger than the noise stays if it is an edge of surfaces.
     #[test]
     fn edges_of_surfaces_stay() {
         let (mut film, truth) = walls([1.0, 1.3], 0.3);
@@ -151,13 +153,13 @@ mod tests {
         for x in [23, 24] {
             let of_truth = |y: u32| f64::from(plane.f32_at(x, y)[1] / truth[Window::full(SIZE).index(x, y)]);
             let mean = (0..SIZE[1]).map(of_truth).sum::<f64>() / f64::from(SIZE[1]);
-            // Were the walls one, both columns would be 13 % off; a mean of some 600 pixels is 1.2
-            // % off.
+            // If the walls were averaged together, both columns would be 13 % off. The noise of a
+            // mean of some 600 pixels is 1.2 %.
             assert!((mean - 1.0).abs() < 0.06, "column {x}: {mean}");
         }
     }
 
-    /// An edge of light alone, on a wall without features, stays where it is brighter than noise.
+    /// An edge of light alone, on a wall without features, stays if it exceeds the noise.
     #[test]
     fn edges_of_shadows_stay() {
         let (mut film, truth) = walls([1.0, 3.0], 0.1);
@@ -169,7 +171,7 @@ mod tests {
         assert!(after < 0.6 * before, "{before} {after}");
     }
 
-    /// The less pixels vary, the less is changed, and what is exact is not.
+    /// The less noise, the smaller the change; exact pixels do not change.
     #[test]
     fn exact_pixels_stay() {
         let (mut film, truth) = walls([1.0, 3.0], 0.0);
@@ -184,8 +186,8 @@ mod tests {
         drop(truth);
     }
 
-    /// A path a thousand times as bright as all others is no patch of light; a lamp as bright is
-    /// kept.
+    /// A path a thousand times as bright as all others does not become a patch of light; a lamp of
+    /// the same brightness stays.
     #[test]
     fn outliers_are_tamed_and_lamps_are_not() {
         for (is_lamp, most) in [(false, 1.3), (true, 1e9)] {
@@ -205,7 +207,7 @@ mod tests {
         }
     }
 
-    /// What is not finite stays where it is.
+    /// Pixels that are not finite stay so, and do not affect others.
     #[test]
     fn infinite_pixels_do_not_spread() {
         let (mut film, truth) = walls([1.0, 3.0], 0.1);
@@ -222,7 +224,7 @@ mod tests {
         assert_eq!(plane.f32_at(12, 9), film.plane(planes::RADIANCE).unwrap().f32_at(12, 9));
     }
 
-    /// Images smaller than the reach of a mean are averaged as far as they go.
+    /// Images smaller than the radius of a mean are averaged as far as they reach.
     #[test]
     fn images_may_be_small() {
         let (film, truth) = walls([1.0, 3.0], 0.3);
@@ -250,7 +252,7 @@ mod tests {
         assert!(with(1) == with(3));
     }
 
-    /// To first order an exponential, falling, and at its end zero.
+    /// The kernel is an exponential to first order, falls, and ends at zero.
     #[test]
     fn the_kernel_falls_as_an_exponential_to_zero() {
         assert_eq!((kernel(0.0), kernel(4.0), kernel(9.0)), (1.0, 0.0, 0.0));

@@ -1,16 +1,16 @@
-//! Pixels that are far brighter or darker than those like them, by a path that few have.
+//! Clamping of pixels that are far brighter or darker than similar ones because of a rare path.
 //!
 //! ```text
 //! bounds of pixel p:   Q_¾ + 2 (Q_¾ − Q_½) + 0.05 |Q_½|      Q_¼ − 2 (Q_½ − Q_¼) − 0.05 |Q_½|
 //! ```
 //!
-//! with the weighted quartiles `Q` of the irradiance of 7 × 7 pixels, by how alike their first
-//! surfaces are: for normal noise the bounds are two standard deviations from the median. A pixel
-//! beyond a bound is brought to it, but by no more than three of its own standard errors: a small
-//! lamp is known to be bright, a lucky path is not.
+//! with the weighted quartiles `Q` of the irradiance of 7 × 7 pixels, weighted by the similarity of
+//! their first surfaces. For normal noise the bounds are two standard deviations from the median. A
+//! pixel beyond a bound is moved to it, but by no more than three of its own standard errors: a
+//! small lamp has a small standard error and stays bright, a lucky path has a large one.
 //!
-//! The variance of a pixel is taken to be the median of those about it, but at most four times its
-//! own: a pixel without the path that few have tells too small a variance.
+//! The variance of a pixel becomes the weighted median of the variances in the neighbourhood, but
+//! at most four times its own: a pixel that missed a rare bright path underestimates its variance.
 
 use rayon::prelude::*;
 
@@ -21,30 +21,30 @@ use crate::color::Rgb;
 /// Farthest neighbour (pixels).
 const RADIUS: isize = 3;
 const NEIGHBOURS: usize = (2 * RADIUS as usize + 1) * (2 * RADIUS as usize + 1);
-/// Sum of weights below which there is nothing to compare with.
+/// Sum of weights below which a pixel has too few similar ones and stays unchanged.
 const ENOUGH: f32 = 6.0;
-/// Quartile ranges beyond a quartile.
+/// Distance of a bound from its quartile, in units of that quartile's distance from the median.
 const RANGES: f32 = 2.0;
-/// Share of the median that is no matter.
+/// Share of the median that is added to the distance of a bound.
 const SLACK: f32 = 0.05;
-/// Standard errors that a pixel may be moved by.
+/// Largest change of a pixel, in its own standard errors.
 const ERRORS: f32 = 3.0;
-/// How many times its own variance a pixel may be given.
+/// Largest factor by which a pixel's variance may grow.
 const MOST_VARIANCE: f32 = 4.0;
 
-/// A pixel without what is out of proportion.
+/// A pixel after clamping.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tamed {
-    /// Irradiance.
+    /// Irradiance after clamping (radiance over albedo).
     pub irradiance: Rgb,
-    /// Its luminance, and the variance of that.
+    /// Luminance of `irradiance`, and the variance of that luminance.
     pub luminance: f32,
     pub variance: f32,
-    /// What was taken away.
+    /// Part of the irradiance that was removed.
     pub excess: Rgb,
 }
 
-/// Tames all pixels.
+/// Clamps all pixels, row by row.
 pub fn tame(pixels: &Pixels) -> Vec<Tamed> {
     let rows = (0..pixels.height).into_par_iter();
     rows.flat_map_iter(|y| (0..pixels.width).map(move |x| tamed(pixels, [x, y]))).collect()
@@ -95,7 +95,7 @@ fn tamed(pixels: &Pixels, [x, y]: [usize; 2]) -> Tamed {
     }
 }
 
-/// Weighted quantiles of values with their weights, at these shares of the total weight in
+/// Weighted quantiles of pairs of a value and a weight, at these shares of the total weight, in
 /// ascending order.
 fn quantiles<const N: usize>(values: &mut [(f32, f32)], total: f32, shares: [f32; N]) -> [f32; N] {
     values.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));

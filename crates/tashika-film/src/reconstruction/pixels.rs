@@ -1,40 +1,40 @@
-//! What is known of each pixel, as it is compared.
+//! Irradiance, variance and features of pixels, from which their similarity follows.
 
 use crate::color::Rgb;
 use crate::film::{Film, Plane, PlaneSpec, planes};
 use crate::math::elementary::ln;
 
-/// Keeps the irradiance of dark surfaces finite.
+/// Added to the albedo, so that the irradiance of dark surfaces stays finite.
 const LEAST_ALBEDO: f32 = 0.02;
 /// Luminance of the albedo below which a pixel is no surface, but emission or background.
 const NO_SURFACE: f32 = 1e-3;
-/// `σ` of normals, of albedos, of logarithms of depths, of coverages. Chosen.
+/// Scales `σ` of normals, of albedos, of logarithms of depths, of coverages. Chosen.
 const SIGMAS: [f32; 4] = [0.15, 0.08, 0.05, 0.05];
 /// Depth of the background (m).
 const FAR: f32 = 1e6;
 
-/// Features of a pixel that no other takes.
+/// Features of a pixel that is similar to no other.
 const UNLIKE_ANY: [f32; FEATURES] = [f32::INFINITY; FEATURES];
 
-/// Numbers that tell the first surface.
+/// Number of features of the first surface: normal, albedo, depth and coverage.
 const FEATURES: usize = 8;
 
-/// The pixels of a film, row by row.
+/// Features, irradiance and variance of a film's pixels, row by row.
 pub struct Pixels {
     pub width: usize,
     pub height: usize,
-    /// What colours are divided by: the albedo, about.
+    /// Divisor of colours: the albedo plus 0.02; white without a surface.
     pub albedo: Vec<Rgb>,
-    /// `E`; black where it is not finite.
+    /// Irradiance `E`; black where it is not finite.
     pub irradiance: Vec<Rgb>,
-    /// Of its luminance.
+    /// Variance of the luminance of `irradiance`.
     pub variance: Vec<f32>,
-    /// In units of `√2 σ`, so that `F²` is the square of a distance.
+    /// Features in units of `√2 σ`, so that `F²` is the square of a distance.
     features: Vec<[f32; FEATURES]>,
 }
 
 impl Pixels {
-    /// None if the film lacks a plane.
+    /// Reads a film; `None` if it lacks a plane.
     pub fn of(film: &Film) -> Option<Self> {
         let window = film.window();
         let plane = |spec: PlaneSpec| {
@@ -81,8 +81,8 @@ impl Pixels {
         })
     }
 
-    /// Excludes the pixels that are excluded in another half of the picture: a mean of both halves
-    /// needs both.
+    /// Excludes the pixels that are excluded in the other half of the picture, since a mean of both
+    /// halves needs both.
     pub fn without_those_of(&mut self, other: &Self) {
         for (p, features) in self.features.iter_mut().enumerate() {
             if other.features[p] == UNLIKE_ANY {
@@ -91,7 +91,7 @@ impl Pixels {
         }
     }
 
-    /// `F²` of two pixels; infinite or not a number for one whose radiance or error is not finite.
+    /// Distance `F²` of two pixels; infinite or NaN if the radiance or error of one is not finite.
     #[inline]
     pub fn distance(&self, p: usize, q: usize) -> f32 {
         let (p, q) = (&self.features[p], &self.features[q]);
@@ -103,7 +103,7 @@ impl Pixels {
         sum
     }
 
-    /// Whether a pixel has a neighbour at this offset.
+    /// Returns true if a pixel has a neighbour at this offset.
     pub fn has(&self, [x, y]: [usize; 2], [dx, dy]: [isize; 2]) -> bool {
         x.checked_add_signed(dx).is_some_and(|x| x < self.width)
             && y.checked_add_signed(dy).is_some_and(|y| y < self.height)

@@ -1,8 +1,8 @@
 //! Images that scene files refer to, each decoded once for each encoding.
 //!
-//! An image that is missing, or damaged, or of another format does not stop the reading of a scene:
-//! a note tells, and the caller puts something in its place. Whether notes of missing files stop it
-//! in the end is [`load_scene`](super::load_scene)'s.
+//! An image that is missing, damaged or of another format does not stop the reading of a scene: it
+//! is noted, and the caller puts something in its place. [`load_scene`](super::load_scene) decides
+//! at the end if missing files are an error.
 //!
 //! Held to this by the tests below.
 
@@ -16,17 +16,17 @@ use super::{LoadOptions, SceneFiles};
 use crate::error::{Error, Location, Result};
 use crate::scene::{Channel, Image, NoteKind, SceneBuilder, below_zero_message};
 
-/// The images of a scene so far.
+/// Images of a scene that were loaded so far.
 #[derive(Debug)]
 pub(super) struct ImageCache<'f> {
     files: &'f SceneFiles,
-    /// By the reference as it is spelt.
+    /// By the reference as the file spells it.
     by_reference: BTreeMap<(String, Encoding), Result<Picture, Unreadable>>,
     /// By canonical path: one file may be spelt in several ways.
     by_path: BTreeMap<(PathBuf, Encoding), Picture>,
-    /// Those with texels that are not opaque.
+    /// Images with texels that are not opaque.
     transparent: BTreeSet<Picture>,
-    /// Images with a single channel that is not grey.
+    /// The channel of each image that has only one, unless it is grey.
     lone: BTreeMap<Picture, Channel>,
 }
 
@@ -41,11 +41,11 @@ impl<'f> ImageCache<'f> {
         }
     }
 
-    /// The image, or the tiles, that `reference`, found at `at`, stands for; nothing, with a note, if it cannot be
-    /// read.
+    /// Returns the image or tiles that `reference` names; none, with a note at `at`, if they cannot
+    /// be read.
     ///
     /// # Errors
-    /// If the scene cannot take it, see [`SceneBuilder::add_image`].
+    /// If the scene refuses the image, see [`SceneBuilder::add_image`].
     pub(super) fn load(
         &mut self,
         reference: &str,
@@ -57,7 +57,8 @@ impl<'f> ImageCache<'f> {
         Ok(noted(found, reference, at, builder))
     }
 
-    /// The same without a note: why it cannot be read, for callers who say what takes its place.
+    /// Like [`Self::load`], but with the reason instead of a note, for callers that replace the
+    /// image.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -97,7 +98,7 @@ impl<'f> ImageCache<'f> {
         Ok(found)
     }
 
-    /// What was loaded of that name, or of its file.
+    /// The image that was loaded by this name, or from the same file.
     pub(super) fn known(&self, reference: &str, encoding: Encoding, at: &Location) -> Option<Picture> {
         if let Some(known) = self.by_reference.get(&(reference.to_owned(), encoding)) {
             return known.as_ref().ok().copied();
@@ -105,22 +106,22 @@ impl<'f> ImageCache<'f> {
         self.by_path.get(&(self.files.resolve(reference, at).ok()?, encoding)).copied()
     }
 
-    /// Whether an image that was loaded here has texels that are not opaque.
+    /// Returns true if an image that was loaded here has texels that are not opaque.
     pub(super) fn has_opacity(&self, image: Picture) -> bool {
         self.transparent.contains(&image)
     }
 
-    /// Returns the channel of a number if the file selects none: the luminance, or the only channel
-    /// of an image that is not grey.
+    /// Returns the channel from which a number is read if the file selects none: the luminance, or
+    /// the only channel of an image that is not grey.
     pub(super) fn number_channel(&self, image: Picture) -> Channel {
         self.lone.get(&image).copied().unwrap_or(Channel::Luminance)
     }
 
-    /// Decodes an image of colours, such as an environment, for a caller that keeps it; the cache
+    /// Decodes an image of colours, such as an environment, for a caller that stores it; the cache
     /// does not. Returns none, with a note, if the image cannot be read.
     ///
     /// # Errors
-    /// None so far.
+    /// No error is returned at present.
     pub(super) fn read(
         &self,
         reference: &str,
@@ -147,7 +148,7 @@ fn read(
     decode(&files.read(reference, at)?, reference, encoding, files.options(), at, builder)
 }
 
-/// Decodes an image file as [`images::decode`], with a note of what was repaired.
+/// Decodes an image file by [`images::decode`], with notes of repairs.
 pub(super) fn decode(
     bytes: &[u8],
     name: &str,
@@ -177,18 +178,18 @@ pub(super) fn decode_colors(
     Ok(image)
 }
 
-/// Why something could not be read.
+/// Kind of the note, and the reason, if something could not be read.
 pub(super) type Unreadable = (NoteKind, String);
 
-/// What a note says of an image that could not be read: why, and what takes its place.
+/// Note of an image that could not be read, with the reason and the replacement.
 pub(super) fn unreadable_image(name: &str, why: &str, instead: &str) -> String {
     format!("image {name:?} could not be read ({why}): {instead}")
 }
 
-/// What takes the place of a texture that could not be read, where it has a factor.
+/// Replacement of a texture that could not be read, if it has a factor.
 pub(super) const FACTOR_ALONE: &str = "its colour factor is used alone";
 
-/// What was loaded, or a note why nothing was.
+/// Returns the loaded value, or notes the reason that there is none.
 fn noted<T>(
     loaded: Result<T, Unreadable>,
     reference: &str,
@@ -210,7 +211,7 @@ pub(super) fn kind(error: &Error) -> NoteKind {
     }
 }
 
-/// Why something could not be read, without the place, which its note has.
+/// Reason that something could not be read, without the place, which the note has.
 pub(super) fn reason(error: &Error) -> String {
     match error {
         Error::Io { source, .. } if source.kind() == ErrorKind::NotFound => "no such file".to_owned(),
@@ -295,7 +296,8 @@ mod tests {
         let image = cache.read("a.pfm", Encoding::Linear, &at, &mut builder).unwrap().unwrap();
         assert_eq!((image.width, image.height), (1, 1));
         assert!(cache.read("gone.png", Encoding::Linear, &at, &mut builder).unwrap().is_none());
-        // `read` takes the image for a colour; after `load`, its use in the scene decides.
+        // `read` notes values below zero itself, as it is for colours only; `load` leaves that to
+        // the use of the image in the scene.
         assert!(cache.read("below.pfm", Encoding::Linear, &at, &mut builder).unwrap().is_some());
         assert!(cache.load("below.pfm", Encoding::Linear, &at, &mut builder).unwrap().is_some());
         let notes = notes(builder);

@@ -1,4 +1,4 @@
-//! What cameras of several formats share.
+//! Poses and names of cameras, shared by several formats.
 //!
 //! Held to this by the formats' tests.
 
@@ -6,7 +6,8 @@ use std::collections::BTreeSet;
 
 use glam::{DAffine3, DMat3};
 
-/// Where a camera stands and looks, without the scale: the viewing direction first, then up.
+/// Returns the pose of a camera without its scale: the viewing direction is kept, and up is made
+/// orthogonal to it.
 pub(super) fn rigid(to_world: &DAffine3) -> Option<DAffine3> {
     let axes = to_world.matrix3;
     let back = axes.z_axis.try_normalize()?;
@@ -15,7 +16,7 @@ pub(super) fn rigid(to_world: &DAffine3) -> Option<DAffine3> {
     Some(DAffine3 { matrix3: rotation, translation: to_world.translation })
 }
 
-/// `name`, or `name-2`, `name-3`, … if it is taken.
+/// Returns `name`, or `name-2`, `name-3`, … if it is taken.
 pub(super) fn unique(name: String, names: &mut BTreeSet<String>) -> String {
     let mut candidate = name.clone();
     let mut number = 1;

@@ -1,9 +1,8 @@
-//! Finished tiles of a render that is under way, kept in a file so that it can go on after it was
-//! ended at any moment.
+//! Finished tiles of a render, stored in a file so that the render can continue after it was
+//! stopped at any moment.
 //!
-//! The file begins with what the render is: size, window, planes and metadata of its film, by which
-//! a checkpoint of another render is told. Then follows a record for each finished tile, added in
-//! one piece when it is finished. Numbers are little-endian:
+//! The file begins with size, window, planes and metadata of the render's film, which identify the
+//! render. A record follows for each finished tile, added in one piece. Numbers are little-endian:
 //!
 //! ```text
 //! "TASHIKAC"  u32 version = 1  u32 length of the head  head (JSON)  u32 CRC-32 of the head
@@ -11,14 +10,14 @@
 //! ```
 //!
 //! # Guarantee
-//! What [`Checkpoint::open`] gives back are tiles whose every bit is as it was added. From the
-//! first record on that is cut off or whose sum is wrong nothing is used, and that is told; those
-//! tiles are to be rendered again. A file that belongs to another render, or is no checkpoint, is
-//! refused and left as it is. Two programs do not write to one checkpoint. Memory is taken in
-//! proportion to the film, whatever the file says.
+//! [`Checkpoint::open`] returns tiles bit by bit as they were added. The first record that is cut
+//! off or has a wrong checksum is not used, nor any record after it; this is reported, and the
+//! tiles of these records must be rendered again. A file that belongs to another render, or is no
+//! checkpoint, is refused and not changed. On a file system with locks, two programs cannot write
+//! to one checkpoint. Memory is proportional to the film, whatever the file contains.
 //!
 //! # Held to this by
-//! The tests below; those of the program in `tests/parts.rs`, which end it by force.
+//! The tests below; the program's tests in `tests/parts.rs`, which kill it while it renders.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};
@@ -36,32 +35,32 @@ const VERSION: u32 = 1;
 /// Largest head that is read (bytes).
 const MAX_HEAD_BYTES: u32 = 1 << 20;
 
-/// A file that takes finished tiles.
+/// A file to which finished tiles are added.
 #[derive(Debug)]
 pub struct Checkpoint {
     path: PathBuf,
     file: File,
-    /// The tiles that it has: x, y, width, height.
+    /// Tiles in the file: x, y, width, height.
     known: BTreeSet<[u32; 4]>,
 }
 
-/// What a checkpoint had.
+/// Contents of a checkpoint that was opened.
 #[derive(Clone, Debug)]
 pub struct Resumed {
-    /// The film with these tiles; all else is as in the film that the checkpoint was opened for.
+    /// The film with which the checkpoint was opened, with the restored tiles filled in.
     pub film: Film,
-    /// The tiles.
+    /// Restored tiles, in the order of the file.
     pub tiles: Vec<Window>,
-    /// What was wrong with the rest of the file, if anything was.
+    /// Description of the fault in the rest of the file, if there is one.
     pub damage: Option<String>,
 }
 
 impl Checkpoint {
-    /// Opens the checkpoint of the render that begins with this film, or begins one.
+    /// Opens the checkpoint of the render that begins with this film, or creates one.
     ///
     /// # Errors
-    /// [`Error::Io`] if the file cannot be read or written or another program has it, [`Error::Invalid`] if it is of another render or no
-    /// checkpoint.
+    /// [`Error::Io`] if the file cannot be read or written or is locked by another program,
+    /// [`Error::Invalid`] if it belongs to another render or is no checkpoint.
     pub fn open(path: &Path, film: &Film) -> Result<(Self, Resumed)> {
         let io = |e| Error::io(path, e);
         let mut file =
@@ -87,17 +86,17 @@ impl Checkpoint {
             let mut reader = io::BufReader::new(&file);
             records(&mut reader, head.len() as u64, length, &mut resumed).map_err(io)?
         };
-        // What is not used is not left between what is and what comes.
+        // Unused bytes are cut off, so that new records follow the used ones.
         file.set_len(end).map_err(io)?;
         file.seek(SeekFrom::Start(end)).map_err(io)?;
         let known = resumed.tiles.iter().map(place).collect();
         Ok((Self { path: path.to_owned(), file, known }, resumed))
     }
 
-    /// Adds a finished tile, unless it has it.
+    /// Adds a finished tile, unless the file already has it.
     ///
     /// # Errors
-    /// [`Error::Io`]; what was added before stays.
+    /// [`Error::Io`]; tiles that were added before remain.
     pub fn add(&mut self, film: &Film, tile: Window) -> Result<()> {
         if !self.known.contains(&place(&tile)) {
             self.file.write_all(&record(film, tile)).map_err(|e| Error::io(&self.path, e))?;
@@ -126,7 +125,7 @@ fn kind(plane: &Plane) -> &'static str {
     }
 }
 
-/// Magic number, version, head and its sum.
+/// Magic number, version, head and its checksum.
 fn head(film: &Film) -> Vec<u8> {
     let w = film.window();
     let planes: Vec<Json> = film.planes().iter().map(|p| json!([p.name(), p.channels(), kind(p)])).collect();
@@ -157,7 +156,7 @@ fn sum(bytes: &[u8]) -> u32 {
     crc.sum()
 }
 
-/// Refuses a file that does not begin as expected, and says what is different.
+/// Refuses a file that does not begin as expected; the error states the difference.
 fn check_head(path: &Path, file: &mut File, length: u64, expected: &[u8]) -> Result<()> {
     let io = |e| Error::io(path, e);
     let mut bytes = vec![0; length.min(u64::from(MAX_HEAD_BYTES)) as usize];
@@ -199,7 +198,7 @@ fn check_head(path: &Path, file: &mut File, length: u64, expected: &[u8]) -> Res
     refuse(difference(&found, &ours), "a checkpoint of this render; remove it to begin anew")
 }
 
-/// The first thing that is different, in words.
+/// The first difference, in words.
 fn difference(found: &Json, ours: &Json) -> String {
     for key in ["size", "window", "planes"] {
         if found[key] != ours[key] {
@@ -217,7 +216,7 @@ fn difference(found: &Json, ours: &Json) -> String {
     )
 }
 
-/// Bytes of a tile's samples.
+/// Size of a tile's samples (bytes).
 fn sample_bytes(film: &Film, tile: Window) -> u64 {
     let channels: usize = film.planes().iter().map(|p| p.channels().len()).sum();
     4 * tile.area() * channels as u64
@@ -240,7 +239,8 @@ fn record(film: &Film, tile: Window) -> Vec<u8> {
     bytes
 }
 
-/// Reads records as far as they are whole; returns where they end.
+/// Reads records up to the first that is not whole; returns the offset at which the last whole one
+/// ends.
 fn records(file: &mut impl Read, begin: u64, length: u64, resumed: &mut Resumed) -> io::Result<u64> {
     let mut at = begin;
     while at < length {
@@ -264,13 +264,13 @@ fn records(file: &mut impl Read, begin: u64, length: u64, resumed: &mut Resumed)
     Ok(at)
 }
 
-/// What comes next in a file.
+/// Result of reading a record.
 enum Record {
-    /// A record, with the right sum.
+    /// A record with the right checksum.
     Whole(Vec<u8>),
     /// The file ends within a record.
     Truncated,
-    /// No record of this film, or with another sum.
+    /// No record of this film, or one with a wrong checksum.
     Damaged,
 }
 
@@ -282,7 +282,7 @@ fn next_record(file: &mut impl Read, left: u64, film: &Film) -> io::Result<Recor
     file.read_exact(&mut bytes)?;
     let tile = window(&bytes);
     let all = film.window();
-    // Not by what the file claims, but by what the film has.
+    // Checked against the film, not against claims of the file.
     let inside = tile.area() > 0
         && tile.x >= all.x
         && tile.y >= all.y
@@ -308,7 +308,7 @@ fn window(bytes: &[u8]) -> Window {
     Window { x: number(0), y: number(1), width: number(2), height: number(3) }
 }
 
-/// Puts a whole record back.
+/// Restores the samples of a whole record; returns its tile.
 fn restore(bytes: &[u8], film: &mut Film) -> Window {
     let tile = window(bytes);
     let mut samples = bytes[16..].chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));

@@ -1,13 +1,13 @@
-//! Refractive indices of transparent materials by the names that scene formats give them.
+//! Refractive indices of transparent materials by their names in scene formats.
 //!
 //! Indices are for visible light at room temperature. Names without a prefix are Mitsuba's, with
-//! the values that its documentation gives them, as a scene's author saw them: its `bk7` is not the
-//! glass of the catalogue. Names with `glass-` are pbrt-v4's, which has whole spectra; these are at
+//! the values of its documentation, which authors of scenes rely on: its `bk7` is not the glass of
+//! the catalogue. Names with `glass-` are pbrt-v4's, which has whole spectra; these indices are at
 //! 587.6 nm (helium's d line).
 //!
 //! Sources: [^mitsuba3], plugin `dielectric`; [^schott2017]. Held to this by the test below.
 
-/// Name in lower case and index.
+/// Names in lower case, with their indices.
 const INDICES: [(&str, f32); 30] = [
     ("vacuum", 1.0),
     ("helium", 1.000_04),
@@ -42,28 +42,30 @@ const INDICES: [(&str, f32); 30] = [
     ("glass-f11", 1.784_72),
 ];
 
-/// The index of `bk7`, `glass-BK7`, `fused quartz` and so on, in any case of letters.
+/// Returns the index of `bk7`, `glass-BK7`, `fused quartz` and so on; case is ignored.
 pub(super) fn refractive_index(name: &str) -> Option<f32> {
     let name = name.trim().to_ascii_lowercase();
     INDICES.iter().find(|(known, _)| *known == name).map(|(_, index)| *index)
 }
 
-/// Refractive indices that surfaces take: 1 would be no boundary at all, diamond has 2.4.
+/// Range of refractive indices that surfaces accept: 1 would be no boundary at all, diamond has
+/// 2.4.
 pub(super) const IOR_RANGE: [f32; 2] = [1.0001, 5.0];
 
-/// The nearest index that a surface takes.
+/// Nearest index that a surface accepts.
 pub(super) fn rendered(ior: f32) -> f32 {
     ior.clamp(IOR_RANGE[0], IOR_RANGE[1])
 }
 
-/// What one face of that index reflects at normal incidence.
+/// Reflectance of one face of the given index at normal incidence.
 pub(super) fn normal_reflectance(ior: f32) -> f32 {
     let amplitude = (ior - 1.0) / (ior + 1.0);
     amplitude * amplitude
 }
 
-/// The index of a pane that reflects with both faces what one face of `ior` does at normal
-/// incidence, of two faces of `F` being `2F/(1 + F)`: for materials that say so.
+/// Index of a pane whose two faces together reflect as much at normal incidence as one face of
+/// `ior`: two faces of reflectance `F` reflect `2F/(1 + F)`. For formats that define a thin surface
+/// by one face.
 pub(super) fn single_face(ior: f32) -> f32 {
     let one = normal_reflectance(ior);
     let each = (one / (2.0 - one)).sqrt();

@@ -1,12 +1,11 @@
-//! What each format may say, and what becomes of it here: one table a format.
+//! Features of each format and their support here: one table a format.
 //!
-//! Loaders look up in these tables what they meet, so that the table is what the loader does: a row
-//! that is not
-//! [`Support::Full`] gives a note, or an error, with the row's own words.
+//! Loaders look up each feature that they meet, so that the tables describe the loaders. A row that
+//! is not [`Support::Full`] gives a note, or an error, with the row's own words.
 //!
 //! # Held to this by
 //! `suite::features`: every row, in a small scene of its own, gives the note that it promises and
-//! no other; the guide's tables are these.
+//! no other; the guide's tables equal these.
 
 use super::notes::{excerpt, quoted};
 use crate::error::{Error, Location, Result, nearest_name};
@@ -15,42 +14,42 @@ use crate::scene::{NoteKind, Notes};
 /// Longest name in a message (characters); chosen.
 const LONGEST: usize = 80;
 
-/// How far something is understood.
+/// Degree to which a feature is supported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Support {
-    /// As the format defines it.
+    /// Read as the format defines it.
     Full,
-    /// Replaced by the nearest that exists here.
+    /// Replaced by the nearest feature that exists here.
     Approximated,
-    /// Left out.
+    /// Ignored; the rest of the scene is loaded.
     Ignored,
     /// The scene is not loaded.
     Refused,
 }
 
-/// One thing that a file of a format may name.
+/// A feature that a file of a format may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Feature {
-    /// What sort of thing it is: material, light, shape, texture, camera, film.
+    /// Sort of feature: material, light, shape, texture, camera, film.
     pub kind: &'static str,
-    /// Its name, as it is spelt in the format.
+    /// Name of the feature, as it is spelt in the format.
     pub name: &'static str,
-    /// How far it is understood.
+    /// Degree to which the feature is supported.
     pub support: Support,
-    /// What it becomes.
+    /// Counterpart in this renderer, for notes, errors and the guide.
     pub how: &'static str,
 }
 
-/// All features of a format.
+/// Table of features of a format.
 #[derive(Clone, Copy, Debug)]
 pub struct FormatFeatures {
-    /// Name of the format.
+    /// Name of the format in the guide, such as `glTF`.
     pub format: &'static str,
-    /// Its rows.
+    /// Features by kind.
     pub rows: &'static [Feature],
 }
 
-/// A table of features: for each kind its rows, `name, support, what it becomes;`.
+/// A table of features: for each kind its rows, `name, support, how;`.
 macro_rules! table {
     ($($kind:expr => { $($name:expr, $support:ident, $how:expr;)+ })+) => {
         &[$($(Feature { kind: $kind, name: $name, support: Support::$support, how: $how },)+)+]
@@ -59,15 +58,15 @@ macro_rules! table {
 pub(super) use table;
 
 impl Feature {
-    /// The row of a table for a thing of this kind and name.
+    /// Returns the row of a table for a feature of this kind and name.
     pub(super) fn find(rows: &'static [Self], kind: &str, name: &str) -> Option<&'static Self> {
         rows.iter().find(|f| f.kind == kind && f.name == name)
     }
 
-    /// Tells what a table says about a thing met at `at`, and whether it says anything.
+    /// Notes, as its row states, a feature met at `at`; returns false if it has no row.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] if it is refused.
+    /// [`Error::Unsupported`] if the row refuses it.
     pub(super) fn look_up(
         rows: &'static [Self],
         [kind, name]: [&str; 2],
@@ -82,7 +81,7 @@ impl Feature {
     /// # Errors
     /// [`Error::Invalid`] with the name that was probably meant.
     pub(super) fn refuse_slip(rows: &'static [Self], [kind, name]: [&str; 2], at: &Location) -> Result<()> {
-        // Rows with blanks describe parts of things.
+        // Names with blanks belong to parts of features.
         let known = rows.iter().filter(|row| row.kind == kind && !row.name.contains(' '));
         match nearest_name(name, known.map(|row| row.name)) {
             Some(near) => Err(Error::misspelt(at.clone(), kind, &excerpt(name, LONGEST), near)),
@@ -90,12 +89,12 @@ impl Feature {
         }
     }
 
-    /// What a note says of a thing that is in no row.
+    /// Message of a note about a feature without a row; `instead` states its replacement.
     pub(super) fn unknown([kind, name]: [&str; 2], instead: &str) -> String {
         format!("{kind} {} is unknown: {instead}", quoted(name))
     }
 
-    /// Tells that the thing was met at `at`.
+    /// Notes that the feature was met at `at`.
     ///
     /// # Errors
     /// [`Error::Unsupported`] if it is refused.
@@ -103,7 +102,7 @@ impl Feature {
         self.met_often(at, 1, notes)
     }
 
-    /// Tells that the thing was met so often, first at `at`.
+    /// Notes that the feature was met `count` times, first at `at`.
     ///
     /// # Errors
     /// [`Error::Unsupported`] if it is refused.

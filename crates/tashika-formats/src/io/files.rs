@@ -1,4 +1,4 @@
-//! The files of a scene: the scene file itself and what it refers to.
+//! Files of a scene: the scene file itself and the files that it refers to.
 //!
 //! Input: the scene file as the user names it, and references as the file spells them (relative,
 //! with `/` or `\`, in any case of letters). Output: paths and bytes.
@@ -6,14 +6,14 @@
 //! # Guarantee
 //! * Unless [`LoadOptions::allow_outside`] is set, no byte is read from outside the folder of the
 //!   scene file, whatever a reference says: absolute paths and paths that climb out are refused by
-//!   their spelling, symbolic links by where they lead.
+//!   their spelling, symbolic links by their targets.
 //! * No more than [`LoadOptions::max_file_bytes`] are read from a file, and only regular files are
 //!   opened.
 //! * The same folder gives the same path: among names that differ only in case, the exact one wins,
 //!   then the first in byte order.
 //!
 //! # Assumption
-//! Nobody replaces files by links between the check and the reading.
+//! No file is replaced by a link between the check and the reading.
 //!
 //! # Held to this by
 //! The tests below; `damaged_gltf::references_out_of_the_folder_are_refused`.
@@ -27,14 +27,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::LoadOptions;
 use crate::error::{Error, Location, Result};
 
-/// A scene file, the folder it stands in, and what the user permits.
+/// A scene file, its folder, and the options of the loader.
 #[derive(Clone, Debug)]
 pub struct SceneFiles {
     path: PathBuf,
     /// Canonical, so that canonical paths can be compared with it.
     folder: PathBuf,
     options: LoadOptions,
-    /// Of all that was read so far; clones have it in common.
+    /// Digest of all bytes read so far; shared by clones.
     digest: Arc<AtomicU64>,
     /// Bytes read so far; shared by clones.
     bytes: Arc<AtomicU64>,
@@ -47,10 +47,10 @@ const FREE_INSTANCES: u64 = 1 << 21;
 const INSTANCES_PER_BYTE: u64 = 8;
 
 impl SceneFiles {
-    /// Checks that the scene file is there and is a file.
+    /// Checks that the scene file exists and is a regular file.
     ///
     /// # Errors
-    /// [`Error::Io`] if it is not there, [`Error::Invalid`] if it is a folder or a device.
+    /// [`Error::Io`] if it does not exist, [`Error::Invalid`] if it is a folder or a device.
     pub fn open(path: &Path, options: &LoadOptions) -> Result<Self> {
         let metadata = fs::metadata(path).map_err(|e| Error::io(path, e))?;
         require_regular(&metadata, &Location::file(path))?;
@@ -73,13 +73,13 @@ impl SceneFiles {
         self.path.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned())
     }
 
-    /// What the user permits.
+    /// Options with which the scene is loaded.
     pub fn options(&self) -> &LoadOptions {
         &self.options
     }
 
-    /// A number of all bytes that were read so far, in whatever order: other contents have another
-    /// one, as far as accidents go.
+    /// Digest of all files read so far, independent of their order. It detects accidental changes
+    /// of the contents, not deliberate ones.
     pub fn digest(&self) -> u64 {
         self.digest.load(Ordering::Relaxed)
     }
@@ -90,8 +90,8 @@ impl SceneFiles {
         usize::try_from(bytes.saturating_mul(INSTANCES_PER_BYTE) + FREE_INSTANCES).unwrap_or(usize::MAX)
     }
 
-    /// The path by which messages name the file that `reference` stands for: relative to where the
-    /// user named the scene.
+    /// Path of the file `reference` in messages: relative to the folder of the scene as the user
+    /// named it.
     pub(super) fn beside(&self, reference: &str) -> PathBuf {
         self.path.parent().unwrap_or(Path::new("")).join(reference)
     }
@@ -107,14 +107,14 @@ impl SceneFiles {
         })
     }
 
-    /// The file that `reference`, found at `at`, stands for: its canonical path.
+    /// Returns the canonical path of the file that `reference`, which stands at `at`, refers to.
     ///
-    /// References are relative to the folder of the scene file. Where a name is not there as it is
-    /// spelt, one that differs only in case is taken.
+    /// References are relative to the folder of the scene file. If no file has the exact name, one
+    /// whose name differs only in case is taken.
     ///
     /// # Errors
     /// [`Error::Outside`] if the reference leads out of the folder and that is not permitted,
-    /// [`Error::Invalid`] if it is no name, [`Error::Io`] if nothing is there.
+    /// [`Error::Invalid`] if it is no name, [`Error::Io`] if there is no such file.
     pub fn resolve(&self, reference: &str, at: &Location) -> Result<PathBuf> {
         let refuse =
             |expected: &str| Error::invalid(at.clone(), format!("reference {reference:?}"), expected);
@@ -130,8 +130,7 @@ impl SceneFiles {
             }
             PathBuf::from(&unified)
         } else {
-            // Steps below the folder; a path that is above it even for a moment is not followed
-            // there.
+            // Depth below the folder; a path that is above the folder at any step is refused.
             let mut depth = 0_i64;
             let mut path = self.folder.clone();
             for step in unified.split('/').filter(|s| !s.is_empty() && *s != ".") {
@@ -150,7 +149,7 @@ impl SceneFiles {
         Ok(canonical)
     }
 
-    /// The bytes of the file that `reference`, found at `at`, stands for.
+    /// The bytes of the file that `reference`, which stands at `at`, refers to.
     ///
     /// # Errors
     /// As [`Self::resolve`]; [`Error::Invalid`] if it is no file or larger than permitted.
@@ -163,7 +162,7 @@ impl SceneFiles {
     }
 
     fn read_limited(&self, path: &Path, at: &Location) -> Result<Vec<u8>, ReadError> {
-        // Before opening: opening a pipe would wait for somebody to write into it.
+        // Checked before opening: opening a pipe would wait for a writer.
         let metadata = fs::metadata(path).map_err(ReadError::Io)?;
         require_regular(&metadata, at).map_err(ReadError::Refused)?;
         let limit = self.options.max_file_bytes;
@@ -178,7 +177,7 @@ impl SceneFiles {
         let expected = usize::try_from(metadata.len()).unwrap_or(usize::MAX);
         bytes.try_reserve_exact(expected).map_err(|_| ReadError::Io(io::ErrorKind::OutOfMemory.into()))?;
         let file = File::open(path).map_err(ReadError::Io)?;
-        // The length above is what the system says; some files have more.
+        // The length above is that of the metadata; some files have more.
         file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(ReadError::Io)?;
         if bytes.len() as u64 > limit {
             return Err(too_large(bytes.len() as u64));
@@ -189,12 +188,12 @@ impl SceneFiles {
     }
 }
 
-/// The folder that a reference leads to, as the start of others: empty, or ending in a separator.
+/// Folder part of a reference: empty, or ending in a separator.
 pub(super) fn folder_of(reference: &str) -> &str {
     reference.rfind(['/', '\\']).map_or("", |separator| &reference[..=separator])
 }
 
-/// Whether a reference begins at the root, or at a drive.
+/// Returns true if a reference begins at the root, or at a drive.
 pub(super) fn is_absolute(reference: &str) -> bool {
     reference.starts_with(['/', '\\']) || reference.as_bytes().get(1) == Some(&b':')
 }
@@ -215,7 +214,7 @@ enum ReadError {
     Refused(Error),
 }
 
-/// The system's error about `path`, with the place that names the file.
+/// The system's error for `path`, with the place that names the file.
 fn named_by(path: &Path, source: io::Error, at: &Location) -> Error {
     Error::io(path, io::Error::new(source.kind(), format!("{source} (named by {at})")))
 }
@@ -228,7 +227,7 @@ fn require_regular(metadata: &fs::Metadata, at: &Location) -> Result<()> {
     Err(Error::invalid(at.clone(), found, "a file"))
 }
 
-/// `folder/name`, or what is there under a name that differs only in case.
+/// `folder/name`, or the path of a name that differs only in case.
 fn in_any_case(folder: &Path, name: &str) -> PathBuf {
     let exact = folder.join(name);
     if exact.symlink_metadata().is_ok() {
@@ -244,7 +243,7 @@ fn in_any_case(folder: &Path, name: &str) -> PathBuf {
 mod tests {
     use super::*;
 
-    /// `scene/s.gltf`, `scene/Textures/Wood.png`, and `secret.txt` beside the folder.
+    /// Creates `scene/s.gltf`, `scene/Textures/Wood.png`, and `secret.txt` beside the folder.
     fn folder() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir_all(folder.path().join("scene/Textures")).unwrap();
@@ -284,7 +283,7 @@ mod tests {
         let folder = folder();
         let textures = folder.path().join("scene/Textures");
         fs::write(textures.join("WOOD.png"), "first").unwrap();
-        // A file system that ignores case has one file only, and nothing to choose from.
+        // A file system that ignores case has only one file.
         if fs::read(textures.join("Wood.png")).unwrap() == b"wood" {
             let files = open(&folder, &LoadOptions::default());
             let at = Location::default();

@@ -1,5 +1,5 @@
-//! The scene formats: of each its names, its reader, and its table of features. A format more is a
-//! folder with its reader, and a row here.
+//! Scene formats: names, readers and tables of features. A new format is a folder with its reader,
+//! and a row here.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::scene::Scene;
 struct Format {
     /// Name of its table of features.
     name: &'static str,
-    /// Endings of its files, in small letters, with what to call such a file.
+    /// Endings of its files in lower case, each with a description of such files.
     endings: &'static [(&'static str, &'static str)],
     load: fn(&SceneFiles) -> Result<Scene>,
     features: &'static [Feature],
@@ -61,13 +61,13 @@ pub fn features() -> Vec<FormatFeatures> {
     FORMATS.iter().map(|format| FormatFeatures { format: format.name, rows: format.features }).collect()
 }
 
-/// What to call a scene file, by the ending of its name in either case of letters; none if no
-/// reader knows it.
+/// Description of a scene file by the ending of its name, in any case of letters; none if no reader
+/// accepts the ending.
 pub fn scene_format(path: &Path) -> Option<&'static str> {
     known(path).map(|(_, name)| name)
 }
 
-/// Reads a scene by the reader that knows the ending of its file.
+/// Reads a scene by the reader for the ending of its file.
 pub(super) fn load(path: &Path, files: &SceneFiles) -> Result<Scene> {
     if let Some((format, _)) = known(path) {
         return (format.load)(files);

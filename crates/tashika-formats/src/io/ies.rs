@@ -1,21 +1,21 @@
 //! Photometric data of lamps: IES files (LM-63 of 1986 to 2019), photometry of type C.
 //!
-//! A file gives the luminous intensity at a grid of angles: vertical ones `γ` from straight down
-//! (0°) to straight up (180°), and horizontal ones `C`, of which symmetric lamps give a half, a
-//! quarter or one. Between them intensities are interpolated linearly; beyond the vertical angles
-//! that a file gives it is dark. They are put into a latitude-longitude map of [`SIZE`] texels, one
-//! row for each half degree: what is finer is lost. In the map's frame `+y` is up and `C = 0°` is
-//! `+x`, from where `C` turns towards `−z`, counterclockwise as seen from above.
+//! A file gives the luminous intensity at a grid of angles: vertical angles `γ` from straight down
+//! (0°) to straight up (180°), and horizontal angles `C`, of which files of symmetric lamps list
+//! half, a quarter, or one. Between the angles, intensities are interpolated linearly; beyond the
+//! vertical angles of the file, they are 0. They are stored in a latitude-longitude map of [`SIZE`]
+//! texels, one row for each half degree: finer detail is lost. In the map's frame `+y` is up, and
+//! `C` grows from 0° at `+x` towards `−z`, counterclockwise as seen from above.
 //!
-//! Candela count as W·sr⁻¹, times the file's multiplier and ballast factors; the factor between
-//! them is the same for all lights and left to exposure.
+//! Candela count as W·sr⁻¹, times the file's multiplier and ballast factors; the factor between the
+//! units is the same for all lights and left to exposure.
 //!
 //! # Limits
-//! The size of the luminaire is left out: it is a point. So is what a lamp loses by its tilt.
-//! Photometry of types A and B is refused.
+//! The size of the luminaire is ignored: it is a point. Losses by the tilt of a lamp are ignored as
+//! well. Photometry of types A and B is refused.
 //!
 //! # Guarantee
-//! Any bytes give a map or an error; memory is in proportion to the bytes that are there. Held to
+//! Any bytes give a map or an error; memory is proportional to the bytes that are there. Held to
 //! this by the tests below.
 
 use crate::error::{Error, Location, Result};
@@ -29,21 +29,21 @@ pub const SIZE: [u32; 2] = [360, 360];
 struct Photometry {
     vertical: Vec<f32>,
     horizontal: Vec<f32>,
-    /// Row by row, each of one horizontal angle.
+    /// Row by row, one row for each horizontal angle.
     candela: Vec<f32>,
 }
 
 /// The map of an IES file; none if it is dark.
 ///
 /// # Errors
-/// [`Error::Invalid`] with the place for what is no photometry of type C.
+/// [`Error::Invalid`] with the place if the bytes are no photometry of type C.
 pub(super) fn decode(bytes: &[u8], name: &str, at: &Location) -> Result<Option<IntensityMap>> {
     let photometry = parse(bytes, at)?;
     let [width, height] = SIZE;
     let texel = |i: u32| {
         let azimuth = ((i % width) as f32 + 0.5) * 360.0 / width as f32;
         let polar = ((i / width) as f32 + 0.5) * 180.0 / height as f32;
-        // From the frame of latitude-longitude maps: +x is at three quarters, −z at a half.
+        // In latitude-longitude maps, +x is at three quarters of the width, −z at a half.
         [photometry.at(180.0 - polar, (azimuth + 90.0) % 360.0); 3]
     };
     let pixels = Pixels::Float((0..width * height).map(texel).collect());
@@ -53,7 +53,8 @@ pub(super) fn decode(bytes: &[u8], name: &str, at: &Location) -> Result<Option<I
 }
 
 impl Photometry {
-    /// The intensity (cd) at angles in degrees, `C` counted as columns of the map run.
+    /// The intensity (cd) at two angles (degrees); the horizontal one grows as the map's columns
+    /// do, against `C`.
     fn at(&self, gamma: f32, column: f32) -> f32 {
         // Columns run from +x at 270° of the map towards +z: against C.
         let c = (360.0 - column).rem_euclid(360.0);
@@ -63,7 +64,7 @@ impl Photometry {
             _ if self.horizontal.len() == 1 => first,
             (0.0, 90.0) => mirrored(mirrored(c, 180.0), 90.0),
             (0.0, 180.0) => mirrored(c, 180.0),
-            // Symmetric about the plane from 90° to 270°.
+            // Symmetric with respect to the plane from 90° to 270°.
             (90.0, 270.0) => {
                 if c < 90.0 {
                     180.0 - c
@@ -90,7 +91,8 @@ impl Photometry {
     }
 }
 
-/// The last angle that is not beyond `x`, and the share of the way to the next; none outside.
+/// Index of the last angle that is not beyond `x`, and the fraction of the way to the next; none
+/// outside.
 fn interval(angles: &[f32], x: f32) -> Option<(usize, f32)> {
     if angles.len() == 1 {
         return Some((0, 0.0));
@@ -129,7 +131,7 @@ impl Numbers<'_> {
         if is_count { Ok(number as u32) } else { Err(self.wrong(number.to_string(), what)) }
     }
 
-    /// So many angles, each above the one before.
+    /// Reads `count` angles, each above the one before.
     fn angles(&mut self, count: u32, what: &str) -> Result<Vec<f32>> {
         let mut angles: Vec<f32> = Vec::new();
         for _ in 0..count {
@@ -227,7 +229,7 @@ mod tests {
         let of = |horizontal: &str, candela: &str| {
             parse(file(&format!("0 45 90\n{horizontal}"), candela).as_bytes(), &at()).unwrap()
         };
-        // `at` counts as columns of the map run, against C.
+        // `at` takes angles in the sense of the map's columns, against C.
         let read = |p: &Photometry, gamma: f32, c: f32| p.at(gamma, 360.0 - c);
         let round = of("0", "10 8 0");
         for c in [0.0, 77.0, 359.0] {
@@ -255,8 +257,8 @@ mod tests {
         assert_eq!([0.0, 45.0, 180.0, 315.0].map(|c| read(&whole, 10.0, c)), [1.0, 1.5, 3.0, 2.5]);
     }
 
-    /// `∫ I dω` of a lamp that shines evenly into the lower hemisphere is 2π; its axes are where
-    /// the frame says.
+    /// A lamp of constant intensity in the lower hemisphere has `∫ I dω` = 2π; the axes of the map
+    /// are those of the frame.
     #[test]
     fn the_map_has_the_power_and_the_axes_of_the_file() {
         let bytes = file("0 90\n0", "1 1");

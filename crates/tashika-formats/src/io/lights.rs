@@ -1,5 +1,4 @@
-//! Lights as formats describe them: those that shine by an image, and what is seen where no surface
-//! is.
+//! Emission shared by several formats: lights that shine by an image, and the environment.
 //!
 //! Held to this by the suite's `light_images` and by the formats' tests.
 
@@ -11,13 +10,14 @@ use crate::color::Rgb;
 use crate::error::{Location, Result};
 use crate::scene::{Environment, IntensityMap, NoteKind, SceneBuilder};
 
-/// Bytes that a map of a light holds for each texel: colours, and their density with its guide.
+/// Memory of one texel of a light's map (bytes): colours, and their density with its guide.
 pub(super) const BYTES_OF_TEXEL: u64 = 12 + 8 + 2;
 
-/// What a note says of a light with a place or a colour that is no number.
+/// Note about a light with a place or a colour that is not finite.
 pub(super) const NOT_FINITE: &str = "lights that are not finite: left out";
 
-/// Adds a light of that intensity where the map has 1; left out, with a note, if it is not finite.
+/// Adds a light whose intensity is `intensity` where the map has 1. A light that is not finite is
+/// ignored, with a note.
 pub(super) fn add_image_light(
     builder: &mut SceneBuilder,
     map: &Arc<IntensityMap>,
@@ -32,7 +32,7 @@ pub(super) fn add_image_light(
     Ok(())
 }
 
-/// What is seen where no surface is: constants add up, and there is one map.
+/// Environment of a file: constants add up, and there is one map at most.
 #[derive(Debug, Default)]
 pub(super) struct Surroundings {
     pub(super) constant: Rgb,
@@ -40,12 +40,12 @@ pub(super) struct Surroundings {
 }
 
 impl Surroundings {
-    /// Whether there is a map beside which the constant is not seen.
+    /// Returns true if a map replaces a constant that is not black.
     pub(super) fn hides_constant(&self) -> bool {
         self.map.is_some() && !self.constant.is_black()
     }
 
-    /// Hands it to the scene.
+    /// Sets the environment of the scene: the map, or else the constant.
     pub(super) fn finish(self, builder: &mut SceneBuilder) -> Result<()> {
         builder.set_environment(self.map.unwrap_or_else(|| Environment::constant(self.constant)))
     }

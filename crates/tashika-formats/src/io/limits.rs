@@ -1,9 +1,9 @@
-//! What files may ask for at most.
+//! Limits on the memory and the included files of a scene.
 //!
-//! A small file can ask for the same bytes a million times, or name itself: what its author would
-//! see as a mistake must not fill the memory or the stack.
+//! A small file can use the same bytes a million times, or include itself. Such a mistake must not
+//! fill the memory or the stack.
 //!
-//! Held to this by the tests below, and by the formats' `damaged_*` of the suite.
+//! Held to this by the tests below, and by the suite's `damaged_*` tests of the formats.
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use super::notes::quoted;
 use crate::error::{Error, Location, Result};
 
-/// Bytes that may still be used for one purpose.
+/// Bytes permitted and left for one purpose.
 #[derive(Debug)]
 pub(super) struct Budget {
     left: Cell<u64>,
@@ -20,17 +20,17 @@ pub(super) struct Budget {
 }
 
 impl Budget {
-    /// At most `limit` bytes.
+    /// Permits `limit` bytes.
     pub(super) fn new(limit: u64, purpose: &'static str) -> Self {
         Self { left: Cell::new(limit), limit, purpose }
     }
 
-    /// What has not been taken.
+    /// Bytes that have not been taken.
     pub(super) fn left(&self) -> u64 {
         self.left.get()
     }
 
-    /// Takes `bytes`, or refuses what stands at `at`.
+    /// Takes `bytes`, or refuses the item at `at`.
     pub(super) fn take(&self, bytes: u64, at: &Location) -> Result<()> {
         match self.left().checked_sub(bytes) {
             Some(left) => {
@@ -46,16 +46,16 @@ impl Budget {
     }
 }
 
-/// How files may include each other: neither depth of the stack nor work is left to them.
+/// Limits on files that include each other: the depth of the stack and the work are bounded.
 #[derive(Debug)]
 pub(super) struct Includes {
-    /// Most files in all, counting each time.
+    /// Largest number of inclusions in all.
     files: usize,
-    /// Most files in each other, the scene's own counted.
+    /// Largest number of files nested in each other, the scene's own included.
     depth: usize,
     included: usize,
-    /// Names of the files so far, with the sums of their bytes: once for each file, and for all
-    /// repetitions.
+    /// Names of the files so far, with the sums of their bytes: once for each file in `bytes`, and
+    /// for all repetitions in `repeated`.
     known: BTreeSet<String>,
     bytes: u64,
     repeated: u64,
@@ -68,12 +68,12 @@ const FREE_REPETITIONS: u64 = 1 << 25;
 const MAX_REPETITIONS: u64 = 8;
 
 impl Includes {
-    /// At most so many files in all, and so many in each other.
+    /// Permits `files` inclusions in all, and `depth` files nested in each other.
     pub(super) fn new(files: usize, depth: usize) -> Self {
         Self { files, depth, included: 0, known: BTreeSet::new(), bytes: 0, repeated: 0 }
     }
 
-    /// One more file, named at `at`, where `open` files are being read.
+    /// Counts one more file, named at `at` while `open` files are being read.
     pub(super) fn enter(&mut self, name: &str, open: usize, at: &Location) -> Result<()> {
         self.included += 1;
         if open < self.depth && self.included <= self.files {

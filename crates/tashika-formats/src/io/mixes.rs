@@ -1,7 +1,8 @@
-//! Surfaces of several parts, as formats describe them.
+//! Mixed surfaces that several formats share.
 //!
-//! Parts of a mix are materials of their own, of which each point is one at random. A lobe that
-//! stands for a sum of two is divided by the share of the part that has it.
+//! The parts of a mix are materials of their own, one of which is chosen at random at each point.
+//! If the mix stands for a sum of two lobes, the colour of each is divided by the share of its
+//! part.
 //!
 //! Held to this by the formats' tests, and by the suite's `formula_materials`.
 
@@ -9,15 +10,15 @@ use crate::color::Rgb;
 use crate::error::Result;
 use crate::scene::{ColorInput, FloatInput, Material, SceneBuilder, Surface};
 
-/// Reflectance of what nothing is known of: a middling value.
+/// Reflectance of surfaces whose properties are unknown; chosen.
 pub(super) const GREY: f32 = 0.5;
 
-/// A surface of that reflectance.
+/// A diffuse surface of the reflectance [`GREY`].
 pub(super) fn grey() -> Surface {
     Surface::Lambert { reflectance: Rgb::gray(GREY).into() }
 }
 
-/// One of two surfaces at each point: the second on the share `amount`, each with its name.
+/// Mix of two named surfaces: the second is chosen on the share `amount` of points.
 pub(super) fn mix(
     builder: &mut SceneBuilder,
     parts: [(String, Surface); 2],
@@ -27,7 +28,7 @@ pub(super) fn mix(
     Ok(Surface::Mix { first: first?, second: second?, amount })
 }
 
-/// The same, with names after that `of` which they are parts.
+/// Mix of two surfaces, named as parts of `of`.
 pub(super) fn either(
     builder: &mut SceneBuilder,
     of: &str,
@@ -38,12 +39,13 @@ pub(super) fn either(
     mix(builder, parts, amount.into())
 }
 
-/// A colour, divided by the share of the part of a mix that it belongs to.
+/// Divides a colour by the share of its part in a mix; 1 at most.
 pub(super) fn of_share(color: ColorInput, share: f32) -> ColorInput {
     ColorInput { factor: (color.factor * (1.0 / share)).map(|v| v.min(1.0)), ..color }
 }
 
-/// Diffuse reflection and a lobe of that colour side by side; together they reflect no more than 1.
+/// Diffuse reflection beside a lobe; `lobe` makes the lobe from its colour. Together they reflect
+/// at most 1.
 pub(super) fn beside(
     builder: &mut SceneBuilder,
     names: [String; 2],

@@ -1,7 +1,7 @@
 //! Files in and out: the only place that touches the file system.
 //!
-//! Whatever a file claims is checked before it is believed: sizes against the bytes that are there,
-//! indices against what they index, references against the scene's own folder.
+//! Claims of a file are checked before use: sizes against the bytes present, indices against the
+//! length of their list, references against the scene's own folder.
 
 mod assets;
 mod cameras;
@@ -53,25 +53,26 @@ pub use crate::film::{Exposure, Tone, ToneMap};
 use crate::error::{Error, Location, Result};
 use crate::scene::{NoteKind, Scene, builtin};
 
-/// What a loader may do on the user's behalf.
+/// Permissions, limits and times for loading a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
-    /// Whether files outside the folder of the scene file may be read. Default: no.
+    /// True if files outside the folder of the scene file may be read. Default: no.
     pub allow_outside: bool,
-    /// Whether a scene may name files that are not there: notes tell of them then. Default: no.
+    /// True if a scene may name files that do not exist; notes list them. Default: no.
     pub allow_missing: bool,
     /// Largest image that is decoded (texels). Default: 2²⁸.
     pub max_image_texels: u64,
     /// Largest file that is read (bytes). Default: 2³⁴.
     pub max_file_bytes: u64,
-    /// When a scene that moves is to be as it is loaded (s): any finite number; before it begins to
-    /// move it is as at its beginning, afterwards as at its end. Default: none, as it is without
-    /// its animations, where the first keys are (pbrt, Mitsuba), or where the nodes stand (glTF).
+    /// Time at which a scene that moves is loaded (s): any finite number. Times before or after the
+    /// motion show its beginning or end. Default: none. Animations then have no effect: the scene
+    /// is as at its first keys (pbrt, Mitsuba), or as its nodes are at rest (glTF).
     pub at: Option<f64>,
-    /// From when to when the shutter of cameras is open (s), reckoned from [`Self::at`] or zero:
-    /// finite numbers, the first not above the second. Cameras and things that move meanwhile are
-    /// blurred; lights without a surface are where they are in the middle of it. Default: none; then
-    /// at a time nothing is blurred, and without one it is as the file says (pbrt, Mitsuba).
+    /// Beginning and end of the time that the shutter of cameras is open (s), relative to
+    /// [`Self::at`], or to zero without it: finite numbers, the first not above the second. Cameras
+    /// and objects that move meanwhile are blurred; lights without a surface are at their place in
+    /// the middle of this time. Default: none. Then nothing is blurred if [`Self::at`] is set, and
+    /// otherwise the shutter is that of the file (pbrt, Mitsuba).
     pub shutter: Option<[f64; 2]>,
 }
 
@@ -89,6 +90,8 @@ impl Default for LoadOptions {
 }
 
 impl LoadOptions {
+    /// Checks the ranges of the options.
+    ///
     /// # Errors
     /// Names the option that is out of range, and the range.
     pub fn validate(&self) -> Result<()> {
@@ -104,7 +107,8 @@ impl LoadOptions {
         }
     }
 
-    /// When things are as they are loaded (s), if a time was asked for.
+    /// Time at which objects are loaded (s), if one is set: the middle of the shutter's time, or
+    /// else `at`.
     fn time(&self) -> Option<f64> {
         match self.shutter {
             Some([open, close]) => Some(self.at.unwrap_or(0.0) + open + 0.5 * (close - open)),
@@ -112,8 +116,8 @@ impl LoadOptions {
         }
     }
 
-    /// From when to when the shutter of a camera is open (s) whose file says `own` of it; none if the
-    /// camera is as it is at [`Self::time`].
+    /// Beginning and end of the time that a camera's shutter is open (s), where `own` is that of
+    /// its file; none if nothing is blurred and the camera stands as at [`Self::time`].
     fn exposure(&self, own: Option<[f64; 2]>) -> Option<[f64; 2]> {
         match (self.shutter, self.at) {
             (Some(shutter), at) => Some(shutter.map(|seconds| at.unwrap_or(0.0) + seconds)),
@@ -123,8 +127,8 @@ impl LoadOptions {
     }
 }
 
-/// Opens what a user names as a scene: `builtin:room` and `builtin:tiny` or a file, with the lights
-/// that are asked for; without any light in that of [`Scene::with_default_light`].
+/// Opens a scene by a user's name for it, `builtin:room`, `builtin:tiny` or a file, and applies the
+/// changes of `lights`. A scene without any light gets that of [`Scene::with_default_light`].
 ///
 /// # Errors
 /// As [`load_scene`] and [`LightChanges::apply`]; [`Error::Invalid`] for a file without surfaces,
@@ -147,12 +151,13 @@ pub fn open_scene(name: &Path, lights: &LightChanges, options: &LoadOptions) -> 
     Ok(lights.apply(scene, options)?.with_default_light(Location::file(name)))
 }
 
-/// Reads a scene; the format is chosen by the file's ending, in either case of letters.
+/// Reads a scene; the format is chosen by the file's ending, in any case of letters.
 ///
 /// # Errors
-/// [`Error::Io`] if the file cannot be read, [`Error::Unsupported`] for other endings, [`Error::Missing`] with
-/// all files that it names and that are not there, unless [`LoadOptions::allow_missing`] is set,
-/// [`Error::Option`] for options out of range, and whatever the format's loader refuses.
+/// [`Error::Io`] if the file cannot be read, [`Error::Unsupported`] for other endings,
+/// [`Error::Missing`] with all files that the scene names and that do not exist, unless
+/// [`LoadOptions::allow_missing`] is set, [`Error::Option`] for options out of range, and the
+/// errors of the format's loader.
 pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Scene> {
     options.validate()?;
     let files = SceneFiles::open(path, options)?;

@@ -6,13 +6,13 @@
 //! data    = grid (672 bytes), tree (64), root, nodes of 32³ × 16³ × 8³ values below each other
 //! ```
 //!
-//! Read are grids of 32-bit floats, as they are or as zlib streams (codec 1). Nodes are found by the
-//! offsets in their parents; a tile stands for all values below it. Values beyond the box of what is
-//! active, and one layer more, are left out.
+//! Grids of 32-bit floats are read, uncompressed or as zlib streams (codec 1). Nodes are located by
+//! the offsets in their parents; a tile stands for all values below it. Values outside the box of
+//! active values, extended by one layer, are ignored.
 //!
 //! # Guarantee
 //! Any bytes give a grid or an error. Cells take at most [`MAX_RATIO`] times the bytes of the data,
-//! and both no more than is allowed: a box that is larger is refused.
+//! and both stay within the given limit: a larger box is refused.
 //!
 //! Source: the format description of NanoVDB at openvdb.org. Held to this by the tests below.
 
@@ -25,14 +25,14 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use crate::error::{Error, Location, Result};
 
-/// Most bytes of cells for a byte of data.
+/// Largest number of bytes of cells for each byte of data.
 const MAX_RATIO: u64 = 16;
-/// Most bytes that a byte of a deflate stream can stand for: 258 bytes in two bits.
+/// Largest number of bytes for each byte of a deflate stream: 258 bytes in two bits.
 const MAX_DEFLATE: u64 = 1032;
 /// The type of 32-bit floats.
 const FLOAT: u32 = 1;
 
-/// Sizes of what is in a file (bytes).
+/// Sizes of parts of a file (bytes).
 const HEADER: usize = 16;
 const METADATA: usize = 176;
 const GRID: usize = 672;
@@ -42,20 +42,20 @@ const GRID: usize = 672;
 pub(super) struct NanoGrid {
     /// Lowest index along each axis.
     pub(super) lowest: [i32; 3],
-    /// Values along each axis, one more than reach to the highest active index: between those two
-    /// they fall to what is not active.
+    /// Number of values along each axis, up to one index beyond the highest active one: between the
+    /// last two, values fall to an inactive one.
     pub(super) counts: [u32; 3],
-    /// That of the first axis fastest.
+    /// Values, the first axis fastest.
     pub(super) values: Vec<f32>,
-    /// From indices to places: value `k` is at index `k`.
+    /// From indices to world space: value `k` is at index `k`.
     pub(super) to_world: DAffine3,
 }
 
-/// Reads the grid of a name, in at most `most` bytes.
+/// Reads the grid `name`, which may take at most `most` bytes.
 ///
 /// # Errors
-/// [`Error::Invalid`] if the file is none of these, is damaged, has no such grid, or a grid that is
-/// far larger than its data; [`Error::Unsupported`] for other types and codecs.
+/// [`Error::Invalid`] if the file is not NanoVDB of version 32, is damaged, lacks the grid, or has
+/// a grid far larger than its data; [`Error::Unsupported`] for other types and codecs.
 pub(super) fn read(bytes: &[u8], name: &str, most: u64, at: &Location) -> Result<NanoGrid> {
     let data = data_of(bytes, name, most, at)?;
     let damaged = || {
@@ -121,7 +121,7 @@ fn data_of<'a>(bytes: &'a [u8], name: &str, most: u64, at: &Location) -> Result<
     Err(invalid(format!("grids {names:?}"), &format!("a grid {name:?}")))
 }
 
-/// A length and a zlib stream of so many bytes.
+/// Inflates a zlib stream of `whole` bytes, which follows its length.
 fn inflated(stored: &[u8], whole: u64) -> Option<Vec<u8>> {
     let stream = stored.get(8..)?;
     if whole / MAX_DEFLATE > stream.len() as u64 {
@@ -132,7 +132,7 @@ fn inflated(stored: &[u8], whole: u64) -> Option<Vec<u8>> {
     (bytes.len() as u64 == whole).then_some(bytes)
 }
 
-/// Numbers at places that may not be there.
+/// Numbers at offsets that may be beyond the end.
 #[derive(Clone, Copy)]
 struct Bytes<'a>(&'a [u8]);
 
@@ -165,7 +165,7 @@ impl Bytes<'_> {
         self.array(at).map(f64::from_le_bytes)
     }
 
-    /// The place that is so far from another as the number there says.
+    /// The offset `from` plus the number stored at `at`.
     fn place(self, from: usize, at: usize) -> Option<usize> {
         let offset = i64::try_from(self.u64(at)?).ok()?;
         from.checked_add(usize::try_from(offset).ok()?)
@@ -176,7 +176,7 @@ impl Bytes<'_> {
     }
 }
 
-/// A kind of nodes that have nodes, or tiles, for children.
+/// Level of the tree at which children of nodes are nodes or tiles.
 struct Level {
     /// Children along an axis, as a power of two.
     bits: u32,
@@ -188,7 +188,7 @@ struct Level {
 
 const UPPER: Level = Level { bits: 5, child: 128, children: 32 + 4096, table: 8256 };
 const LOWER: Level = Level { bits: 4, child: 8, children: 32 + 512, table: 1088 };
-/// Where values of leaves begin (bytes).
+/// Offset of the values in a leaf (bytes).
 const LEAF_VALUES: usize = 96;
 const LEAF: i32 = 8;
 
@@ -219,7 +219,7 @@ impl<'a> Tree<'a> {
         })
     }
 
-    /// All values in the box of what is active; nothing if nodes are not where they should be.
+    /// All values in the box of active values; none if nodes are not where they should be.
     fn dense(&self, most: u64, at: &Location) -> Result<Option<NanoGrid>> {
         let size = [0, 1, 2].map(|k| i64::from(self.highest[k]) - i64::from(self.lowest[k]) + 2);
         let cells = size.into_iter().try_fold(1_u64, |all, n| all.checked_mul(u64::try_from(n).ok()?));
@@ -307,7 +307,7 @@ struct Dense {
 }
 
 impl Dense {
-    /// Where a cube begins and ends along an axis.
+    /// Range of a cube along an axis, within the box.
     fn range(&self, axis: usize, origin: i32, size: i32) -> std::ops::Range<usize> {
         let from = i64::from(origin) - i64::from(self.lowest[axis]);
         let within = |at: i64| at.clamp(0, i64::from(self.counts[axis])) as usize;
@@ -340,8 +340,8 @@ mod tests {
         bytes[at..at + value.len()].copy_from_slice(value);
     }
 
-    /// A grid with a leaf at (−8, 0, 8) whose value of (x, y, z) there is `x + 8 y + 64 z`, tiles of
-    /// 7 elsewhere in its node of 16³, and nothing about it; 2 m between indices.
+    /// A grid with a leaf at (−8, 0, 8) whose value at (x, y, z) in it is `x + 8 y + 64 z`, tiles
+    /// of 7 elsewhere in its node of 16³, and nothing around that node. Indices are 2 m apart.
     fn grid() -> Vec<u8> {
         let (root, upper) = (GRID + 64, GRID + 64 + 64 + 32);
         let lower = upper + UPPER.table + 8 * (1 << 15);
@@ -360,7 +360,7 @@ mod tests {
         let x = u64::from((-4096_i32) as u32 >> 12);
         put(&mut bytes, root + 64, &(x << 42).to_le_bytes());
         put(&mut bytes, root + 64 + 8, &((upper - root) as u64).to_le_bytes());
-        // (−8, 0, 8) is (4088, 0, 8) from the node's corner: child (31, 0, 0), and in it (15, 0, 1).
+        // (−8, 0, 8) is (4088, 0, 8) from the node's corner: child (31, 0, 0), then (15, 0, 1).
         let child = 31 << 10;
         bytes[upper + UPPER.children + child / 8] |= 1 << (child % 8);
         put(&mut bytes, upper + UPPER.table + 8 * child, &((lower - upper) as u64).to_le_bytes());
@@ -415,7 +415,7 @@ mod tests {
             assert_eq!((grid.lowest, grid.counts), ([-8, 0, 8], [13, 9, 9]));
             let at = |x: i32, y: i32, z: i32| grid.values[((z - 8) * 9 + y) as usize * 13 + (x + 8) as usize];
             assert_eq!([at(-8, 0, 8), at(-7, 0, 8), at(-8, 3, 8), at(-1, 7, 15)], [0.0, 1.0, 24.0, 511.0]);
-            // Tiles above and behind it; beyond x = 0 there is no node.
+            // Tiles above and behind the leaf; beyond x = 0 there is no node.
             assert_eq!([at(-8, 8, 8), at(-1, 0, 16), at(0, 0, 8), at(4, 8, 16)], [7.0, 7.0, 0.5, 0.5]);
             assert_eq!(grid.to_world.transform_point3(DVec3::ONE), DVec3::new(2.0, 12.0, 22.0));
         }

@@ -1,4 +1,4 @@
-//! Words of notes and errors that repeat what a file says.
+//! Names from files in notes and errors.
 //!
 //! Held to this by the tests below.
 
@@ -23,24 +23,25 @@ pub(super) fn shown(name: &str) -> String {
     excerpt(name, LONGEST).replace(char::is_control, "\u{fffd}")
 }
 
-/// The same between quotation marks, with escapes for what cannot be seen.
+/// A name from a file between quotation marks, with escapes for invisible characters.
 pub(super) fn quoted(name: &str) -> String {
     format!("{:?}", excerpt(name, LONGEST))
 }
 
-/// Notes whose messages contain names out of a file, of which a hostile one has millions.
+/// Notes with names from a file in their messages. Their number is limited, as a hostile file has
+/// millions of names.
 pub(super) struct Named {
     limit: usize,
     messages: BTreeSet<String>,
 }
 
 impl Named {
-    /// At most `limit` different messages.
+    /// Permits `limit` different messages.
     pub(super) fn new(limit: usize) -> Self {
         Self { limit, messages: BTreeSet::new() }
     }
 
-    /// One more occurrence of `message`; of one too many, `rest` is told instead.
+    /// Notes an occurrence of `message`, or of `rest` for messages beyond the limit.
     pub(super) fn add(
         &mut self,
         kind: NoteKind,

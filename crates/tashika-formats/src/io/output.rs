@@ -1,8 +1,8 @@
 //! Files that are written: whole or not at all.
 //!
 //! A file is written under another name in the same folder, ending in `.partial`, and renamed when
-//! it is complete; who looks at the path sees the old file or the new one. A path that is neither a
-//! file nor absent (`/dev/stdout`, a pipe) is written to directly.
+//! it is complete. Readers of the path see either the old file or the new one. A path that is
+//! neither a file nor absent (`/dev/stdout`, a pipe) is written to directly.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
-/// Whether [`write_file`] will be able to write there, found by writing nothing; leaves no trace.
+/// Checks that [`write_file`] can write to this path; leaves no trace.
 ///
 /// # Errors
-/// [`Error::Io`] that says why not.
+/// [`Error::Io`] with the reason.
 pub fn check_writable(path: &Path) -> Result<()> {
     if let Target::Replaced { partial, .. } = target(path)? {
         create(path, &partial)?;
@@ -36,7 +36,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
                 .and_then(|()| file.sync_all())
                 .and_then(|()| fs::rename(&partial, &place));
             done.map_err(|e| {
-                // The first error is the one to tell; a left-over `.partial` is harmless.
+                // The first error is reported; a left-over `.partial` is harmless.
                 let _ = fs::remove_file(&partial);
                 Error::io(path, e)
             })
@@ -45,9 +45,9 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 enum Target {
-    /// Neither a file nor absent.
+    /// A path that is neither a file nor absent.
     Direct,
-    /// A file to be replaced or made: its place behind links, and the name used until it is
+    /// A file to be replaced or made: its path with links resolved, and its name until it is
     /// complete.
     Replaced { place: PathBuf, partial: PathBuf },
 }

@@ -1,8 +1,8 @@
-//! What is to be seen of a film as an 8-bit sRGB picture: the
-//! [reconstruction](crate::reconstruction), or else the main plane, by a [`ToneMap`].
+//! 8-bit sRGB picture of a film: its [reconstruction](crate::reconstruction), or else the main
+//! plane, mapped by a [`ToneMap`].
 //!
-//! The file says that it is sRGB. The picture shows the film's window. Pixels that were not
-//! rendered, which a plane `stop` marks by 0, are transparent and left out of the exposure.
+//! The file is marked as sRGB. The picture shows the film's window. Pixels that were not rendered,
+//! which a plane `stop` marks by 0, are transparent and ignored by the exposure.
 //!
 //! # Guarantee
 //! Equal films give equal bytes.
@@ -18,22 +18,22 @@ use crate::error::{Error, Location, Result};
 use crate::film::{Film, Plane, RenderFilm, ToneMap, srgb_png};
 use crate::reconstruction::seen;
 
-/// Writes what is to be seen of a film as a PNG file; returns the exposure used (stops).
+/// Writes the picture of a film to a PNG file; returns the exposure used (stops).
 ///
 /// # Errors
-/// [`Error::Invalid`] if the film has no main plane of colours, [`Error::Option`] for an exposure out of
-/// range, [`Error::Io`] if the file cannot be written.
+/// [`Error::Invalid`] if the film has no main plane of colours, [`Error::Option`] for an exposure
+/// out of range, [`Error::Io`] if the file cannot be written.
 pub fn write_png(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<f32> {
     let (bytes, stops) = encode_png(path, film, tone_map)?;
     write_file(path, &bytes)?;
     Ok(stops)
 }
 
-/// What is to be seen of a film as the bytes of a PNG file, and the exposure used (stops); `path`
-/// is for messages.
+/// Encodes the picture of a film as the bytes of a PNG file; returns them with the exposure used
+/// (stops). `path` is for messages.
 ///
 /// # Errors
-/// As [`write_png`], but for what concerns files.
+/// As [`write_png`], except errors of files.
 pub fn encode_png(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<(Vec<u8>, f32)> {
     let Some(colors) = seen(film).and_then(Plane::colors) else {
         let planes: Vec<&str> = film.planes().iter().map(|p| p.name()).collect();
@@ -50,7 +50,7 @@ pub fn encode_png(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<(Vec<u
     Ok((srgb_png([window.width, window.height], &samples), stops))
 }
 
-/// Whether each pixel was rendered, in the order of [`Plane::colors`].
+/// Returns a flag for each pixel, true if rendered, in the order of [`Plane::colors`].
 fn rendered(film: &Film) -> Vec<bool> {
     let read = RenderFilm::of(film);
     (0..film.window().area() as usize).map(|pixel| read.is_rendered(pixel)).collect()
@@ -79,7 +79,7 @@ mod tests {
         },
     ];
 
-    /// A film of one row; the fourth number says whether the pixel was rendered.
+    /// A film of one row; the fourth number of a pixel is 0 if it was not rendered.
     fn film(pixels: &[[f32; 4]]) -> Film {
         let window = Window { x: 2, y: 1, width: pixels.len() as u32, height: 1 };
         let mut film = Film::new([pixels.len() as u32 + 2, 2], window, SPECS).unwrap();
@@ -122,7 +122,7 @@ mod tests {
             let (shown, _) = toned(&ramp, &map);
             assert!(shown.windows(2).all(|w| w[1] >= w[0]), "{tone}");
             assert_eq!((shown[0][0], shown[399]), (0, [255; 4]), "{tone}: from black to white");
-            // sRGB of what the module's table says of middle gray.
+            // sRGB code of middle gray under each tone, by the table of `film::tone`.
             let code = [118, 118, 100, 91, 128][tone as usize];
             assert_eq!(toned(&[gray(0.18)], &map).0[0][0], code, "{tone}");
         }

@@ -1,4 +1,4 @@
-//! Polygons into triangles.
+//! Triangulation of polygons.
 //!
 //! The polygon `p₀ … p₍ₙ₋₁₎` is projected along the axis of the largest component of its vector
 //! area
@@ -13,7 +13,7 @@
 //! # Guarantee
 //! * Triangles use the polygon's own vertices and run in its direction.
 //! * The areas of the triangles of a simple polygon add up to the polygon's. Where they do not, the
-//!   polygon crosses itself and [`Coverage::Crossing`] says so.
+//!   polygon crosses itself and [`Coverage::Crossing`] is returned.
 //! * Time is bounded by the size of the input: ear clipping is quadratic for polygons that cross
 //!   themselves, so at most [`MAX_CORNERS`] corners are clipped at a time, and [`CROSSING_BUDGET`]
 //!   limits all such polygons of a file together. Beyond either, the polygon is cut into a fan.
@@ -27,16 +27,16 @@
 use earcut::Earcut;
 use glam::{DVec3, Vec3};
 
-/// Most corners of a polygon that is not convex and still gets clipped; chosen, so that the worst
-/// one takes about a second.
+/// Largest number of corners of a polygon that is not convex and is clipped; chosen, so that the
+/// worst polygon takes about a second.
 const MAX_CORNERS: usize = 10_000;
 
-/// Bound of the sum of squared corner counts of polygons that cross themselves, small ones aside:
+/// Bound on the sum of squared corner counts of polygons that cross themselves, except small ones:
 /// some seconds of work, chosen.
 const CROSSING_BUDGET: u64 = 1 << 28;
 
-/// Polygons of at most this many corners are always clipped: the square costs no more than the
-/// parsing.
+/// Largest number of corners of polygons that are always clipped: their quadratic cost is no more
+/// than that of parsing.
 const SMALL: usize = 32;
 
 /// Smallest sine of the angle of a corner of a fan: below it, a fan could contain a triangle that
@@ -47,7 +47,7 @@ const MIN_SINE: f64 = 1e-5;
 /// below `n · 2⁻⁵²` for `n ≤` [`MAX_CORNERS`].
 const AREA_TOLERANCE: f64 = 1e-9;
 
-/// How the triangles cover the polygon.
+/// Coverage of a polygon by its triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::io) enum Coverage {
     /// Each part once, if the polygon is simple.
@@ -78,8 +78,8 @@ impl Triangulator {
         Self { earcut: Earcut::new(), flat: Vec::new(), clipped: Vec::new(), budget: CROSSING_BUDGET }
     }
 
-    /// Appends the triangles of the polygon with corners `points` (m) to `triangles`, as positions
-    /// in `points`.
+    /// Appends the triangles of the polygon with corners `points` (m) to `triangles`, as indices
+    /// into `points`.
     ///
     /// Polygons without area or with corners that are not finite become fans, for
     /// [`SceneBuilder`](crate::scene::SceneBuilder) to repair.
@@ -155,7 +155,7 @@ fn signed_double_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Whether a counter-clockwise polygon is strictly convex: every corner turns left, and the
+/// Returns true if a counter-clockwise polygon is strictly convex: every corner turns left, and the
 /// direction of the edges goes around once, that is, changes between the two half planes twice.
 fn is_convex(flat: &[[f64; 2]]) -> bool {
     let edge = |from: [f64; 2], to: [f64; 2]| [to[0] - from[0], to[1] - from[1]];
@@ -188,8 +188,8 @@ mod tests {
         (triangles, coverage)
     }
 
-    /// Sum of the components of the triangles' double areas along the polygon's: equal to the
-    /// polygon's only if all triangles run in its direction.
+    /// Sum of the triangles' double areas along the polygon's normal: equal to the polygon's own
+    /// only if all triangles run in its direction.
     fn covered(points: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
         let normal = double_area(points).normalize();
         triangles
@@ -202,7 +202,7 @@ mod tests {
             .sum()
     }
 
-    /// A star-shaped polygon about the origin, in a plane with normal `n`.
+    /// A star-shaped polygon around the origin, in a plane with normal `n`.
     fn star(n: usize, frame: &crate::math::Frame, stream: &mut Stream) -> Vec<Vec3> {
         (0..n)
             .map(|i| {

@@ -1,10 +1,10 @@
-//! Physically based materials that several formats have.
+//! Physically based materials that several formats share.
 //!
-//! Disney's material, of which pbrt-v3 has `disney` and Mitsuba 3 `principled`, is a mix of the
-//! opaque principled surface and of glass: light is let through by the share that transmits and is
-//! not metal, with the root of the colour at each boundary, and both parts have the same facets and
-//! the same Fresnel reflectance. What is not glass lies under the clear coat, of
-//! `α = 0.1 + (0.001 − 0.1) gloss`.
+//! Disney's material, `disney` in pbrt-v3 and `principled` in Mitsuba 3, is a mix of the opaque
+//! principled surface and of glass. The share of glass is the share that transmits and is not
+//! metal. The transmittance of the glass at each boundary is the square root of the colour. Both
+//! parts have the same facets and the same Fresnel reflectance. The opaque part lies under the
+//! clear coat, which has `α = 0.1 + (0.001 − 0.1) gloss`.
 //!
 //! Sources: Burley 2012, section 5.4; Burley 2015. Held to this by `mitsuba::clear_coats_*` and the
 //! suite's `mitsuba_materials` and `formula_materials`.
@@ -16,9 +16,9 @@ use crate::color::Rgb;
 use crate::error::Result;
 use crate::scene::{ColorInput, FacetInput, FloatInput, Material, SceneBuilder, Surface};
 
-/// The parameters of Disney's material, numbers from 0 to 1.
+/// The parameters of Disney's material, numbers from 0 to 1 except `ior`.
 pub(super) struct Principled {
-    /// What parts of the material are named after.
+    /// Prefix of the names of the material's parts.
     pub(super) name: &'static str,
     pub(super) base_color: ColorInput,
     pub(super) metallic: FloatInput,
@@ -29,21 +29,21 @@ pub(super) struct Principled {
     pub(super) sheen_tint: FloatInput,
     pub(super) flatness: FloatInput,
     pub(super) anisotropic: FloatInput,
-    /// Share of what is not metal that lets light through.
+    /// Share of the dielectric part that lets light through.
     pub(super) transmission: FloatInput,
     pub(super) clearcoat: FloatInput,
     pub(super) gloss: FloatInput,
-    /// The format's own.
+    /// Model of clear coats in the format.
     pub(super) coat: CoatModel,
 }
 
 impl Principled {
-    /// The share that is glass.
+    /// Share of glass in the mix.
     pub(super) fn glass_share(&self) -> FloatInput {
         FloatInput { factor: self.transmission.factor * (1.0 - self.metallic.factor), ..self.transmission }
     }
 
-    /// The part that is not glass.
+    /// Surface of the opaque part.
     pub(super) fn opaque(&self) -> Surface {
         let Self { base_color, metallic, roughness, ior, specular_tint, .. } = *self;
         let Self { sheen, sheen_tint, flatness, anisotropic, .. } = *self;
@@ -60,7 +60,7 @@ impl Principled {
         }
     }
 
-    /// Glass of the material's facets.
+    /// Glass with the material's facets.
     pub(super) fn glass(&self, builder: &mut SceneBuilder) -> Result<Surface> {
         let alpha = builder.power(self.roughness, 2.0)?;
         Ok(Surface::Glass {
@@ -71,7 +71,7 @@ impl Principled {
         })
     }
 
-    /// All parts together, made by `opaque` and `glass`.
+    /// Mix of all parts, made by `opaque` and `glass`.
     pub(super) fn surface(
         mut self,
         builder: &mut SceneBuilder,
@@ -86,14 +86,14 @@ impl Principled {
         if amount == 1.0.into() {
             return Ok(glass);
         }
-        // What is not glass has all of the metal.
+        // All of the metal is in the opaque part.
         let rest = (1.0 - amount.factor).max(self.metallic.factor).max(f32::MIN_POSITIVE);
         self.metallic.factor /= rest;
         let opaque = self.coated(builder, opaque(&self))?;
         either(builder, self.name, [opaque, glass], amount)
     }
 
-    /// The surface under the clear coat, if there is one.
+    /// Puts the surface under the clear coat, if there is one.
     fn coated(&self, builder: &mut SceneBuilder, base: Surface) -> Result<Surface> {
         let amount = self.clearcoat;
         if amount.factor <= 0.0 {
@@ -105,7 +105,7 @@ impl Principled {
     }
 }
 
-/// `α` of a clear coat's gloss; of a textured one a texture.
+/// Returns `α` of a clear coat by its gloss; a texture if the gloss has one.
 fn alpha_of_gloss(builder: &mut SceneBuilder, gloss: FloatInput) -> Result<FloatInput> {
     let alpha = |gloss: f32| MAX_GTR1_ALPHA + (MIN_ALPHA - MAX_GTR1_ALPHA) * gloss.clamp(0.0, 1.0);
     let Some((amount, channel)) = gloss.texture else { return Ok(alpha(gloss.factor).into()) };
@@ -113,8 +113,8 @@ fn alpha_of_gloss(builder: &mut SceneBuilder, gloss: FloatInput) -> Result<Float
     Ok(FloatInput { factor: 1.0, texture: Some((between(builder, ends, amount)?, channel)) })
 }
 
-/// Metallic-roughness that is as rough in all directions, with the reflectance `specular_f0` of
-/// what is no metal.
+/// Isotropic metallic-roughness surface; `specular_f0` is the reflectance of its dielectric part at
+/// normal incidence.
 pub(super) fn metallic_roughness(
     base_color: ColorInput,
     metallic: FloatInput,

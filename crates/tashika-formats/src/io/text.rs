@@ -1,10 +1,12 @@
-//! Text of files whose encoding nobody tells: UTF-8, UTF-16 with a byte order mark, or Latin-1.
+//! Text of files that do not state their encoding: UTF-8, UTF-16 with a byte order mark, or
+//! Latin-1.
 //!
 //! Held to this by the test below.
 
 use std::borrow::Cow;
 
-/// The bytes without a byte order mark, and what was UTF-16 as UTF-8. ASCII is ASCII in all of it.
+/// Removes a byte order mark and converts UTF-16 to UTF-8. ASCII characters are single bytes in
+/// every result.
 pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, [u8]> {
     let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
         let units = bytes.as_chunks::<2>().0.iter().map(|&pair| unit(pair));
@@ -19,7 +21,7 @@ pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, [u8]> {
     }
 }
 
-/// UTF-8 or, failing that, Latin-1: names come out the same whatever wrote them.
+/// Reads bytes as UTF-8 or, failing that, Latin-1, so that a name is the same in both encodings.
 pub(super) fn utf8_or_latin1(bytes: &[u8]) -> Cow<'_, str> {
     match std::str::from_utf8(bytes) {
         Ok(text) => text.into(),

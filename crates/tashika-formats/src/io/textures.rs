@@ -1,8 +1,8 @@
-//! Texture graphs, as formats describe them.
+//! Texture graphs that several formats share.
 //!
-//! A colour or a number is a factor on a texture; what combines several becomes nodes, with the
-//! factors as constants. Coordinates of images run down ([`Texture`]); formats whose `v` runs up
-//! turn it over once, in meshes, and textures follow by [`upward`].
+//! A colour or a number is a factor on a texture. Combinations of several are nodes, with the
+//! factors as constants. Coordinates of images run down ([`Texture`]). Formats whose `v` runs up
+//! flip it once, in meshes, and their textures follow by [`upward`].
 //!
 //! Held to this by the tests below and by the formats' own.
 
@@ -12,17 +12,17 @@ use crate::color::Rgb;
 use crate::error::Result;
 use crate::scene::{Channel, ColorInput, FloatInput, SceneBuilder, Texture, TextureId, UvTransform};
 
-/// A texture as it is.
+/// A texture with a factor of 1.
 pub(super) fn whole(texture: TextureId) -> ColorInput {
     ColorInput { factor: Rgb::WHITE, texture: Some(texture) }
 }
 
-/// The number that is a channel of a colour, with the luminance of its factor.
+/// A channel of a colour as a number, with the luminance of its factor.
 pub(super) fn number(color: ColorInput, channel: Channel) -> FloatInput {
     FloatInput { factor: color.factor.luminance(), texture: color.texture.map(|texture| (texture, channel)) }
 }
 
-/// The node that has a colour's values.
+/// Returns a node with the values of a colour.
 pub(super) fn node(builder: &mut SceneBuilder, color: ColorInput) -> Result<TextureId> {
     match color.texture {
         Some(texture) if color.factor == Rgb::WHITE => Ok(texture),
@@ -57,13 +57,14 @@ pub(super) fn mix(
     builder.add_texture(Texture::Mix { first, second, amount }).map(whole)
 }
 
-/// The same between constants: what is linear in a texture, such as `1 − m`.
+/// Texture `(1 − m) first + m second` of constant ends: any linear function of a texture, such as
+/// `1 − m`.
 pub(super) fn between(builder: &mut SceneBuilder, ends: [Rgb; 2], amount: TextureId) -> Result<TextureId> {
     let [first, second] = ends.map(|end| builder.add_texture(Texture::Constant(end)));
     builder.add_texture(Texture::Mix { first: first?, second: second?, amount })
 }
 
-/// Two colours in squares, of which `transform` makes unit squares.
+/// Checkerboard of two colours, whose squares `transform` maps to unit squares.
 pub(super) fn checkerboard(
     builder: &mut SceneBuilder,
     even: ColorInput,
@@ -79,7 +80,8 @@ pub(super) fn scaled([su, sv]: [f32; 2], [ou, ov]: [f32; 2]) -> UvTransform {
     UvTransform(Mat3::from_cols(Vec3::new(su, 0.0, 0.0), Vec3::new(0.0, sv, 0.0), Vec3::new(ou, ov, 1.0)))
 }
 
-/// The same of coordinates whose `v` runs up, for images: `ṽ = 1 − v ↦ s_v ṽ + (1 − s_v − o_v)`.
+/// Transform for images, from one for coordinates whose `v` runs up:
+/// `ṽ = 1 − v ↦ s_v ṽ + (1 − s_v − o_v)`.
 pub(super) fn upward(scale: [f32; 2], offset: [f32; 2]) -> UvTransform {
     scaled(scale, [offset[0], 1.0 - scale[1] - offset[1]])
 }

@@ -1,9 +1,9 @@
-//! Pictures in tiles: file names in which `<UDIM>` stands for the tile's number.
+//! Pictures in tiles: file names in which `<UDIM>` stands for the number of a tile.
 //!
-//! The tiles are the files that are there: `wood.<UDIM>.png` is `wood.1001.png`, `wood.1002.png` and
-//! so on in one folder, by four digits from 1001. If there is none, the file is missing. A tile that
-//! cannot be read is noted and grey. What a mesh wants beyond these is noted by the scene, see
-//! [`TileSet`].
+//! The tiles are the files that exist: `wood.<UDIM>.png` is `wood.1001.png`, `wood.1002.png` and so
+//! on in one folder, with four digits from 1001. If there is none, the file is missing. A tile that
+//! cannot be read is noted and grey. The scene notes tiles that a mesh uses and that do not exist,
+//! see [`TileSet`].
 //!
 //! # Held to this by
 //! `suite::udim`.
@@ -17,10 +17,10 @@ use super::images::{Encoding, one_texel};
 use crate::error::{Error, Location, Result};
 use crate::scene::{ImageId, ImageTexture, NO_TILE, SceneBuilder, Texture, TileSet, TileSetId, TiledTexture};
 
-/// What a name of an image stands for.
+/// Image or set of tiles that the name of an image stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Picture {
-    /// One image.
+    /// A single file.
     Image(ImageId),
     /// An image for each tile.
     Tiles(TileSetId),
@@ -32,7 +32,8 @@ impl Picture {
         matches!(self, Self::Image(image) if builder.texels_below_zero(image) > 0)
     }
 
-    /// A lookup into it, as `how` says: tiles are not wrapped.
+    /// Texture that looks up the picture; `how` sets transform, sampling and, for an image,
+    /// wrapping.
     pub(super) fn texture(self, how: impl FnOnce(ImageTexture) -> ImageTexture) -> Texture {
         match self {
             Self::Image(image) => Texture::Image(how(ImageTexture::new(image))),
@@ -44,20 +45,20 @@ impl Picture {
     }
 }
 
-/// What stands before and after the number, if the last part of a name has a place for one.
+/// Splits a name into its folder and the text before and after `<UDIM>`, if its last part has it.
 fn parts(reference: &str) -> Option<[&str; 3]> {
     let name = reference.rfind(['/', '\\']).map_or(0, |i| i + 1);
-    // The same length in any case of letters.
+    // Upper case of ASCII letters moves no byte.
     let place = name + reference[name..].to_ascii_uppercase().find("<UDIM>")?;
     Some([&reference[..name], &reference[name..place], &reference[place + "<UDIM>".len()..]])
 }
 
-/// Whether a name stands for tiles.
+/// Returns true if a name stands for tiles.
 pub(super) fn is_pattern(reference: &str) -> bool {
     parts(reference).is_some()
 }
 
-/// Whether there is a file of that name, or any tile.
+/// Returns true if there is a file of that name, or any tile.
 pub(super) fn is_there(files: &SceneFiles, reference: &str, at: &Location) -> bool {
     if is_pattern(reference) {
         tiles(files, reference, at).is_ok()
@@ -66,7 +67,7 @@ pub(super) fn is_there(files: &SceneFiles, reference: &str, at: &Location) -> bo
     }
 }
 
-/// Numbers and names of the tiles that are there, at least one.
+/// Returns numbers and names of the tiles that exist, at least one.
 ///
 /// # Errors
 /// As [`SceneFiles::resolve`] for the folder; [`Error::Io`] if there is no tile in it.
@@ -84,7 +85,7 @@ pub(super) fn tiles(files: &SceneFiles, pattern: &str, at: &Location) -> Result<
         let number = digits.parse().ok().filter(|n| (1001..=9999).contains(n));
         if let Some(number) = number.filter(|_| same) {
             let reference = format!("{folder}{name}");
-            // Of names that differ in case only, the exact one, then the first in order.
+            // Of names that differ only in case, the exact one, then the first in order.
             let rank = |r: &str| (r != format!("{folder}{before}{digits}{after}"), r.to_owned());
             let known = found.entry(number).or_insert_with(|| reference.clone());
             if rank(&reference) < rank(known) {
@@ -99,7 +100,7 @@ pub(super) fn tiles(files: &SceneFiles, pattern: &str, at: &Location) -> Result<
     Ok(found)
 }
 
-/// Adds the pictures of all tiles that are there, and tells whether all are opaque.
+/// Adds the pictures of all tiles that exist; returns the set, and true if all are opaque.
 ///
 /// # Errors
 /// As [`tiles`]; if the scene cannot take an image.

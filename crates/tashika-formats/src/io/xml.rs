@@ -92,7 +92,7 @@ fn excess(text: &str) -> Option<(usize, String, String)> {
     None
 }
 
-/// Start tag.
+/// Length and counts of a start tag.
 struct Tag {
     /// Length in bytes, including both brackets.
     length: usize,

@@ -34,7 +34,7 @@ impl Aabb {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
 
-    /// Whether the box holds no point at all.
+    /// Returns true if the box holds no point.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.lo.cmpgt(self.hi).any()
@@ -71,7 +71,7 @@ impl Aabb {
         }))
     }
 
-    /// Whether `p` lies in the closed box.
+    /// Returns true if `p` lies in the closed box.
     #[inline]
     pub fn contains(&self, p: Vec3) -> bool {
         self.lo.cmple(p).all() && p.cmple(self.hi).all()

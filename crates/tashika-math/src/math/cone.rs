@@ -8,7 +8,7 @@ use super::frame::Frame;
 /// All directions within an angle `β` of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
-    /// Unit axis, to `f32` rounding.
+    /// Axis of unit length, to the rounding of `f32`.
     pub axis: Vec3,
     /// `cos β`: 1 for the axis alone, −1 for all directions, above 1 for none.
     pub cos: f32,
@@ -26,20 +26,20 @@ impl Cone {
         Self { axis: direction, cos: 1.0 }
     }
 
-    /// Whether it holds no direction.
+    /// Returns true if the cone holds no direction.
     #[inline]
     pub fn is_empty(&self) -> bool {
         self.cos > 1.0
     }
 
-    /// Whether it holds every direction.
+    /// Returns true if the cone holds every direction.
     #[inline]
     pub fn is_all(&self) -> bool {
         self.cos <= -1.0
     }
 
-    /// Whether the direction of `v` (any length but zero) lies in the closed cone. In `f64`, with
-    /// 10⁻¹⁵ for its rounding.
+    /// Returns true if the direction of `v` (any length but zero) lies in the closed cone. Computed
+    /// in `f64`, with a margin of 10⁻¹⁵ for its rounding.
     #[inline]
     pub fn contains(&self, v: Vec3) -> bool {
         let (a, v) = (self.axis.as_dvec3(), v.as_dvec3());
@@ -67,10 +67,10 @@ impl Cone {
 
     /// A cone that holds both: the smallest one, to rounding.
     ///
-    /// Axis: the middle of the arc from the far side of one to the far side of the other. The angle
-    /// is then the larger of `∠(axis, axisᵢ) + βᵢ`, in `f64` for the axis as rounded, and rounded
-    /// up; so the result holds both, wherever the rounding took the axis. Tested by
-    /// `cone::unions_hold_both_and_little_more`.
+    /// The axis is the middle of the arc from the far side of one cone to the far side of the
+    /// other. The half-angle is the larger of the two sums `∠(axis, axisᵢ) + βᵢ`, computed in `f64`
+    /// for the rounded axis and rounded up. So the result holds both cones, however the axis was
+    /// rounded. Tested by `cone::unions_hold_both_and_little_more`.
     #[must_use]
     #[inline]
     pub fn union(self, other: Self) -> Self {
@@ -105,7 +105,7 @@ fn angle(a: Vec3, b: Vec3) -> f32 {
     2.0 * atan2((a - b).length(), (a + b).length())
 }
 
-/// `from`, turned by `angle` towards `to`.
+/// Rotates `from` by `angle` (radians) towards `to`.
 #[inline]
 fn turned(from: Vec3, to: Vec3, angle: f32) -> Vec3 {
     let across = to - from * from.dot(to);
@@ -138,8 +138,8 @@ mod tests {
         Cone { axis: warp::sphere(s.uniform_2()), cos: 1.0 - 2.0 * narrow * s.uniform() }
     }
 
-    /// A direction in the cone, on its rim every second time; in `f64`, since narrow cones are
-    /// narrower than a rounding.
+    /// A direction in the cone, on its rim every second time; in `f64`, since a narrow cone may be
+    /// narrower than the rounding of `f32`.
     fn member(cone: &Cone, s: &mut Stream) -> glam::DVec3 {
         let axis = cone.axis.as_dvec3().normalize();
         let t = axis.any_orthonormal_vector();
@@ -171,7 +171,8 @@ mod tests {
             }
             let sum = angle(a.axis, b.axis) + acos(a.cos) + acos(b.cos);
             let smallest = (0.5 * sum).max(acos(a.cos)).max(acos(b.cos)).min(std::f32::consts::PI);
-            // The next cosine below 1 is that of 3.5·10⁻⁴ rad: cosines hold no smaller angle.
+            // The `f32` below 1 is the cosine of 3.5·10⁻⁴ rad: a cosine represents no smaller
+            // angle.
             assert!(acos(union.cos) <= smallest + 6e-4, "{a:?} {b:?} {union:?}");
         }
     }

@@ -1,9 +1,10 @@
 //! Elementary functions with the same bits on every machine.
 //!
-//! `f32::sin` and its like call the system's library, whose last bit differs between systems and
-//! even between processors on one system. These call `libm`, which is plain Rust arithmetic, or are
-//! plain arithmetic themselves ([`exp2_of`], [`log2_1m_of`], for one number or several). The lint
-//! `disallowed_methods` (clippy.toml) keeps the others out of the workspace.
+//! `f32::sin` and the like call the system's library, whose last bit differs between systems and
+//! even between processors on one system. The functions here call `libm`, which is plain Rust
+//! arithmetic, or are plain arithmetic themselves ([`exp2_of`], [`log2_1m_of`], for one number or
+//! several). The lint `disallowed_methods` (clippy.toml) keeps the system's functions out of the
+//! workspace.
 
 use glam::{Quat, Vec3};
 
@@ -15,7 +16,7 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
     libm::sincosf(x)
 }
 
-/// The rotation by `angle` (radians) about the unit vector `axis`.
+/// The rotation by `angle` (radians) around the unit vector `axis`.
 #[inline]
 pub fn rotation(axis: Vec3, angle: f32) -> Quat {
     let (sin, cos) = sin_cos(0.5 * angle);
@@ -59,10 +60,11 @@ pub fn ln(x: f32) -> f32 {
     libm::logf(x)
 }
 
-/// `2ˣ` of `x` in [−126, 127], of one number or several; within 3·10⁻⁷ of itself.
+/// `2ˣ` for `x` in [−126, 127], for one number or several; relative error below 3·10⁻⁷.
 ///
-/// `2ⁿ 2ʳ` with the integer `n` next to `x`, and the polynomial of degree 5 whose largest relative
-/// error over `|r| ≤ ½` is least, 7.5·10⁻⁸ (found by Remez's exchange).
+/// The product `2ⁿ 2ʳ` with the integer `n` nearest to `x`. `2ʳ` is approximated by the minimax
+/// polynomial of degree 5, with a relative error of at most 7.5·10⁻⁸ over `|r| ≤ ½` (found by
+/// Remez's exchange).
 #[inline(always)]
 pub fn exp2_of<R: Real>(x: R) -> R {
     const SERIES: [f32; 6] = [1.0, 0.693_146_94, 0.240_221_2, 0.055_507_13, 0.009_675_541, 0.001_327_647_2];
@@ -75,12 +77,12 @@ pub fn exp2_of<R: Real>(x: R) -> R {
     (linear(0) + (linear(2) + linear(4) * r2) * r2) * n.exp2_of_integer()
 }
 
-/// `log₂(1 − x)` of `x` in [0, 1), of one number or several; within 6·10⁻⁷ of itself, also for small
-/// `x`.
+/// `log₂(1 − x)` for `x` in [0, 1), for one number or several; relative error at most 6·10⁻⁷, also
+/// for small `x`.
 ///
-/// `e + log₂(1 + f)` with `1 − x = (1 + f) 2ᵉ` and `1 + f` in `[√½, √2)`, where `f = −x` itself if
-/// `e` is zero. `log₂(1 + f) / f` is the polynomial of degree 7 whose largest relative error over
-/// that range is least, 1.7·10⁻⁷ (found by Remez's exchange).
+/// The sum `e + log₂(1 + f)` with `1 − x = (1 + f) 2ᵉ` and `1 + f` in `[√½, √2)`, where `f` is
+/// exactly `−x` if `e` is zero. `log₂(1 + f) / f` is approximated by the minimax polynomial of
+/// degree 7, with a relative error of at most 1.7·10⁻⁷ over that range (found by Remez's exchange).
 #[inline(always)]
 pub fn log2_1m_of<R: Real>(x: R) -> R {
     let u = R::splat(1.0) - x;
@@ -89,15 +91,15 @@ pub fn log2_1m_of<R: Real>(x: R) -> R {
     log2_of_sum(e, R::select(near_one, R::splat(0.0) - x, m - R::splat(1.0)))
 }
 
-/// `log₂ x` of a positive normal number, or of several; within 6·10⁻⁷ of itself, or within 10⁻⁷ near
-/// 1.
+/// `log₂ x` for a positive normal number, or several; relative error at most 6·10⁻⁷, or absolute
+/// error at most 10⁻⁷ near 1.
 #[inline(always)]
 pub fn log2_of<R: Real>(x: R) -> R {
     let (m, e) = x.mantissa_and_exponent();
     log2_of_sum(e, m - R::splat(1.0))
 }
 
-/// `e + log₂(1 + f)` of `1 + f` in `[√½, √2)`.
+/// `e + log₂(1 + f)` for `1 + f` in `[√½, √2)`.
 #[inline(always)]
 fn log2_of_sum<R: Real>(e: R, f: R) -> R {
     const SERIES: [f32; 8] = [

@@ -1,4 +1,4 @@
-//! Orthonormal frames about a direction.
+//! Orthonormal frames around a direction.
 
 use glam::Vec3;
 
@@ -9,12 +9,12 @@ pub struct Frame {
     pub t: Vec3,
     /// Second tangent.
     pub b: Vec3,
-    /// The axis that the frame was built about.
+    /// The third axis, around which the frame was built.
     pub n: Vec3,
 }
 
 impl Frame {
-    /// A frame about the unit vector `n`, without branches on its direction (Duff et al. 2017).
+    /// A frame around the unit vector `n`, without branches on its direction (Duff et al. 2017).
     #[inline]
     pub fn about(n: Vec3) -> Self {
         let sign = 1.0_f32.copysign(n.z);
@@ -27,8 +27,8 @@ impl Frame {
         }
     }
 
-    /// A frame about the unit vector `n` whose first axis is `direction` made orthogonal to it; that
-    /// of [`Frame::about`] where nothing is left of it.
+    /// A frame around the unit vector `n` whose first axis is `direction` made orthogonal to `n`;
+    /// the frame of [`Frame::about`] if `direction` is parallel to `n`.
     #[inline]
     pub fn along(n: Vec3, direction: Vec3) -> Self {
         let t = direction - n * n.dot(direction);
@@ -36,7 +36,7 @@ impl Frame {
             return Self::about(n);
         }
         let t = t.normalize();
-        // What rounding left along `n` of nearly parallel directions.
+        // Removes the component along `n` that rounding leaves for nearly parallel directions.
         let t = (t - n * n.dot(t)).normalize();
         Self { t, b: n.cross(t), n }
     }

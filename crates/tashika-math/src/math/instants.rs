@@ -1,16 +1,17 @@
-//! The times at which light is summed over lights while the shutter is open.
+//! Times at which light is summed while the shutter is open.
 //!
 //! ```text
 //! L = ∫₀¹ L(t) dt ≈ 1/T Σ_k L(t_k)          t_k drawn in [k/T, (k+1)/T)
 //! ```
 //!
-//! Lights and gather points that are summed over have to be of one time, so both are of the same few
-//! *instants* (Walter et al. 2006): each light path and each camera sample has one of them,
-//! and a light lights a point of its own instant only. Times are told as shares of the time that the
-//! shutter is open.
+//! The light and the gather point of a term need the same time. So all of them are assigned to a
+//! few *instants* (Walter et al. 2006): each light path and each camera sample has one instant, and
+//! a light contributes only to points of its own instant. Times are shares of the exposure, from 0
+//! to 1.
 //!
 //! # Guarantee
-//! The mean of the sum over instants that are [drawn](Instants::spread) is the integral over all times.
+//! The expectation of the sum over [drawn](Instants::spread) instants is the integral over all
+//! times.
 //!
 //! # Held to this by
 //! The tests below; the suite's `moving_lights`.
@@ -18,27 +19,27 @@
 /// The instants of a sum.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instants {
-    /// Number of the first.
+    /// Number of the first instant; zero unless it was chosen by [`Self::only`].
     first: u16,
-    /// In ascending order, each from 0 to 1; at least one.
+    /// Times of the instants, in ascending order, each from 0 to 1; at least one.
     shares: Vec<f32>,
 }
 
 impl Default for Instants {
-    /// The one of a scene that stands.
+    /// The single instant of a scene that does not move.
     fn default() -> Self {
         Self { first: 0, shares: vec![Self::STILL] }
     }
 }
 
 impl Instants {
-    /// The share of the time at which those look who ask for none: all the same where nothing moves.
+    /// Time of queries that name none. In a scene that does not move, all times are equivalent.
     pub const STILL: f32 = 0.5;
-    /// Most of them.
+    /// Largest number of instants.
     pub const MOST: u32 = 1024;
 
-    /// `count` of them, of which each `count`-th of the time has one, where the next uniform number in
-    /// `[0, 1)` says.
+    /// Places one instant in each of `count` equal parts of the time, each by a number in `[0, 1)`
+    /// from `uniform`.
     ///
     /// # Panics
     /// If `count` is not 1 to [`Self::MOST`].
@@ -48,8 +49,8 @@ impl Instants {
         Self { first: 0, shares: (0..count).map(share).map(|share| share as f32).collect() }
     }
 
-    /// Those at these shares of the time: 1 to [`Self::MOST`], each from 0 to 1, in ascending order; `None`
-    /// of others.
+    /// Instants at the given shares of the time: 1 to [`Self::MOST`] of them, each from 0 to 1, in
+    /// ascending order; `None` otherwise.
     pub fn new(shares: Vec<f32>) -> Option<Self> {
         let can_be = (1..=Self::MOST as usize).contains(&shares.len())
             && shares.is_sorted()
@@ -57,29 +58,30 @@ impl Instants {
         can_be.then_some(Self { first: 0, shares })
     }
 
-    /// The shares of the time at which they are.
+    /// Shares of the time, each from 0 to 1, in ascending order.
     pub fn shares(&self) -> &[f32] {
         &self.shares
     }
 
-    /// How many there are.
+    /// Number of instants.
     #[expect(clippy::len_without_is_empty, reason = "there is at least one")]
     pub fn len(&self) -> usize {
         self.shares.len()
     }
 
-    /// Whether there is one and never was another, as of a scene that stands.
+    /// Returns true if there is one instant and its number is 0, as in a scene that does not move.
     pub fn is_single(&self) -> bool {
         self.first == 0 && self.len() == 1
     }
 
-    /// The one for a uniform number: its number, and its share of the time.
+    /// Returns the number of the instant chosen by `u` (uniform in `[0, 1)`), and its share of the
+    /// time.
     pub fn draw(&self, u: f32) -> (u16, f32) {
         let place = ((u * self.shares.len() as f32) as usize).min(self.shares.len() - 1);
         (self.first + place as u16, self.shares[place])
     }
 
-    /// One of them, which keeps its number.
+    /// Returns the instant of this number alone; it keeps its number.
     #[must_use]
     pub fn only(&self, number: u16) -> Self {
         Self { first: number, shares: vec![self.shares[usize::from(number - self.first)]] }
@@ -105,7 +107,7 @@ mod tests {
                 }
                 assert_eq!(Instants::new(instants.shares().to_vec()).unwrap(), instants);
             }
-            // ∫ t² dt, by the midpoints of 200 parts of each.
+            // ∫ t² dt by the midpoint rule, with 200 parts for each instant.
             let mean = sum / (200 * count) as f32;
             assert!((mean - 1.0 / 3.0).abs() < 1e-5, "{count}: {mean}");
         }

@@ -2,13 +2,15 @@
 //! precision.
 //!
 //! Numbers of single precision at a distance `d` from zero are `2⁻²⁴ d` to `2⁻²³ d` apart. Rounding
-//! moves an object of size `s` at this distance by `2⁻²⁴ d/s` of its size, and by `2⁻²⁴` of its
-//! size relative to an origin within the object.
+//! moves an object of size `s` at this distance by `2⁻²⁴ d/s` of its size. Relative to an origin
+//! within the object, rounding moves it by `2⁻²⁴` of its size only.
 //!
 //! # Guarantee
-//! An origin is zero, or a multiple of a power of two that is no larger than the size of the set of
-//! positions. Offsets in single precision are then exact differences of numbers of single
-//! precision.
+//! An origin is zero, or a multiple of a power of two. The power is no larger than the size of the
+//! set of positions, or than the spacing of single precision there if that is larger. So its
+//! coordinates are numbers of single precision. Offsets of positions in single precision are exact
+//! along an axis on which they are within a factor of two of the origin (Sterbenz 1974), and are
+//! rounded like any number of single precision along the others.
 //!
 //! # Held to this by
 //! The tests below.
@@ -29,7 +31,7 @@ const LARGE: f64 = 65536.0;
 /// Positions in single precision relative to an origin.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LocalPlaces {
-    /// The origin (m).
+    /// Point that the offsets are relative to (m).
     pub origin: DVec3,
     /// Positions relative to the origin (m).
     pub places: Vec<Vec3>,
@@ -64,7 +66,8 @@ pub fn local_origin(places: impl IntoIterator<Item = DVec3>) -> DVec3 {
 }
 
 /// Returns the multiple of a power of two nearest to a position (m). The power is the largest that
-/// is no larger than `size` (m).
+/// is no larger than `size` (m), or than the spacing of single precision at the position if that is
+/// larger.
 pub fn origin_near(place: DVec3, size: f64) -> DVec3 {
     let least = place.abs().max_element() * f64::from(f32::EPSILON);
     let step = power_of_two_below(size.max(least));
@@ -104,7 +107,7 @@ mod tests {
         assert_eq!(local.places, [Vec3::splat(0.1), Vec3::splat(0.7)]);
     }
 
-    /// The difference of two neighbouring numbers of single precision is exact in single precision.
+    /// Along the axes far from zero, differences of numbers of single precision are exact.
     #[test]
     fn places_of_single_precision_lose_nothing_about_their_origin() {
         for size in [1e-3_f32, 0.7, 300.0, 4e4] {

@@ -1,4 +1,4 @@
-//! Geometry that knows nothing of scenes: boxes, frames, rays, and the error of floating-point
+//! Geometry that does not depend on scenes: boxes, frames, rays, and the error of floating-point
 //! sums.
 
 mod aabb;
@@ -26,8 +26,8 @@ pub use simd::Real;
 mod tests {
     use super::Quat;
 
-    /// Vector code of `glam`, which would not give the same bits on all machines, aligns its types to 16
-    /// bytes.
+    /// The vector code of `glam` would not give the same bits on all machines; types that use it
+    /// are aligned to 16 bytes.
     #[test]
     fn vectors_and_matrices_are_computed_number_by_number() {
         assert_eq!([align_of::<Quat>(), align_of::<glam::Vec4>()], [4; 2]);

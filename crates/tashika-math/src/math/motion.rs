@@ -1,7 +1,7 @@
-//! Affine maps at keys of time, and what is between them.
+//! Affine maps at keys of time, and their interpolation.
 //!
-//! A map is taken apart into `T · R · S`: a translation, a rotation and a symmetric stretch, by the
-//! polar decomposition of its linear part, and put together again from the parts in between
+//! A map is decomposed into `T · R · S`: a translation, a rotation and a symmetric stretch, by the
+//! polar decomposition of its linear part. The parts are interpolated and multiplied again
 //! (Shoemake and Duff 1992):
 //!
 //! ```text
@@ -10,13 +10,13 @@
 //! ```
 //!
 //! with the sign of `q₁` that takes the shorter way (Shoemake 1985). `R` is the limit of
-//! `R ← (R + R⁻ᵀ)/2`, which begins at the linear part. Where that mirrors, `−R` is the rotation and
-//! `−S` the stretch. pbrt moves things in this way (Pharr et al. 2016, section 2.9); a map that
-//! only turns and moves stays one.
+//! `R ← (R + R⁻ᵀ)/2`, starting from the linear part. If the linear part mirrors, `−R` is the
+//! rotation and `−S` the stretch. pbrt moves objects in this way (Pharr et al. 2016, section 2.9);
+//! motions that consist of rotations and translations stay rigid.
 //!
 //! # Guarantee
-//! At a key, before the first and after the last one, [`Track::at`] gives that key's own map, bit
-//! for bit. The bits are the same on every machine.
+//! At a key, [`Track::at`] returns the map of that key, bit for bit; before the first key it
+//! returns the first map, after the last key the last. The bits are the same on every machine.
 //!
 //! # Held to this by
 //! The tests below.
@@ -27,11 +27,11 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::elementary::{atan2_f64, sin_cos_f64};
 
-/// Steps of the polar decomposition at most: each squares the error, once it is below one, and
+/// Largest number of steps of the polar decomposition. A step squares an error below one, and
 /// halves larger stretches.
 const MOST_STEPS: usize = 100;
 
-/// An affine map in parts: the translation after the rotation after the stretch.
+/// An affine map in parts, applied in the order stretch, rotation, translation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Parts {
     translation: DVec3,
@@ -40,7 +40,7 @@ struct Parts {
 }
 
 impl Parts {
-    /// None if the map cannot be inverted, or is not finite.
+    /// Decomposes a map; `None` if it cannot be inverted, or is not finite.
     fn of(map: &DAffine3) -> Option<Self> {
         let linear = map.matrix3;
         let mut r = linear;
@@ -63,7 +63,7 @@ impl Parts {
         (map.is_finite() && rotation.is_finite() && stretch.is_finite()).then_some(parts)
     }
 
-    /// Between it, at `u = 0`, and another, at `u = 1`.
+    /// Interpolates between this map, at `u = 0`, and another, at `u = 1`.
     fn towards(&self, other: &Self, u: f64) -> DAffine3 {
         let rotation = turned_between(self.rotation, other.rotation, u);
         DAffine3 {
@@ -73,21 +73,21 @@ impl Parts {
     }
 }
 
-/// Between two unit quaternions, by the shorter way and at constant speed.
+/// Interpolates between two unit quaternions, by the shorter way and at constant speed.
 pub fn turned_between(from: DQuat, to: DQuat, u: f64) -> DQuat {
     let to = if from.dot(to) < 0.0 { -to } else { to };
     let angle = arc_between(from, to);
     let (a, b) = (sin_cos_f64((1.0 - u) * angle).0, sin_cos_f64(u * angle).0);
-    // Rotations that can hardly be told apart lie on a straight line.
+    // Nearly equal rotations are interpolated linearly.
     let (a, b) = if angle < 1e-9 { (1.0 - u, u) } else { (a, b) };
     (from * a + to * b).normalize()
 }
 
-/// The angle between two unit quaternions on the shorter way (radians): half of that by which things
-/// turn.
+/// The angle between two unit quaternions on the shorter way (radians): half the angle of the
+/// rotation from one to the other.
 fn arc_between(from: DQuat, to: DQuat) -> f64 {
     let to = if from.dot(to) < 0.0 { -to } else { to };
-    // Both lengths are exact for angles of any size, which the arc cosine is not.
+    // Both lengths are precise for angles of any size; the arc cosine is not.
     2.0 * atan2_f64((to - from).length(), (to + from).length())
 }
 
@@ -107,9 +107,9 @@ struct Key {
 }
 
 impl Track {
-    /// Of maps at times (s), which may stand in any order; of two at one time the last counts.
+    /// Track of maps at times (s), in any order; of two maps at one time the last one counts.
     ///
-    /// None without any, if a time is not finite, or if a map cannot be inverted.
+    /// `None` without maps, if a time is not finite, or if a map cannot be inverted.
     pub fn new(keys: impl IntoIterator<Item = (f64, DAffine3)>) -> Option<Self> {
         let key = |(seconds, map): (f64, DAffine3)| {
             let parts = Parts::of(&map).filter(|_| seconds.is_finite())?;
@@ -127,8 +127,7 @@ impl Track {
         (!keys.is_empty()).then_some(Self { keys, about: DVec3::ZERO })
     }
 
-    /// The map at a time (s); before the first key that of the first, after the last that of the
-    /// last.
+    /// The map at a time (s): the first one before the first key, the last one after the last key.
     pub fn at(&self, seconds: f64) -> DAffine3 {
         self.placed(self.between_keys(seconds))
     }
@@ -148,22 +147,23 @@ impl Track {
 
     /// Returns the map of coordinates relative to [`Self::about`].
     fn placed(&self, map: DAffine3) -> DAffine3 {
-        // Exact for zero: adding zero could change the sign of a zero.
+        // Exact for a zero origin: adding zero could change the sign of a zero.
         if self.about == DVec3::ZERO {
             return map;
         }
         DAffine3 { translation: map.transform_point3(self.about), ..map }
     }
 
-    /// The track of `map · first`: `first` is before it, and does not move.
+    /// The track of `map · first`: the constant map `first` is applied first.
     ///
-    /// None if it cannot be inverted.
+    /// `None` if a product cannot be inverted.
     pub fn after(&self, first: DAffine3) -> Option<Self> {
         Self::new(self.keys.iter().map(|key| (key.seconds, self.placed(key.map) * first)))
     }
 
     /// Returns the motion of objects whose coordinates are relative to `origin` (m, before the
-    /// map). Unlike [`Self::after`] a translation, it keeps the centres of rotation between keys.
+    /// map). Unlike [`Self::after`] with a translation, it keeps the centres of rotation between
+    /// keys.
     #[must_use]
     pub fn about(self, origin: DVec3) -> Self {
         Self { about: self.about + origin, ..self }
@@ -179,7 +179,7 @@ impl Track {
         self
     }
 
-    /// Whether it has one key only: the same map at all times.
+    /// Returns true if there is one key only, so that the map is constant.
     #[inline]
     pub fn is_still(&self) -> bool {
         self.keys.len() == 1
@@ -195,18 +195,19 @@ impl Track {
         [self.keys[0].seconds, self.keys[self.keys.len() - 1].seconds]
     }
 
-    /// Whether it is another map at another time between these (s).
+    /// Returns true if the map changes between these times (s).
     pub fn moves_between(&self, [from, to]: [f64; 2]) -> bool {
         let first = self.at(from);
         let between = self.keys.iter().filter(|key| from < key.seconds && key.seconds < to);
         self.at(to) != first || between.into_iter().any(|key| self.placed(key.map) != first)
     }
 
-    /// Whether all maps, at any time, and their inverses are finite in single precision.
+    /// Returns true if all maps, at any time, and their inverses are finite in single precision.
     ///
-    /// Between keys the stretch lies between two that are definite, and of one sign if none
-    /// [mirrors alone](Self::keeps_sides): its least eigenvalue, which is concave, is no smaller than
-    /// those of both, so that no inverse is larger than those of the keys.
+    /// Between keys, the stretch is interpolated between two definite matrices, which have one sign
+    /// if no key [mirrors alone](Self::keeps_sides). Its least eigenvalue is concave in time, hence
+    /// no smaller than the smaller one of the two keys. So no inverse is larger than those of the
+    /// keys.
     pub fn can_place(&self) -> bool {
         let norm = |m: &DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
         let most = |f: &dyn Fn(&Key) -> f64| self.keys.iter().map(f).fold(0.0, f64::max);
@@ -217,7 +218,8 @@ impl Track {
         self.keeps_sides() && largest < f64::from(f32::MAX)
     }
 
-    /// Whether it mirrors space at all keys, or at none: only then it can be inverted at all times.
+    /// Returns true if the map mirrors space at all keys, or at none. Otherwise it is singular at
+    /// some time between keys.
     pub fn keeps_sides(&self) -> bool {
         let mirrors = |key: &Key| key.map.matrix3.determinant() < 0.0;
         self.keys.iter().all(|key| mirrors(key) == mirrors(&self.keys[0]))
@@ -284,14 +286,14 @@ mod tests {
         assert_eq!(track.at(-7.0), map(0.0, 1.0, 1.0));
         assert_eq!(track.at(4.0), map(2.0, 3.0, 5.0));
         assert_eq!(track.at(f64::INFINITY), map(2.0, 3.0, 5.0));
-        // A mirror that turns stays a mirror that turns.
+        // A mirror that rotates stays a mirror that rotates.
         let mirror = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0));
         let mirrored = |angle| DAffine3 { matrix3: turned(DVec3::Y, angle) * mirror, ..DAffine3::IDENTITY };
         let track = Track::new([(0.0, mirrored(0.0)), (1.0, mirrored(2.0))]).unwrap();
         assert!(track.at(0.25).abs_diff_eq(mirrored(0.5), 1e-12), "{:?}", track.at(0.25));
     }
 
-    /// A turn by 180° of what is mirrored at one end only passes through a flat map.
+    /// Interpolation between a mirrored and an unmirrored key passes through a singular map.
     #[test]
     fn maps_on_the_way_can_be_inverted_where_no_key_mirrors_alone() {
         let map = |angle, scale| DAffine3 {
@@ -345,7 +347,7 @@ mod tests {
         let at = |x: f64| DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
         let track = Track::new([(1.0, at(9.0)), (0.0, at(0.0)), (1.0, at(2.0))]).unwrap();
         assert_eq!((track.at(0.5), track.at(1.0)), (at(1.0), at(2.0)));
-        // There and back between two times at which it is the same.
+        // There and back, between two times with the same map.
         let track = Track::new([(0.0, at(1.0)), (1.0, at(2.0)), (2.0, at(1.0)), (3.0, at(1.0))]).unwrap();
         assert!(track.moves_between([0.0, 2.0]) && track.moves_between([0.5, 0.6]));
         assert!(!track.moves_between([2.0, 9.0]) && !track.moves_between([-1.0, 0.0]));

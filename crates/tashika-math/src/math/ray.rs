@@ -8,9 +8,9 @@ pub struct Ray {
     /// Start (m). If it lies on a surface it has already been moved off it, see
     /// [`offset_from_surface`](super::offset_from_surface).
     pub origin: Vec3,
-    /// Direction; need not have unit length, `t` counts in its lengths.
+    /// Direction, not necessarily of unit length; `t` is in units of its length.
     pub direction: Vec3,
-    /// Hits at or beyond this parameter do not count.
+    /// Hits at or beyond this parameter are ignored.
     pub t_max: f32,
 }
 

@@ -1,4 +1,4 @@
-//! What floating-point arithmetic can get wrong, as numbers.
+//! Bounds of the errors of floating-point arithmetic.
 //!
 //! With the unit roundoff `u = 2⁻²⁴` of `f32`, a sum or product of `n` rounded operations has a
 //! relative error of at most `γ_n = n·u / (1 − n·u)` (Higham 2002, section 3.1).
@@ -7,10 +7,10 @@
 //! A point on a triangle is computed as `p = Σ bᵢ vᵢ` with an absolute error of at most
 //! `γ₇ Σ |bᵢ vᵢ|` in each component (Pharr, Jakob, Humphreys 2023, section 6.8).
 //! [`offset_from_surface`] moves `p` along the geometric normal, just far enough that the *true*
-//! plane of the triangle is certainly behind it. Together with the rule of [`accel`](crate::accel)
-//! that a hit counts only where both ends of the segment are certainly on opposite sides of the
-//! plane, no segment is blocked by the surface on which it starts or ends, for any scale, any angle
-//! and any shape of triangle, and without a distance that somebody has to choose.
+//! plane of the triangle is certainly behind it. Together with the rule of `accel` (crate
+//! `tashika-core`) that a hit counts only where both ends of the segment are certainly on opposite
+//! sides of the plane, no segment is blocked by the surface on which it starts or ends, for any
+//! scale, any angle and any shape of triangle, and without a distance that somebody has to choose.
 
 use glam::Vec3;
 

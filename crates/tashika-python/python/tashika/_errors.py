@@ -1,8 +1,8 @@
-"""The exceptions of the package; each says what was found and what would be accepted."""
+"""The exceptions of the package; each states the found value and the accepted ones."""
 
 
 class Error(Exception):
-    """Everything that the library refuses."""
+    """Base class of all errors of the library."""
 
 
 class FileError(Error, OSError):
@@ -10,17 +10,17 @@ class FileError(Error, OSError):
 
 
 class InputError(Error, ValueError):
-    """What a file or an array says cannot be."""
+    """A file or an array has invalid contents."""
 
 
 class UnsupportedError(Error, ValueError):
-    """The input is sound, but asks for what is not done here."""
+    """The input is valid, but needs a feature that is not supported."""
 
 
 class OptionError(Error, ValueError):
     """An argument has an unusable value."""
 
 
-# Named as users import them.
+# Modules by which users import the names.
 for _class in (Error, FileError, InputError, UnsupportedError, OptionError):
     _class.__module__ = "tashika"

@@ -1,9 +1,11 @@
-"""A render on the workers of a Dask cluster, wherever Dask starts them: processes here, Slurm, PBS, Kubernetes.
+"""A render on the workers of any Dask cluster: local processes, Slurm, PBS, Kubernetes.
 
-The image is cut into shares of its tiles, each a task; the lights are traced once, by a worker, and handed to all. A task whose worker is lost
-is run again by another one, and so are the lights if all who had them are lost. The joined image is the one that a single machine renders, bit
-by bit, whatever happened on the way. Lights of light transport, which are guided to the view, are traced by each worker. Audited pictures are
-audited when they are joined: the same bits for any number of shares, another picture than the whole that one machine makes.
+The image is cut into shares of its tiles, each a task; the lights are traced once, by a worker, and
+passed to all. If a worker is lost, another one runs its task again, and the lights are traced again
+if all workers that had them are lost. The joined image is the one that a single machine renders,
+bit by bit, whatever happened on the way. Lights of light transport, which are guided to the view,
+are traced by each worker. Audited pictures are audited when they are joined: the bits are equal for
+any number of shares, but the picture is not the one that one machine makes of the whole.
 
     from dask.distributed import Client
     import tashika.dask
@@ -30,10 +32,10 @@ from . import vpls as trace
 if TYPE_CHECKING:
     from distributed import Client
 
-#: Shares for each thread of the cluster where nobody says how many: the last to finish are then few.
+#: Default number of shares for each thread of the cluster: few threads then work alone at the end.
 SHARES_PER_THREAD = 8
 
-#: What is handed from worker to worker: the bytes of files, which any version of Python takes apart.
+#: Data passed between workers: the bytes of files, which any version of Python unpickles.
 _Bytes = bytes
 
 
@@ -55,14 +57,18 @@ def render(
 
     - `client`: a `dask.distributed.Client`.
     - `scene`: a file that all workers see under this name, or "builtin:room", "builtin:tiny".
-    - `shares`: tasks, 8 for each thread of the cluster if not said; more shares lose less when a worker is lost.
-    - `retries`: how often a task that raised is tried again. Tasks of workers that were lost are run again by Dask itself, as often as its
-      setting `distributed.scheduler.allowed-failures` says.
-    - `progress`: called as `progress(done, of)` after each share; what it raises cancels the others.
+    - `shares`: number of tasks, by default 8 for each thread of the cluster; more shares lose less
+      when a worker is lost.
+    - `retries`: number of times that a task is tried again after an exception. Tasks of lost
+      workers are run again by Dask itself, as often as its setting
+      `distributed.scheduler.allowed-failures` allows.
+    - `progress`: called as `progress(done, of)` after each share; an exception from it cancels the
+      others.
     - `threads` of each task: 1, since Dask runs a task for each thread of a worker.
-    - All else is as for `tashika.render`.
+    - All other options are those of `tashika.render`.
 
-    Raises what a task raised after its last try, and `KilledWorker` of Dask for one that its workers do not survive.
+    Raises the exception of a task after its last try, and `KilledWorker` of Dask for a task that
+    its workers do not survive.
     """
     from distributed import as_completed
 
@@ -80,7 +86,7 @@ def render(
         vpls = clamp = None
     told = {"vpls": vpls, "clamp": clamp, "seed": seed, "threads": threads, **options}
     told = {name: value for name, value in told.items() if value is not None}
-    # Told by their number, so that they can be joined in any order.
+    # Tasks have the numbers of their shares, so that they can be joined in any order.
     tasks = [
         client.submit(
             _share, scene, allow_outside, lights, f"{number}/{shares}", told, retries=retries, pure=False
@@ -90,7 +96,7 @@ def render(
 
     def parts() -> Iterator[Image]:
         for done, (task, part) in enumerate(as_completed(tasks, with_results=True), 1):
-            # What is joined is kept by no worker.
+            # Workers release parts that are joined.
             task.release()
             yield _of_bytes(read, part, ".exr")
             if progress is not None:
@@ -106,14 +112,14 @@ def render(
 def _is_of_one_set(
     is_given: bool, method: str = "tashika", truth: str | None = None, claim: str | None = None, **_: Any
 ) -> bool:
-    """Whether a render sums over one set of lights, as `tashika.render` decides it."""
+    """Returns true if a render sums over one set of lights, by the rules of `tashika.render`."""
     if method != "tashika":
         return method != "path"
     return truth == "vpl" or (truth is None and (is_given or claim == "certified"))
 
 
 def _bytes(thing: VplSet | Image, ending: str) -> _Bytes:
-    """A set of lights or an image, as the bytes of its file."""
+    """Converts a set of lights or an image to the bytes of its file."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, f"it{ending}")
         thing.save(path)
@@ -129,13 +135,13 @@ def _of_bytes(reader: Callable[[Path], Any], data: _Bytes, ending: str) -> Any:
 
 @functools.lru_cache(maxsize=1)
 def _scene(scene: str, allow_outside: bool) -> Scene:
-    """The scene of this worker, which its tasks have in common."""
+    """Returns the scene of this worker, which its tasks share."""
     return load(scene, allow_outside=allow_outside)
 
 
 @functools.lru_cache(maxsize=1)
 def _set(lights: _Bytes) -> VplSet:
-    """The lights of this worker, and the tree over them."""
+    """Returns the lights of this worker, with the tree over them."""
     return _of_bytes(VplSet.load, lights, ".vpl")
 
 

@@ -1,13 +1,15 @@
-"""Pictures through a configuration of OpenColorIO: the displays and views of a pipeline of your own.
+"""Pictures through a configuration of OpenColorIO: displays and views of your own pipeline.
 
     import tashika.ocio
 
     pixels = tashika.ocio.display(image)                            # as $OCIO says, or else as ocio://default does
-    tashika.ocio.save("kitchen.png", image, "sRGB - Display", "Un-tone-mapped", config="show.ocio", exposure=1.5)
+    tashika.ocio.save("kitchen.png", image, "sRGB - Display", "Un-tone-mapped",
+                      config="show.ocio", exposure=1.5)
 
-With radiance `c` (linear Rec. 709) and an exposure of `e` stops a pixel becomes `round(255 · view(2ᵉ c))`, with `view` what
-OpenColorIO makes of the way from linear Rec. 709 to that view of that display, and what is outside of [0, 1] cut off. Between
-machines and versions of OpenColorIO pixels may differ, unlike all else of this package: they are computed by that library.
+With radiance `c` (linear Rec. 709) and an exposure of `e` stops a pixel becomes
+`round(255 · view(2ᵉ c))`. Here `view` is OpenColorIO's transform from linear Rec. 709 to that view
+of that display, with values clipped to [0, 1]. Unlike all else of this package, pixels may differ
+between machines and versions of OpenColorIO: they are computed by that library.
 
 Needs `pip install tashika[ocio]`. Held to this by tests/test_ocio.py.
 """
@@ -30,10 +32,11 @@ if TYPE_CHECKING:
     import PyOpenColorIO
     from numpy.typing import NDArray
 
-#: What is read where neither an argument nor the environment names a configuration.
+#: Configuration that is read if neither an argument nor the environment names one.
 DEFAULT = "ocio://default"
 
-#: Linear Rec. 709 as the configurations of the Academy, of its earlier versions and of Blender call it.
+#: Names of linear Rec. 709 in the configurations of the Academy, of its earlier versions and of
+#: Blender.
 _LINEAR_REC709 = (
     "lin_rec709_srgb",
     "Linear Rec.709 (sRGB)",
@@ -44,7 +47,7 @@ _LINEAR_REC709 = (
     "Utility - Linear - sRGB",
 )
 
-#: The largest half: of what is far brighter some views of OpenColorIO make black.
+#: The largest half: some views of OpenColorIO turn far brighter values black.
 _BRIGHTEST = 65504.0
 
 
@@ -60,21 +63,24 @@ def display(
 ) -> NDArray[np.uint8]:
     """An image as a display shows it: bytes of shape (height, width, 3), rows from the top.
 
-    - `display`, `view`: of the configuration; its defaults if not said.
-    - `config`: a file (`.ocio`, `.ocioz`), a built-in configuration ("ocio://studio-config-latest") or a `PyOpenColorIO.Config`. If
-      not said, the one that the environment variable OCIO names, or else "ocio://default", whose views are those of the version of
-      OpenColorIO that is installed.
-    - `from_space`: what the configuration calls linear Rec. 709, which the image is in. If not said, it is found by the usual names
-      or by the role `aces_interchange`.
-    - `exposure`: stops from -64 to 64, before the view; None puts the log-average at middle gray, as `Image.save` does. At 0
-      "radiance" is what any other program shows of the OpenEXR file by this configuration.
-    - `plane`: of colours, or of one channel as gray; if not said what `Image.save` shows: "reconstruction" if there is one, or else
-      "radiance".
+    - `display`, `view`: names in the configuration; by default its defaults.
+    - `config`: a file (`.ocio`, `.ocioz`), a built-in configuration ("ocio://studio-config-latest")
+      or a `PyOpenColorIO.Config`. By default it is the one that the environment variable OCIO
+      names, or else "ocio://default", whose views are those of the installed version of
+      OpenColorIO.
+    - `from_space`: the configuration's name for linear Rec. 709, the space of the image. By default
+      it is found by the usual names or by the role `aces_interchange`.
+    - `exposure`: stops from -64 to 64, before the view; None puts the log-average at middle gray,
+      as `Image.save` does. At 0 "radiance" is shown as any other program shows the OpenEXR file by
+      this configuration.
+    - `plane`: a plane of colours, or of one channel as gray; by default that of `Image.save`:
+      "reconstruction" if there is one, or else "radiance".
 
-    Pixels that were not rendered are black, and so is what is not a number; nothing is brighter than the largest half, 65504.
+    Pixels that were not rendered are black, and so are channels that are not a number; nothing is
+    brighter than the largest half, 65504.
 
-    Raises `OptionError` for a name that is not there, with those that are, `FileError` and `InputError` for configurations that cannot
-    be read, `UnsupportedError` if OpenColorIO is not installed.
+    Raises `OptionError` for an unknown name, with the known ones, `FileError` and `InputError` for
+    configurations that cannot be read, `UnsupportedError` if OpenColorIO is not installed.
     """
     return _shown(image, display, view, config, from_space, exposure, plane)[0]
 
@@ -90,9 +96,10 @@ def save(
     exposure: float | None = 0.0,
     plane: str = "",
 ) -> None:
-    """Writes what `display` gives as a PNG file, whole or not at all; pixels that were not rendered are transparent.
+    """Writes the result of `display` as a PNG file, whole or not at all.
 
-    The file does not say which display it is for. Raises what `display` raises, and `FileError` if it cannot be written.
+    Pixels that were not rendered are transparent. The file does not record its display. Raises the
+    exceptions of `display`, and `FileError` if the file cannot be written.
     """
     place = Path(path)
     if place.suffix.lower() != ".png":
@@ -110,7 +117,7 @@ def _shown(
     exposure: float | None,
     plane: str,
 ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    """The bytes, and which pixels were rendered."""
+    """Returns the bytes, and a mask of the rendered pixels."""
     if exposure is not None and not -64 <= exposure <= 64:
         raise _option("exposure", exposure, "None, or stops from -64 to 64")
     colors = _colors(image, plane)
@@ -130,11 +137,11 @@ def _shown(
 
 
 def _colors(image: Image, plane: str) -> NDArray[np.float32]:
-    """Red, green and blue of the plane, to be written to."""
+    """Returns red, green and blue of the plane, as a writable copy."""
     planes = image.planes
 
     def channels(name: str) -> list[int]:
-        """Which are red, green and blue; none if there is no such colour."""
+        """Indices of red, green and blue; empty if the plane has no colour."""
         names = planes[name]["channels"]
         is_color = len(names) == 1 or set("RGB") <= set(names)
         if not is_color or image[name].dtype != np.float32:
@@ -148,7 +155,8 @@ def _colors(image: Image, plane: str) -> NDArray[np.float32]:
 
 
 def _automatic_stops(colors: NDArray[np.float32]) -> float:
-    """What puts the log-average of the luminances at middle gray, as the library has it (`film::automatic_stops`)."""
+    """Stops that put the log-average of the luminances at middle gray, as
+    `film::automatic_stops`."""
     with np.errstate(over="ignore", invalid="ignore"):
         luminances = (colors @ np.array([0.2126, 0.7152, 0.0722], np.float32)).astype(np.float64)
     luminances = luminances[(luminances > 0) & np.isfinite(luminances)]
@@ -169,7 +177,7 @@ def _library() -> Any:
 
 
 def _configuration(config: Any) -> tuple[Any, str]:
-    """The configuration, and what messages call it."""
+    """Returns the configuration, and its name for messages."""
     ocio = _library()
     if isinstance(config, ocio.Config):
         return config, config.getName() or "the configuration"
@@ -189,7 +197,7 @@ def _configuration(config: Any) -> tuple[Any, str]:
 
 
 def _processor(config: Any, from_space: str | None, display: str | None, view: str | None) -> Any:
-    """What takes linear Rec. 709 to the view, in place."""
+    """Returns the processor that converts linear Rec. 709 to the view, in place."""
     ocio = _library()
     config, name = _configuration(config)
     source, before = _source(config, name, from_space)
@@ -205,7 +213,7 @@ def _processor(config: Any, from_space: str | None, display: str | None, view: s
 
 
 def _why(config: Any, name: str, display: str, view: str, error: Exception) -> Error:
-    """What is wrong with a display and a view that OpenColorIO refuses; it looks for both without regard to case."""
+    """Error for a display and a view that OpenColorIO refuses; it compares both without case."""
     displays, views = ([*names] for names in (config.getDisplays(), config.getViews(display)))
     if display.lower() not in (known.lower() for known in displays):
         return _option("display", repr(display), f"one of {_listed(displays)} ({name})")
@@ -217,7 +225,8 @@ def _why(config: Any, name: str, display: str, view: str, error: Exception) -> E
 
 
 def _source(config: Any, name: str, from_space: str | None) -> tuple[str, list[Any]]:
-    """The colour space, or role, that the view begins at, and what takes linear Rec. 709 to it."""
+    """Colour space, or role, where the view begins, and the transforms from linear Rec. 709 to
+    it."""
     ocio = _library()
     spaces = _listed(config.getColorSpaceNames())
     if from_space is not None:
@@ -244,7 +253,8 @@ def _listed(names: Any) -> str:
 def _png(pixels: NDArray[np.uint8]) -> bytes:
     """A PNG file of red, green, blue and opacity."""
     height, width, _ = pixels.shape
-    # Each row begins with its filter, 1: bytes are told as what they are more than those of the pixel to the left.
+    # Each row begins with its filter, 1: a byte is stored as its difference from the pixel to the
+    # left.
     left = np.pad(pixels, ((0, 0), (1, 0), (0, 0)))[:, :-1]
     rows = np.pad((pixels - left).reshape(height, width * 4), ((0, 0), (1, 0)), constant_values=1)
 
@@ -257,7 +267,7 @@ def _png(pixels: NDArray[np.uint8]) -> bytes:
 
 
 def _write(path: Path, data: bytes) -> None:
-    """Writes a file under another name and renames it; what is neither a file nor absent is written to."""
+    """Writes a file under another name and renames it; writes directly to other kinds of files."""
     place = Path(os.path.realpath(path))
     partial = place.with_name(f"{place.name}.{os.getpid()}.partial")
     try:

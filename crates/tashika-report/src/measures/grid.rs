@@ -1,13 +1,13 @@
-//! Numbers in rows, and what is around each of them, weighed.
+//! Numbers in rows, and weighted sums over the neighbourhood of each number.
 //!
 //! ```text
 //! out(x, y) = Σ_i Σ_j  along_x(i) along_y(j) in(x + i, y + j)          −r ≤ i, j ≤ r
 //! ```
 //!
-//! Beyond its edges a grid goes on as it ends. Sums run from the first weight to the last, in
-//! double precision.
+//! Beyond its edges a grid continues with its edge values. Sums run from the first weight to the
+//! last, in double precision.
 
-/// Numbers in rows.
+/// A grid of numbers, in rows.
 #[derive(Clone, Debug)]
 pub(super) struct Grid {
     pub width: usize,
@@ -15,12 +15,12 @@ pub(super) struct Grid {
     pub values: Vec<f64>,
 }
 
-/// `2r + 1` weights of what is `−r` to `r` pixels on.
+/// `2r + 1` weights for the pixels at distances `−r` to `r`.
 #[derive(Clone, Debug)]
 pub(super) struct Weights(Vec<f64>);
 
 impl Weights {
-    /// Weights of the distances −r to r (pixels).
+    /// Weights given by a function of the distance, from −r to r (pixels).
     pub(super) fn of(radius: usize, weight: impl Fn(f64) -> f64) -> Self {
         Self((0..=2 * radius).map(|i| weight(i as f64 - radius as f64)).collect())
     }
@@ -29,13 +29,13 @@ impl Weights {
         self.0.iter().sum()
     }
 
-    /// The same, of the sum 1.
+    /// Scales the weights to the sum 1.
     pub(super) fn normalized(self) -> Self {
         let sum = self.sum();
         Self(self.0.into_iter().map(|w| w / sum).collect())
     }
 
-    /// The same with the sum 1 of those that are positive, and −1 of those that are negative.
+    /// Scales the positive weights to the sum 1, and the negative weights to the sum −1.
     pub(super) fn balanced(self) -> Self {
         let positive: f64 = self.0.iter().filter(|w| **w > 0.0).sum();
         let negative: f64 = -self.0.iter().filter(|w| **w < 0.0).sum::<f64>();
@@ -44,24 +44,24 @@ impl Weights {
 }
 
 impl Grid {
-    /// A grid of so many columns.
+    /// A grid with `width` columns.
     pub(super) fn new(width: usize, values: impl Iterator<Item = f64>) -> Self {
         let values: Vec<f64> = values.collect();
         Self { width, height: values.len() / width, values }
     }
 
-    /// A grid of the same shape.
+    /// A grid of other values, with this shape.
     fn filled(&self, values: Vec<f64>) -> Self {
         Self { width: self.width, height: self.height, values }
     }
 
-    /// What two grids give together, number by number.
+    /// Combines two grids number by number.
     pub(super) fn with(&self, other: &Self, f: impl Fn(f64, f64) -> f64) -> Self {
         let values = self.values.iter().zip(&other.values).map(|(a, b)| f(*a, *b)).collect();
         self.filled(values)
     }
 
-    /// What is around each number, weighed; see the module.
+    /// Weighted sum over the neighbourhood of each number; see the module.
     pub(super) fn weighed(&self, along_x: &Weights, along_y: &Weights) -> Self {
         self.weighed_along_x(along_x).weighed_along_y(along_y)
     }
@@ -94,7 +94,7 @@ impl Grid {
     }
 }
 
-/// Adds `weight` times the numbers, as many as there are sums.
+/// Adds `weight` times each number to its sum, for as many numbers as there are sums.
 fn add(sums: &mut [f64], weight: f64, numbers: &[f64]) {
     for (sum, number) in sums.iter_mut().zip(numbers) {
         *sum += weight * number;

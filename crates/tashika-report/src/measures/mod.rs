@@ -1,7 +1,7 @@
-//! How far a picture is from its reference by the measures that the field reports.
+//! Error of a picture against its reference by the measures that the field reports.
 //!
-//! Of the colours `x` (linear RGB, W·m⁻²·sr⁻¹) and the reference's `r`, over `n` pixels and their
-//! three channels:
+//! With the colours `x` (linear RGB, W·m⁻²·sr⁻¹) and those of the reference, `r`, over `n` pixels
+//! and their three channels:
 //!
 //! ```text
 //! RMSE   = √( Σ (x − r)² / 3n )                          unit of the film
@@ -11,17 +11,18 @@
 //! FLIP   = mean of the map of `flip`                     of the display picture, 67 pixels per degree
 //! ```
 //!
-//! relMSE is that of Rousselle et al. 2011; the constant, which keeps black references from
-//! deciding alone, is chosen: 10⁻² and 10⁻³ are in use.
+//! relMSE is that of Rousselle et al. 2011. The constant, which prevents black references from
+//! dominating, is a choice: 10⁻² and 10⁻³ are in use.
 //!
 //! # The display picture
 //! `X = sRGB(clamp(2ᵉ x, 0, 1))` by IEC 61966-2-1, without rounding to bytes and without a
-//! shoulder. The exposure `e` is the reference's own ([`automatic_stops`]) for both, so that all
-//! pictures are shown alike that are held against one reference, whatever the unit of its scene.
+//! shoulder. The exposure `e` of both is the automatic exposure of the reference
+//! ([`automatic_stops`]). So all pictures compared with one reference have one exposure, whatever
+//! the unit of its scene.
 //!
-//! # What is left out
-//! Pixels that were not rendered, or where one of the two is not finite. They enter no mean; around
-//! them SSIM weighs what is left of a window, and FLIP sees the same colour in both pictures.
+//! # Omitted pixels
+//! Pixels that were not rendered, or that are not finite in one of the two, enter no mean. Around
+//! them SSIM uses the rest of a window, and FLIP sees equal colours in both pictures.
 //! [`super::Comparison::failed`] counts those of the image.
 //!
 //! # Guarantee
@@ -29,8 +30,8 @@
 //! to 1.
 //!
 //! # Held to this by
-//! `tests`: PSNR, SSIM and FLIP by the programs of others (`scripts/picture_measures.py`), the
-//! others by closed forms.
+//! `tests`: PSNR, SSIM and FLIP by independent programs (`scripts/picture_measures.py`), the others
+//! by closed forms.
 
 mod flip;
 mod grid;
@@ -47,7 +48,7 @@ const LEAST_SQUARE: f64 = 0.01;
 /// 0.7 m (Andersson et al. 2020).
 const PIXELS_PER_DEGREE: f64 = 67.0;
 
-/// A picture against its reference; see the module.
+/// Measures of a picture against its reference; see the module.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measures {
     /// Root mean squared error of linear RGB (unit of the film).
@@ -56,17 +57,17 @@ pub struct Measures {
     pub relmse: f64,
     /// Peak signal-to-noise ratio of the display picture (dB); infinite if the pictures are equal.
     pub psnr: f64,
-    /// Structural similarity of the display picture's luma, −1 to 1 (Wang et al. 2004); none if no
-    /// window of 11 × 11 pixels is inside.
+    /// Structural similarity of the display picture's luma, −1 to 1 (Wang et al. 2004); `None` if
+    /// no window of 11 × 11 pixels is inside.
     pub ssim: Option<f64>,
     /// LDR-FLIP of the display picture, 0 to 1, at 67 pixels per degree (Andersson et al. 2020).
     pub flip: f64,
-    /// Stops by which the display picture of both is exposed.
+    /// Exposure of both display pictures (stops).
     pub exposure_stops: f64,
 }
 
 impl Measures {
-    /// Of two films; none if no pixel is finite in both.
+    /// Measures two films; `None` if no pixel is finite in both.
     pub(super) fn of(window: Window, pairs: Pairs<'_>) -> Option<Self> {
         let (mut squared, mut relative, mut count) = (0.0, 0.0, 0_u64);
         for pixel in pairs.pixels() {
@@ -93,17 +94,16 @@ impl Measures {
     }
 }
 
-/// An image and its reference as a display shows them, before they are encoded: linear RGB of 0 to
-/// 1.
+/// An image and its reference as a display shows them, before encoding: linear RGB of 0 to 1.
 struct Pictures {
     width: usize,
     colors: [Vec<Rgb>; 2],
-    /// Pixels that are there in both.
+    /// True for pixels that are finite in both.
     is_there: Vec<bool>,
 }
 
 impl Pictures {
-    /// Of two films, exposed as the reference asks; with the stops.
+    /// Exposes two films by the reference; also returns the stops.
     fn of(window: Window, pairs: Pairs<'_>) -> (Self, f32) {
         let stops = automatic_stops(pairs.pixels().map(|pixel| match pixel {
             Pixel::Failed { truth } | Pixel::Finite { truth, .. } => truth.luminance(),
@@ -141,7 +141,7 @@ impl Pictures {
         -10.0 / std::f64::consts::LN_10 * ln_f64(self.mean(&squares))
     }
 
-    /// The mean over the pixels that are there, of which there is one at least.
+    /// Mean over the pixels that are finite in both, of which there is at least one.
     fn mean(&self, values: &[f64]) -> f64 {
         let there = values.iter().zip(&self.is_there).filter(|(_, is_there)| **is_there);
         let (sum, count) = there.fold((0.0, 0_u64), |(sum, count), (value, _)| (sum + value, count + 1));

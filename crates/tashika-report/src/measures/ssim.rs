@@ -1,4 +1,4 @@
-//! Structural similarity: how alike brightness, contrast and structure of two pictures are.
+//! Structural similarity: similarity of brightness, contrast and structure of two pictures.
 //!
 //! With means `µ`, variances `σ²` and the covariance `σ_xr` of the luma in the window around a
 //! pixel (Wang et al. 2004, eq. 13),
@@ -8,13 +8,13 @@
 //! C₁ = 0.01²   C₂ = 0.03²         of numbers in 0 to 1
 //! ```
 //!
-//! The window has 11 × 11 pixels, weighed by a Gaussian of the standard deviation 1.5 pixels whose
-//! weights add up to 1; variances are those of the weighed population. The luma is
+//! The window has 11 × 11 pixels, weighted by a Gaussian of the standard deviation 1.5 pixels with
+//! weights that add up to 1; variances are those of the weighted population. The luma is
 //! `0.2126 R′ + 0.7152 G′ + 0.0722 B′` of the encoded channels. The mean is over the pixels whose
 //! window is inside of the picture.
 //!
-//! Around pixels that are left out the weights of the others add up to 1: `µ = Σ w m x / Σ w m`,
-//! with `m` 1 for what is there and 0 for what is not.
+//! Around omitted pixels the weights of the others add up to 1: `µ = Σ w m x / Σ w m`, with `m` 1
+//! for present pixels and 0 for omitted ones.
 //!
 //! Held to this by `tests::ssim_is_that_of_scikit_image`.
 
@@ -23,14 +23,14 @@ use super::grid::{Grid, Weights};
 use crate::color::LUMINANCE_WEIGHTS;
 use crate::math::elementary::exp_f64;
 
-/// Pixels from the middle of a window to its end.
+/// Pixels from the middle of a window to its edge.
 const RADIUS: usize = 5;
 /// Standard deviation of the window (pixels).
 const DEVIATION: f64 = 1.5;
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
-/// The mean of the map over windows that are inside; none if there is none, or nothing is there.
+/// Mean of the map over pixels whose window is inside; `None` if no such pixel is present.
 pub(super) fn mean(pictures: &Pictures) -> Option<f64> {
     let map = map(pictures);
     let (mut sum, mut count) = (0.0, 0_u64);
@@ -45,7 +45,7 @@ pub(super) fn mean(pictures: &Pictures) -> Option<f64> {
     (count > 0).then(|| sum / count as f64)
 }
 
-/// The similarity at each pixel; of no meaning where none is there, or near an edge.
+/// Similarity at each pixel; meaningless if the pixel is omitted or near an edge.
 pub(super) fn map(pictures: &Pictures) -> Grid {
     let window = Weights::of(RADIUS, |x| exp_f64(-x * x / (2.0 * DEVIATION * DEVIATION))).normalized();
     let there = Grid::new(pictures.width, pictures.is_there.iter().map(|there| f64::from(*there)));

@@ -1,4 +1,4 @@
-//! Pictures by formulas, measured by the programs of others.
+//! Measures of pictures given by formulas, against independent programs.
 
 use std::path::Path;
 
@@ -8,12 +8,12 @@ use crate::film::{Film, PlaneSpec, SampleKind};
 
 const WIDTH: usize = 56;
 const HEIGHT: usize = 44;
-/// Where maps are told.
+/// Pixels at which values of maps are compared.
 const PLACES: [(usize, usize); 4] = [(20, 17), (31, 30), (0, 25), (55, 43)];
-/// What `scripts/picture_measures.py` wrote: a change, a measure, numbers.
+/// Output of `scripts/picture_measures.py`: lines of a change, a measure, numbers.
 const INDEPENDENT: &str = include_str!("independent.txt");
 
-/// The script's `reference`.
+/// Picture `reference` of the script.
 fn reference(x: usize, y: usize) -> [f64; 3] {
     let board = ((x / 9 + y / 7) % 2) as f64;
     let stripe = if (x + y) % 16 < 6 { 14 } else { 0 };
@@ -24,7 +24,7 @@ fn reference(x: usize, y: usize) -> [f64; 3] {
     ]
 }
 
-/// The script's `changed`.
+/// Picture `changed` of the script.
 fn changed(change: &str, x: usize, y: usize) -> [f64; 3] {
     let color = reference(x, y);
     match change {
@@ -53,7 +53,7 @@ fn pictures(change: &str) -> Pictures {
     }
 }
 
-/// The rows of a measure: the change, and its numbers.
+/// Rows of a measure: the change, and its numbers.
 fn rows(measure: &str) -> Vec<(&'static str, Vec<f64>)> {
     let rows = INDEPENDENT.lines().map(|line| line.split(' ').collect::<Vec<_>>());
     let rows = rows.filter(|words| words[1] == measure);
@@ -68,8 +68,8 @@ fn near(found: f64, expected: f64, tolerance: f64, what: &str) {
     assert!((found - expected).abs() <= tolerance, "{what}: {found}, not {expected}");
 }
 
-/// Colours in single precision are off by 6e-8 of themselves, codes by ten times that at most where
-/// the curve is steep: 5e-6 of the squares of errors of a tenth, and 4.3 times that of the
+/// Colours in single precision have relative errors of 6e-8, and codes at most ten times that where
+/// the curve is steep. That is 5e-6 of the squares of errors of a tenth, and 4.3 times that in
 /// decibels.
 #[test]
 fn psnr_is_that_of_scikit_image() {
@@ -78,7 +78,7 @@ fn psnr_is_that_of_scikit_image() {
     }
 }
 
-/// As above; where a window has no contrast, 1e-9 of its squares is 1e-6 of `C₂`.
+/// As for PSNR; in a window without contrast, 1e-9 of its squares is 1e-6 of `C₂`.
 #[test]
 fn ssim_is_that_of_scikit_image() {
     for (change, expected) in rows("ssim") {
@@ -91,8 +91,9 @@ fn ssim_is_that_of_scikit_image() {
     }
 }
 
-/// The authors' matrix from RGB to XYZ is rounded elsewhere: up to 3e-5 from that of the
-/// chromaticities. The steepest of what follows, the power 0.7 with its line, at most doubles that.
+/// The authors round their matrix from RGB to XYZ differently: it differs by up to 3e-5 from that
+/// of the chromaticities. The steepest later step, the power 0.7 with its line, at most doubles
+/// that.
 #[test]
 fn flip_is_that_of_its_authors() {
     for density in [67.0, 30.0] {
@@ -113,7 +114,7 @@ const COLOR: PlaneSpec =
 const STOP: PlaneSpec =
     PlaneSpec { name: "stop", channels: &["id"], unit: "1", kind: SampleKind::U32, doc: "" };
 
-/// A film that is rendered all over.
+/// A film of which every pixel is rendered.
 fn film(of: impl Fn(usize, usize) -> [f64; 3]) -> Film {
     let size = [WIDTH as u32, HEIGHT as u32];
     let mut film = Film::new(size, Window::full(size), &[COLOR, STOP]).unwrap();
@@ -132,7 +133,7 @@ fn measured(image: &Film, reference: &Film) -> Option<Measures> {
 
 #[test]
 fn errors_of_linear_colours_are_those_of_their_formulas() {
-    // Of the three channels one is off by 3, one by 4: their squares are 9 and 16.
+    // Two of the three channels have errors, of 3 and 4: their squares are 9 and 16.
     let image = film(|_, _| [5.0, 4.0, 1.0]);
     let found = measured(&image, &film(|_, _| [2.0, 0.0, 1.0])).unwrap();
     near(found.rmse, (25.0_f64 / 3.0).sqrt(), 1e-12, "rmse");
@@ -154,7 +155,7 @@ fn both_are_shown_as_bright_as_the_reference_asks() {
         let reference = film(|x, y| times(reference(x, y)));
         measured(&film(|x, y| times(changed("noise", x, y))), &reference).unwrap()
     });
-    // A power of two: the same bits after exposure but for the rounding of the stops.
+    // A power of two: exposed bits are equal except for the rounding of the stops.
     near(dark.exposure_stops - dim.exposure_stops, 6.0, 1e-5, "stops");
     for (of, a, b) in
         [("psnr", dark.psnr, dim.psnr), ("flip", dark.flip, dim.flip), ("rmse", 64.0 * dark.rmse, dim.rmse)]
@@ -176,7 +177,7 @@ fn what_is_left_out_enters_no_measure() {
         }
         measured(&image, &truth).unwrap()
     };
-    // Failed, or not rendered whatever is there.
+    // Failed; not rendered, with any content.
     let failed = holes([f64::INFINITY; 3], 2);
     let [black, bright] = [0.0, 1000.0].map(|v| holes([v; 3], 0));
     assert_eq!(black, bright);
@@ -184,15 +185,15 @@ fn what_is_left_out_enters_no_measure() {
     assert_eq!(squares(&failed), squares(&black));
     near(failed.psnr, black.psnr, 0.2, "the exposure is by other pixels");
     assert!(holes([1000.0; 3], 2).flip > failed.flip + 0.05, "rendered, it would count");
-    // The rest is as it was: holes of every 29th pixel hardly change what is seen of noise.
+    // The rest is unchanged: holes at every 29th pixel hardly change the visible noise.
     let whole = measured(&film(|x, y| changed("noise", x, y)), &truth).unwrap();
     near(failed.ssim.unwrap(), whole.ssim.unwrap(), 0.02, "ssim");
     near(failed.flip, whole.flip, 0.02, "flip");
     assert!(measured(&film(|_, _| [f64::INFINITY; 3]), &truth).is_none());
 }
 
-/// Two grays, the same at every pixel: whatever is averaged over is the same, so that each measure
-/// tells what else it took.
+/// Two constant grays. A mean over any set of their pixels is equal, so that a measure differs if
+/// and only if other pixels enter it.
 #[test]
 fn means_are_of_what_is_there_alone() {
     let [dark, light] = [0.1, 0.2];
@@ -212,8 +213,8 @@ fn means_are_of_what_is_there_alone() {
         near(half, whole, 1e-9, of);
     }
     assert!(whole.ssim.unwrap() < 0.99, "{whole:?}");
-    // Between pixels that are equal the eye sees less of a difference; the mean over all would be a
-    // third of it.
+    // Between equal pixels the eye sees less of a difference, so FLIP is tested on a strip; the
+    // mean over all pixels would be half of it.
     let strip = film(|x, _| [if x < WIDTH / 2 { dark } else { f64::INFINITY }; 3]);
     let strip = measured(&strip, &truth).unwrap();
     near(strip.ssim.unwrap(), whole.ssim.unwrap(), 1e-9, "no window without a pixel");

@@ -1,22 +1,22 @@
-//! The page of a comparison: where an image is how far from its reference, and whether it knew.
+//! The page of a comparison: errors of an image against its reference, and a test of its claims.
 
 use super::{Images, Page, Plot, Provenance, Shown};
 use crate::compare::{Comparison, Named, Tolerance, ToleranceFrom};
 use crate::film::{Tone, percent_of_share, percent_of_tolerance};
 use crate::summary::summary;
 
-/// What the page of a comparison says beyond what was found.
+/// Contents of the page of a comparison beyond its results.
 #[derive(Clone, Debug)]
 pub struct CompareFacts {
-    /// Where the tolerance is from.
+    /// Origin of the tolerance.
     pub tolerance_from: ToleranceFrom,
-    /// What was typed.
+    /// Command line that was typed, if known.
     pub command: Option<String>,
     /// Tone mapping that the page begins with.
     pub tone: Tone,
 }
 
-/// The page of a comparison of these two films.
+/// Returns the page of a comparison of these two films as HTML.
 pub fn compare_page(
     comparison: &Comparison,
     image: Named<'_>,

@@ -1,12 +1,12 @@
-//! Films as text in a page.
+//! Films as text inside of a page.
 //!
 //! The samples of a plane, channel after channel, are split into their four bytes (all lowest bytes
-//! first), each byte replaced by its difference from the one before, compressed (zlib) and written
-//! in base 64. Neighbouring pixels agree in most of their upper bytes, so that images of 640 × 360
-//! pixels take about 2 bytes a sample.
+//! first). Each byte is replaced by its difference from the preceding one; the bytes are compressed
+//! (zlib) and written in base 64. Neighbouring pixels agree in most of their upper bytes, so that
+//! images of 640 × 360 pixels take approximately 2 bytes a sample.
 //!
-//! Only planes that a reader of the page asks for, by their row of the schema, are written; a plane
-//! that two images share is written once.
+//! Only planes that the schema marks for pages are written. A plane that two images share is
+//! written once.
 
 use std::io::Write;
 
@@ -27,18 +27,18 @@ use crate::own_error::OwnError;
 use crate::reconstruction::seen;
 use crate::{count, least_certain};
 
-/// Pixels that a page holds of all its images together; 300,000 with eleven channels are about 9
-/// MB.
+/// Largest number of pixels of all images of a page together; 300,000 with eleven channels are
+/// approximately 9 MB.
 const MOST_PIXELS: u64 = 300_000;
 
-/// What a page holds of some images.
+/// Images of a page as text.
 #[derive(Default)]
 pub(super) struct Embedded {
-    /// For the scripts.
+    /// Images for the scripts of the page.
     pub images: Vec<Image>,
-    /// What a reader has to know about it.
+    /// Note for readers, if the page does not hold every pixel.
     pub note: Option<String>,
-    /// The first of them as a picture, for readers without scripts: an address that holds a PNG file.
+    /// The first image as a picture, for readers without scripts: a data address of a PNG file.
     pub still: Option<String>,
 }
 
@@ -48,7 +48,7 @@ pub(super) struct Image {
     size: [u32; 2],
     window: [u32; 4],
     factor: u32,
-    /// Of each block the place of the pixel shown, in reading order.
+    /// Position of the shown pixel inside each block, in reading order of the block's pixels.
     picks: Option<String>,
     metadata: Map<String, Json>,
     planes: Vec<PlaneText>,
@@ -62,11 +62,11 @@ struct PlaneText {
     doc: String,
     kind: &'static str,
     data: Option<String>,
-    /// The image that has the same plane.
+    /// Index of an earlier image that has this plane.
     same_as: Option<usize>,
 }
 
-/// Writes the images; all show the same window.
+/// Encodes the images, which all show the same window.
 pub(super) fn embed(shown: &[Shown<'_>], tone: Tone) -> Embedded {
     let Some(first) = shown.first() else { return Embedded::default() };
     let window = first.film.window();
@@ -78,7 +78,7 @@ pub(super) fn embed(shown: &[Shown<'_>], tone: Tone) -> Embedded {
     {
         factor += 1;
     }
-    // The same pixels of all images, so that they can be compared.
+    // All images have the same pixels, so that they can be compared.
     let picks = least_certain(first.film, window, factor);
     let places = (factor > 1).then(|| {
         let place = |&[x, y]: &[u32; 2]| {
@@ -90,7 +90,7 @@ pub(super) fn embed(shown: &[Shown<'_>], tone: Tone) -> Embedded {
     });
     let images = shown.iter().enumerate().map(|(index, image)| {
         let film = image.film;
-        // Without a map of half-widths, the errors are given by the standard error.
+        // Without a map of half-widths, the standard error is shown instead.
         let has_map = RenderFilm::of(film).has_map();
         let asked_for = SCHEMA.iter().filter(|row| match row.spec.name {
             name if name == planes::HALF_WIDTH.name => has_map,
@@ -126,7 +126,7 @@ pub(super) fn embed(shown: &[Shown<'_>], tone: Tone) -> Embedded {
             metadata: film
                 .metadata()
                 .iter()
-                // The planes that these are about are in no page.
+                // Planes of mattes, which these entries describe, are in no page.
                 .filter(|(name, _)| !name.starts_with(CRYPTOMATTE))
                 .map(|(name, value)| (name.to_owned(), json(value)))
                 .collect(),
@@ -149,8 +149,8 @@ fn is_some(film: &Film, spec: PlaneSpec) -> bool {
     film.plane(spec).and_then(Plane::f32_samples).is_some_and(|samples| samples.iter().any(|v| *v > 0.0))
 }
 
-/// The picture that scripts begin with; errors are those of the estimate, else what is to be seen is
-/// shown.
+/// Picture that the scripts show first: the estimates if there is a reference, to match the errors;
+/// otherwise the plane that is [`seen`].
 fn still(shown: &Shown<'_>, picks: &[[u32; 2]], size: [u32; 2], tone: Tone) -> Option<String> {
     let film = shown.film;
     let plane = if shown.reference.is_some() { film.plane(planes::RADIANCE) } else { seen(film) };
@@ -193,7 +193,7 @@ fn text(plane: &Plane, name: &str, film: &Film, picks: &[[u32; 2]]) -> PlaneText
     PlaneText { data: Some(packed(&chosen, channels)), ..head(plane, name) }
 }
 
-/// Samples as text; see the module.
+/// Encodes samples as text; see the module.
 fn packed(samples: &Samples, channels: usize) -> String {
     let words: Vec<u32> = match samples {
         Samples::F32(s) => s.iter().map(|v| v.to_bits()).collect(),

@@ -1,26 +1,27 @@
-//! One HTML page that needs nothing else: images to look into, numbers, tables, plots, provenance.
+//! One self-contained HTML page: images to inspect, numbers, tables, plots, provenance.
 //!
 //! The page opens from disk and fetches nothing. Its images are the samples themselves, compressed,
 //! so that the value under the pointer is the value of the film, bit by bit; scripts in the page
-//! turn them into colours. Where a film has more pixels than a page should hold, the page holds
-//! [the least certain pixel](super::least_certain) of each block and says so.
+//! turn them into colours. If a film has too many pixels for a page, the page holds [the least
+//! certain pixel](super::least_certain) of each block, and a note says so.
 //!
-//! Where scripts do not run the page shows its first image as a picture, and everything else but the
+//! Without scripts the page shows its first image as a picture, and everything else except the
 //! controls.
 //!
-//! The same page without samples is the viewer that a program serves ([`Images::Served`]): its
-//! scripts then ask for tiles, a state, and single pixels below the page's own address.
+//! The same page without samples is the viewer that a program serves ([`Images::Served`]). Its
+//! scripts then request tiles, a state, and single pixels below the page's own address.
 //!
-//! The template is `assets/page.html` (minijinja, which escapes what it fills in), the scripts are
-//! `assets/*.js`, the plots are SVG by plotters. What claims, reasons, planes, metadata and tone mappings
-//! there are, scripts are told by `record_script`.
+//! The template is `assets/page.html` (minijinja, which escapes all values), the scripts are
+//! `assets/*.js`, the plots are SVG by plotters. `record_script` passes the tables of claims,
+//! reasons, planes, metadata and tone mappings to the scripts.
 //!
 //! # Guarantee
-//! Equal contents give equal bytes. Nothing that comes from outside, names of files and scenes
-//! among it, is ever markup or script.
+//! Equal contents give equal bytes. No outside text, such as names of files and scenes, is ever
+//! markup or script.
 //!
 //! # Held to this by
-//! `report::page::tests` for what is in the page, `scripts/page.py` in a browser for what it does.
+//! `report::page::tests` for the contents of pages, `scripts/page.py` in a browser for their
+//! behaviour.
 
 mod compared;
 mod embedded;
@@ -41,7 +42,7 @@ use crate::film::{Film, Metadata, Tone};
 
 const TEMPLATE: &str = include_str!("assets/page.html");
 const STYLE: &str = include_str!("assets/style.css");
-/// In the order in which they need each other, behind [`record_script`].
+/// Scripts in the order of their dependencies, after [`record_script`].
 const SCRIPTS: [&str; 4] = [
     include_str!("assets/planes.js"),
     include_str!("assets/views.js"),
@@ -52,86 +53,86 @@ const SCRIPTS: [&str; 4] = [
 /// An image of a page.
 #[derive(Clone, Debug)]
 pub struct Shown<'a> {
-    /// What it is called where there are several.
+    /// Name of the image among several.
     pub label: String,
-    /// Its planes.
+    /// Film with the image's planes.
     pub film: &'a Film,
-    /// What its errors are measured from.
+    /// Reference that errors are measured from.
     pub reference: Option<&'a Film>,
 }
 
-/// What there is to look at.
+/// Source of the images of a page.
 #[derive(Clone, Debug)]
 pub enum Images<'a> {
-    /// Nothing.
+    /// No images.
     None,
-    /// In the page; all show the same window of the same image.
+    /// Images embedded in the page; all show the same window of the same image.
     Embedded(Vec<Shown<'a>>),
-    /// Asked for from the program that serves the page.
+    /// Images that the page requests from the program that serves it.
     Served {
         /// Marks the page's own scripts and styles in the program's content security policy.
         nonce: String,
     },
 }
 
-/// Heads and cells as text.
+/// Table of text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Sheet {
-    /// What stands above the columns.
+    /// Headings of the columns.
     pub head: Vec<String>,
     /// Rows of cells.
     pub lines: Vec<Vec<String>>,
 }
 
-/// Where something comes from.
+/// Names and values of a film's metadata.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Provenance {
-    /// What comes from there.
+    /// Name of the film.
     pub label: String,
-    /// Names and values.
+    /// Names and values of the metadata.
     pub rows: Vec<(String, String)>,
 }
 
 impl Provenance {
-    /// What a film says of itself.
+    /// Provenance by the film's metadata.
     pub fn of(label: impl Into<String>, metadata: &Metadata) -> Self {
         let rows = metadata.iter().map(|(name, value)| (name.to_owned(), value.to_string())).collect();
         Self { label: label.into(), rows }
     }
 }
 
-/// Everything on a page, from its top to its end; what is empty is left out.
+/// Contents of a page from top to bottom; empty parts are omitted.
 #[derive(Clone, Debug)]
 pub struct Page<'a> {
-    /// Title of the window.
+    /// Title of the browser's window.
     pub title: String,
-    /// The one sentence to take away.
+    /// Main result in one sentence.
     pub headline: String,
-    /// Sentences below it.
+    /// Sentences below the headline.
     pub lines: Vec<String>,
-    /// What there is to look at.
+    /// Images to inspect, embedded or served.
     pub images: Images<'a>,
-    /// How radiance is shown at first.
+    /// Tone mapping that the page begins with.
     pub tone: Tone,
-    /// Relative error that is shown as one step of the scale, of which it has five; that of the
-    /// images if it is not said.
+    /// Relative error that is one step of the scale, which has five. Default: the tolerance of the
+    /// images.
     pub tolerance: Option<f64>,
-    /// Labels and what is to say of them.
+    /// Labels and texts of the summary.
     pub rows: Vec<(String, String)>,
-    /// Tables.
+    /// Tables, shown below the summary.
     pub tables: Vec<Sheet>,
-    /// Sentences below the tables.
+    /// Sentences, shown below the tables.
     pub below: Vec<String>,
-    /// Plots.
+    /// Plots, shown with links to their files.
     pub plots: Vec<Plot>,
-    /// What is typed to make this again.
+    /// Command that reproduces the page.
     pub command: Option<String>,
-    /// Where it comes from.
+    /// Metadata of the films that the page shows.
     pub provenance: Vec<Provenance>,
 }
 
 impl<'a> Page<'a> {
-    /// A page with a title and a sentence.
+    /// A page with a title and a headline, otherwise empty.
     pub fn new(title: impl Into<String>, headline: impl Into<String>) -> Self {
         Self {
             title: title.into(),
@@ -149,7 +150,7 @@ impl<'a> Page<'a> {
         }
     }
 
-    /// The page as a file.
+    /// Returns the page as the text of an HTML file.
     pub fn html(&self) -> String {
         let (nonce, served) = match &self.images {
             Images::Served { nonce } => (nonce.as_str(), true),
@@ -168,7 +169,7 @@ impl<'a> Page<'a> {
             "no_value": hex(super::color_scale::NO_VALUE),
             "images": embedded.images,
         });
-        // Inside a script element only `<` could end it or begin a comment.
+        // Inside a script element only `<` could end the element or begin a comment.
         let data = data.to_string().replace('<', "\\u003c");
         let mut environment = Environment::new();
         environment.add_template("page.html", TEMPLATE).expect("the template is part of the program");

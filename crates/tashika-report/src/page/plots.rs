@@ -1,7 +1,7 @@
-//! Plots as SVG that prints well, and the same numbers as CSV.
+//! Plots as SVG that prints well, with the plotted numbers as CSV.
 //!
-//! Colours are those of Okabe, Ito 2008, which people who see fewer colours tell apart; lines
-//! differ in dashes as well.
+//! Colours are those of Okabe, Ito 2008, which people with colour vision deficiency can
+//! distinguish.
 
 use std::fmt::Write;
 
@@ -23,47 +23,47 @@ const COLORS: [RGBColor; 8] = [
     RGBColor(90, 90, 90),
     RGBColor(0, 0, 0),
 ];
-/// Points of a curve; more are not seen.
+/// Largest number of points of a curve; more would not be visible.
 const POINTS: usize = 400;
 const FONT: &str = "sans-serif";
 
-/// A plot.
+/// A plot, and its numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plot {
-    /// Name of its files.
+    /// Name of the plot's files.
     pub name: String,
-    /// What it shows.
+    /// Caption, shown above the plot.
     pub caption: String,
-    /// The plot.
+    /// The drawing, as an SVG document.
     pub svg: String,
-    /// Its numbers.
+    /// The plotted numbers, as CSV.
     pub csv: String,
 }
 
-/// A share that was measured, for [`Plot::measured`].
+/// A share with its interval, for [`Plot::measured`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
-    /// What it belongs to.
+    /// Label of the series that the share belongs to.
     pub label: String,
-    /// Number of its colour, which is that of the same thing in other plots.
+    /// Index of the series' colour, which is the same in other plots.
     pub series: usize,
-    /// Where it stands.
+    /// Position on the x axis.
     pub x: f64,
-    /// The share, in 0 to 1.
+    /// Share that was measured, 0 to 1.
     pub share: f64,
-    /// Ends of its interval.
+    /// Lower end of the interval.
     pub low: f64,
-    /// Ends of its interval.
+    /// Upper end of the interval.
     pub high: f64,
 }
 
 type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// What a drawing in memory may say; it does not happen.
+/// Errors that plotters can return; drawing to a string never fails.
 type Drawn = Result<(), Box<dyn std::error::Error>>;
 
 impl Plot {
-    /// Which share of some errors is at most x, for each list of errors; `mark` is where x is a
-    /// tolerance.
+    /// Cumulative distribution of each list of errors: the share that is at most x. `mark` is a
+    /// tolerance on the x axis.
     pub fn shares(
         name: &str,
         caption: &str,
@@ -102,7 +102,7 @@ impl Plot {
         Self { name: name.to_owned(), caption: caption.to_owned(), svg, csv }
     }
 
-    /// How many of the values are how large, in steps of equal ratio.
+    /// Histogram of the values, in bins of equal ratio. `told` formats numbers of the x axis.
     pub fn histogram(
         name: &str,
         caption: &str,
@@ -139,9 +139,9 @@ impl Plot {
         Self { name: name.to_owned(), caption: caption.to_owned(), svg, csv }
     }
 
-    /// Shares with their intervals, and what they should be at least.
+    /// Shares with their intervals.
     ///
-    /// `x`: what stands below the axis, and how its numbers are told; `promised`: where a line is
+    /// `x`: label of the axis, and format of its numbers; `promised`: share at which a line is
     /// drawn.
     pub fn measured(
         name: &str,
@@ -170,7 +170,7 @@ impl Plot {
             for (i, label) in labels.iter().enumerate() {
                 let of_label = || found.iter().filter(|m| m.label == **label);
                 let color = COLORS[of_label().map(|m| m.series).next().unwrap_or(0) % COLORS.len()];
-                // Side by side where they stand at the same place.
+                // Side by side if they have the same position.
                 let shift = powf_f64(high / low, 0.006 * (i as f64 - (labels.len() - 1) as f64 / 2.0));
                 let place = |m: &Measured| m.x * shift;
                 let bars = of_label()
@@ -188,7 +188,7 @@ impl Plot {
         Self { name: name.to_owned(), caption: caption.to_owned(), svg, csv }
     }
 
-    /// How one number grows with another, both in equal ratios: `points` are a series, x and y.
+    /// Growth of one number with another, on logarithmic axes; `points` are a series, x and y.
     pub fn growth(name: &str, caption: &str, x: &str, y: &str, points: &[(String, f64, f64)]) -> Self {
         let (left, right) = ends(points.iter().map(|p| p.1));
         let (low, high) = ends(points.iter().map(|p| p.2));
@@ -219,8 +219,7 @@ impl Plot {
     }
 }
 
-/// An axis on which equal ratios are equally far apart, with ticks at round numbers; both ends are
-/// above zero.
+/// A logarithmic axis with ticks at round numbers; both ends are above zero.
 struct Decades {
     low: f64,
     high: f64,
@@ -245,7 +244,7 @@ impl Ranged for Decades {
         let round =
             (first..=last).flat_map(|k| steps.iter().map(move |step| step * powf_f64(10.0, f64::from(k))));
         let found: Vec<f64> = round.filter(|tick| self.range().contains(tick)).collect();
-        // So short that no round number is on it.
+        // The axis is too short for round numbers.
         if found.len() < 2 { vec![self.low, self.high] } else { found }
     }
 
@@ -258,7 +257,7 @@ fn log10(x: f64) -> f64 {
     ln_f64(x) / std::f64::consts::LN_10
 }
 
-/// Labels in the order in which they come first.
+/// Distinct labels in the order of their first occurrence.
 fn distinct<'a>(labels: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let mut found = Vec::new();
     for label in labels {
@@ -271,7 +270,7 @@ fn distinct<'a>(labels: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
 
 type Chart<'a, X, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>;
 
-/// An axis of numbers.
+/// Axis of real numbers, with a format for its ticks.
 trait Axis: Ranged<ValueType = f64> + ValueFormatter<f64> {}
 impl<A: Ranged<ValueType = f64> + ValueFormatter<f64>> Axis for A {}
 
@@ -326,7 +325,8 @@ fn drawn(draw: impl FnOnce(&Canvas<'_>) -> Drawn) -> String {
     svg
 }
 
-/// The least and the largest of positive numbers, apart from each other.
+/// Ends of an axis: the smallest and the largest finite value, at most five decades apart; a range
+/// around them if they are equal, and 10⁻³ to 1 without values.
 fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = values
         .filter(|v| v.is_finite())
@@ -334,12 +334,13 @@ fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
     if low.is_infinite() {
         return (1e-3, 1.0);
     }
-    // What lies five decades below the largest is drawn at the edge.
+    // Numbers more than five decades below the largest are drawn at the edge.
     let low = low.max(high * 1e-5);
     if high > low * 1.01 { (low, high) } else { (low / 2.0, high * 2.0) }
 }
 
-/// Points of the distribution of some numbers; those that are not are left out.
+/// Points of the cumulative distribution of the numbers that are not NaN. Infinite numbers count
+/// towards the shares, but have no points.
 fn cumulative(values: &[f64]) -> Vec<(f64, f64)> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|v| !v.is_nan()).collect();
     sorted.sort_by(f64::total_cmp);
@@ -354,7 +355,7 @@ fn cumulative(values: &[f64]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// A cell of CSV.
+/// A cell of CSV, quoted if necessary.
 fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n']) {
         format!("\"{}\"", text.replace('"', "\"\""))

@@ -1,25 +1,25 @@
-//! What the scripts of a page know of films: the tables of `film::record`, as an object `Record`.
+//! Tables of `film::record` for the scripts of a page, as an object `Record`.
 //!
-//! | field | what it has |
+//! | field | contents |
 //! |---|---|
-//! | `plane` | names of the planes, by the names of their rows in lower case: `Record.plane.half_width` |
-//! | `planes` | what each plane is called and how it is shown; codes with words and colours |
+//! | `plane` | names of planes, by the lower-case names of their rows: `Record.plane.half_width` |
+//! | `planes` | label and presentation of each plane; codes with words and colours |
 //! | `key` | names in the metadata: `Record.key.confidence` |
-//! | `control` | names of what may be controlled: `Record.control.channels` |
-//! | `tones` | matrices and curves of tone mappings that are made of such, by name: `Record.tones.agx.inset` |
+//! | `control` | names of error metrics: `Record.control.channels` |
+//! | `tones` | matrices and curves of published tone mappings: `Record.tones.agx.inset` |
 //! | `claim`, `stop` | codes by name: `Record.claim.none`, `Record.stop.not_rendered` |
 //!
 //! # Held to this by
-//! `report::page::tests`: the scripts use no other names.
+//! `report::page::tests`: the scripts use no names that are not in the tables.
 
 use serde_json::{Map, Value as Json, json};
 
 use crate::color::Controlled;
 use crate::film::{Claim, Code, SCHEMA, Stop, Tone, keys};
 
-/// The object, as a script.
+/// Script that defines the object.
 pub(super) fn text() -> String {
-    // Inside a script element only `<` could end it or begin a comment.
+    // Inside a script element only `<` could end the element or begin a comment.
     let record = record().to_string().replace('<', "\\u003c");
     format!("\"use strict\";\n// The tables of film/record.\nconst Record = {record};\n")
 }

@@ -1,4 +1,4 @@
-//! The page of a render: which pixels to trust, how much, and why.
+//! The page of a render: claims of its pixels, their half-widths, and reasons why work ended.
 
 use super::{Images, Page, Plot, Provenance, Shown};
 use crate::color::Controlled;
@@ -9,20 +9,20 @@ use crate::{
     percent_of_tolerance, truth_in_short,
 };
 
-/// What the page of a render says beyond its film.
+/// Contents of the page of a render beyond its film.
 #[derive(Clone, Debug, Default)]
 pub struct RenderFacts {
-    /// Name of the image.
+    /// Name of the image, as title and label.
     pub name: String,
-    /// Labels and what is to say of them.
+    /// Labels and texts of the summary.
     pub rows: Vec<(String, String)>,
-    /// What was typed.
+    /// Command line that was typed, if known.
     pub command: Option<String>,
-    /// How radiance is shown at first.
+    /// Tone mapping that the page begins with.
     pub tone: Tone,
 }
 
-/// The page of a film.
+/// Returns the page of a film as HTML.
 pub fn render_page(film: &Film, facts: &RenderFacts) -> String {
     let pixels = Counts::of(film);
     let mut page = Page::new(&facts.name, pixels.headline(film));
@@ -40,16 +40,16 @@ pub fn render_page(film: &Film, facts: &RenderFacts) -> String {
 const NO_MAP: &str = "There is no map of half-widths: too few truths of the audited pixels are known. The view \
                       “relative standard error” has what is foreseen, of which nothing is claimed.";
 
-/// What is claimed of how many pixels of a film, in a sentence.
+/// Returns one sentence with the claim of a film and the share of its pixels that make it.
 pub fn headline(film: &Film) -> String {
     Counts::of(film).headline(film)
 }
 
-/// How many pixels claim what.
+/// Numbers of pixels by claim.
 struct Counts {
     tally: Tally,
-    /// Relative half-widths of the pixels that ran out of budget and claim an interval all the same,
-    /// in order.
+    /// Relative half-widths of the pixels that ran out of budget and claim an interval
+    /// nevertheless, sorted.
     wider: Vec<f64>,
     /// Pixels with an interval from an audited map, for any result of the audit.
     audited: u64,
@@ -66,7 +66,8 @@ impl Counts {
         Self { tally: read.tally(), wider, audited: audited as u64 }
     }
 
-    /// What is claimed of how many pixels. Nothing here has judged a claim, so none is called kept.
+    /// Sentence with the claim. No claim was compared with a reference here, so none is called
+    /// kept.
     fn headline(&self, film: &Film) -> String {
         let metadata = film.metadata();
         let scene = metadata.text(keys::SCENE).unwrap_or("an image");
@@ -133,7 +134,7 @@ impl Counts {
         let is_audited = PictureClaim::of(metadata).is_some();
         for claim in Claim::ALL {
             let n = match claim {
-                // In an audited picture these are the background, or pixels without a map.
+                // In an audited picture these are background, or pixels without a map.
                 Claim::Exact | Claim::None if is_audited => 0,
                 Claim::None => tally.silent(),
                 Claim::Audited => self.audited,
@@ -176,7 +177,7 @@ impl Counts {
     }
 }
 
-/// Distributions of what is claimed and of what it cost.
+/// Distributions of half-widths, of errors of audited pixels, and of costs.
 pub(super) fn plots(film: &Film) -> Vec<Plot> {
     let mut plots = Vec::new();
     let half_widths = half_widths(film);
@@ -211,7 +212,7 @@ pub(super) fn plots(film: &Film) -> Vec<Plot> {
     plots
 }
 
-/// The largest distance that each audited pixel may have from its truth, over its half-width.
+/// Largest possible distance of each audited pixel from its truth, over the pixel's half-width.
 fn audited_ratios(film: &Film) -> Vec<f64> {
     let read = RenderFilm::of(film);
     let Some(audited) = film.plane(planes::AUDITED).and_then(Plane::f32_samples) else { return Vec::new() };

@@ -1,4 +1,4 @@
-//! What pages hold, read back from their text.
+//! Contents of pages, read back from their text.
 
 use std::io::Read;
 use std::path::Path;
@@ -27,8 +27,8 @@ const SPECS: &[PlaneSpec] = &[
     spec("normal", &["X", "Y", "Z"], SampleKind::F32),
 ];
 
-/// A cropped film of awkward numbers; half-widths are 1 % of a luminance of about 2, at the last
-/// pixel nothing is claimed.
+/// A cropped film of awkward numbers. Half-widths are 1 % of a luminance of approximately 2; the
+/// last pixel claims nothing.
 fn film(width: u32, height: u32) -> Film {
     let window = Window { x: 7, y: 3, width, height };
     let mut film = Film::new([width + 20, height + 20], window, SPECS).unwrap();
@@ -62,13 +62,13 @@ fn rendered(film: &Film) -> String {
     )
 }
 
-/// What the scripts are given.
+/// Data that the scripts of a page receive.
 fn data(page: &str) -> Json {
     let begin = page.split("id=\"tashika-data\">").nth(1).unwrap();
     serde_json::from_str(begin.split("</script>").next().unwrap()).unwrap()
 }
 
-/// What assets/planes.js does, in Rust.
+/// Decodes samples as assets/planes.js does.
 fn samples(text: &str) -> Vec<u32> {
     let mut bytes = Vec::new();
     flate2::read::ZlibDecoder::new(&*STANDARD.decode(text).unwrap()).read_to_end(&mut bytes).unwrap();
@@ -99,8 +99,8 @@ fn samples_are_in_the_page_bit_by_bit_channel_after_channel() {
     assert_eq!(names, ["", "half_width", "claim", "stop", "rays"], "normals are not asked for");
 }
 
-/// The control lists all tones and begins with the one that was asked for; scripts are told the
-/// numbers of those that have some.
+/// The control lists all tones and begins with the requested one. Scripts receive the numbers of
+/// published tones.
 #[test]
 fn pages_have_all_tones_and_begin_with_the_one_that_was_asked_for() {
     let page = rendered(&film(3, 2));
@@ -125,7 +125,7 @@ fn names_and_metadata_are_never_markup() {
     assert!(!page.contains("<b>&") && page.contains("&lt;b&gt;&amp;"));
     assert!(!page.contains("a'\"<.exr"));
     assert_eq!(data(&page)["images"][0]["metadata"]["scene"], "</script><script>alert(1)</script>");
-    // Addresses appear as the names of the SVG language alone.
+    // Addresses appear only as the names of the SVG language.
     assert_eq!(
         page.matches("http").count(),
         page.matches("http://www.w3.org/").count() + page.matches("http-equiv").count()
@@ -138,8 +138,7 @@ fn of_large_films_the_page_holds_the_least_certain_pixel_of_each_block_and_where
     let film = film(900, 700);
     let page = rendered(&film);
     let image = &data(&page)["images"][0];
-    // 900 · 700 pixels are more than twice as many as 300,000; of blocks of 2 × 2 there are
-    // 157,500.
+    // 900 · 700 pixels are more than twice as many as 300,000; there are 157,500 blocks of 2 × 2.
     assert_eq!(image["factor"], 2);
     assert!(page.contains(
         "Of each block of 2×2 pixels this page holds the one that is least certain, of 630,000 in all"
@@ -176,7 +175,7 @@ fn the_headline_and_the_lines_count_what_the_film_holds() {
     ] {
         assert!(page.contains(words), "{words}");
     }
-    // Out of budget, with an interval all the same: 0.02 of 2 to 2.1.
+    // Out of budget, but with an interval: 0.02 of 2 to 2.1.
     film.plane_mut("claim").unwrap().set_u32(11, 4, &[3]);
     let page = rendered(&film);
     for words in [
@@ -207,7 +206,7 @@ fn the_headline_and_the_lines_count_what_the_film_holds() {
     assert!(rendered(&film).contains("9 pixels, about whose error nothing is claimed"));
 }
 
-/// A claim is called kept by nobody but a reference.
+/// Only a page with a reference may call a claim kept.
 #[test]
 fn published_claims_are_told_as_such_and_none_is_called_kept() {
     let mut film = film(5, 2);
@@ -229,8 +228,8 @@ fn published_claims_are_told_as_such_and_none_is_called_kept() {
     assert!(rendered(&film).contains("An audit found 9 of 10 pixels at random within the error."));
 }
 
-/// The page of an audited picture says what is claimed of the whole, and plots how far off the audited
-/// pixels were.
+/// The page of an audited picture states the claim about the whole picture, and plots the possible
+/// errors of the audited pixels.
 #[test]
 fn audited_pictures_are_told_as_a_whole() {
     let mut film = film(5, 2);
@@ -265,13 +264,13 @@ fn audited_pictures_are_told_as_a_whole() {
     assert!(page.contains("Asked for were 90 % of the pixels") && !page.contains("ran out of budget"));
     assert!(page.contains("There is no map of half-widths") && !page.contains("do not rely on"));
     let plot = rendered::plots(&film).into_iter().find(|plot| plot.name == "audited").unwrap();
-    // Of 0.1 and of 3 over 0.5.
+    // Errors of 0.1 and of 3, over a half-width of 0.5.
     let ratios: Vec<f64> =
         plot.csv.lines().skip(1).map(|line| line.split(',').nth(1).unwrap().parse().unwrap()).collect();
     assert!((ratios[0] - 0.2).abs() < 1e-6 && (ratios[1] - 6.0).abs() < 1e-6, "{}", plot.csv);
 }
 
-/// Pages have the half-widths if there are any, and the standard error otherwise.
+/// Pages have the half-widths if there are any, otherwise the standard error.
 #[test]
 fn a_page_without_a_map_has_standard_errors() {
     let size = [3, 1];
@@ -288,7 +287,7 @@ fn a_page_without_a_map_has_standard_errors() {
     assert!(!has(&film, "standard_error") && has(&film, "half_width"));
 }
 
-/// What scripts ask of the tables is in the tables, and they write no name of a plane themselves.
+/// All names that scripts use are in the tables, and scripts contain no name of a plane themselves.
 #[test]
 fn scripts_know_planes_codes_and_metadata_from_the_tables_alone() {
     let record = record_script::record();
@@ -355,7 +354,7 @@ fn a_comparison_has_the_reference_beside_each_image_once() {
     );
 }
 
-/// The page says where its tolerance is from, each in its own words.
+/// The page states the origin of its tolerance, with separate words for each origin.
 #[test]
 fn a_comparison_says_where_its_tolerance_is_from() {
     let film = film(6, 4);
@@ -380,8 +379,8 @@ fn a_comparison_says_where_its_tolerance_is_from() {
     assert!(page(ToleranceFrom::Asked, 0.5).contains(dark));
 }
 
-/// Without scripts there is the picture that they begin with; it comes before the controls either way,
-/// and the words of the page are explained on it.
+/// Without scripts the page shows the picture that the scripts begin with. The picture precedes the
+/// controls either way, and the page explains its own terms.
 #[test]
 fn the_picture_comes_first_and_needs_no_scripts() {
     let film = film(900, 700);
@@ -401,7 +400,8 @@ fn the_picture_comes_first_and_needs_no_scripts() {
     assert!(served.html().contains("The image needs JavaScript") && !served.html().contains("id=\"still\""));
 }
 
-/// The code of a film of 2, whose log-average is middle gray, by the tone of [`rendered`].
+/// The 8-bit code of a film of constant 2, whose log-average becomes middle gray, in the tone of
+/// [`rendered`].
 fn page_tone_of_two() -> u8 {
     (255.0 * srgb_encode(Tone::Agx.display(Rgb::gray(0.18), 1.0).g)).round() as u8
 }
@@ -428,7 +428,7 @@ fn plots_hold_the_numbers_that_they_draw() {
     let other = Measured { label: "n".to_owned(), series: 1, x: 20.0, ..found.clone() };
     let plot = Plot::measured("name", "caption", ("x", &|v| v.to_string()), &[found, other], Some(0.95));
     assert!(plot.csv.contains("<m>,10,0.9,0.8,0.95\n") && !plot.svg.contains("<m>"));
-    // Nothing to draw is not a reason to fail.
+    // Plots without data do not fail.
     for plot in [
         Plot::shares("n", "c", "x", &[], None),
         Plot::histogram("n", "c", "x", &[], &|v| v.to_string()),

@@ -1,13 +1,13 @@
-//! Rough reflection over a diffuse base that has what is left: the model of Ashikhmin and Shirley.
+//! Rough reflection over a diffuse base that receives the rest: the model of Ashikhmin and Shirley.
 //!
 //! ```text
 //! f_r = 28 ρ_d (1 − F₀) / 23π · s(c_i) s(c_o)  +  F D / (4 ω_i·h max(c_i, c_o))          (sr⁻¹)
 //! s(c) = 1 − (1 − c/2)⁵,    F = F₀ + (1 − F₀)(1 − ω_i·h)⁵
 //! ```
 //!
-//! (Ashikhmin, Shirley 2000, equations 4 and 5, with the distribution `D` of GGX's facets as pbrt's
-//! `substrate` has it.) The diffuse part fades where the facets reflect; its factor makes it reflect
-//! `ρ_d (1 − F₀) s(c_o)` in all. Nothing masks the facets; `max(c_i, c_o)` keeps them from reflecting
+//! (Ashikhmin, Shirley 2000, equations 4 and 5, with the distribution `D` of GGX facets as in
+//! pbrt's `substrate`.) The diffuse part fades where the facets reflect; its factor gives it the
+//! albedo `ρ_d (1 − F₀) s(c_o)`. Facets are not masked; `max(c_i, c_o)` keeps them from reflecting
 //! more than they receive.
 //!
 //! Tested by `bsdf::tests`, and by the suite's `formula_materials`.
@@ -18,25 +18,26 @@ use crate::math::simd::each;
 use crate::math::{Real, Vec3};
 use microfacet::{FacetModel, HalfVector, Microfacets};
 
-/// Facets over a diffuse base that fades where they reflect.
+/// Facets over a diffuse base that fades where the facets reflect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AshikhminShirley {
     /// Reflectance of the base, `ρ_d`; each channel in `[0, 1]`.
     pub diffuse: Rgb,
     /// Reflectance of a facet at normal incidence; each channel in `[0, 1]`.
     pub f0: Rgb,
-    /// The facets, of [`FacetModel::Ggx`]; only their distribution counts.
+    /// Facets of [`FacetModel::Ggx`]; only their distribution counts.
     pub facets: Microfacets,
 }
 
 impl AshikhminShirley {
-    /// `π` times the diffuse part, over what it reflects in all and `s(c_i)`: `28/23`.
+    /// `π` times the diffuse part, divided by its albedo and by `s(c_i)`: `28/23`.
     pub const SCALE: f32 = 28.0 / 23.0;
 
-    /// `s(c)`; grows with the cosine.
+    /// `s(c)`; increases with the cosine.
     #[inline(always)]
     pub fn shape<R: Real>(cos: R) -> R {
-        // The differences of its definition would be rounded where the cosine is small.
+        // A polynomial in the cosine: the difference `1 − (1 − c/2)⁵` would lose digits of small
+        // cosines.
         let x = R::splat(0.5) * cos;
         let sum = R::splat(-10.0) + x * (R::splat(10.0) + x * (R::splat(-5.0) + x));
         x * (R::splat(5.0) + x * sum)

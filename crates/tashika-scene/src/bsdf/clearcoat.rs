@@ -1,9 +1,9 @@
-//! A clear coat, as three formats mean it.
+//! Clear coat, as defined by three formats.
 //!
-//! With the amount `w`, `F(c) = 0.04 + 0.96 (1 − c)⁵`, `c_d = ω_i·h` and `v(c) = 1 / (c + S(c))`, `S`
-//! that of GGX facets of roughness ¼ ([`microfacet`]):
+//! With the amount `w`, `F(c) = 0.04 + 0.96 (1 − c)⁵`, `c_d = ω_i·h` and `v(c) = 1 / (c + S(c))`,
+//! where `S` is that of GGX facets of roughness ¼ ([`microfacet`]):
 //!
-//! | [`CoatModel`] | `f_c` (sr⁻¹) | left of what is below |
+//! | [`CoatModel`] | `f_c` (sr⁻¹) | factor on the base |
 //! |---|---|---|
 //! | `Disney` | `¼ w F(c_d) D₁ v(c_o) v(c_i)` | 1 |
 //! | `Mitsuba` | `w F(c_d) D₁ c_o v(c_o) c_i v(c_i)` | 1 |
@@ -15,16 +15,16 @@
 //!
 //! (Burley 2012, appendix B.2, GTR with `γ = 1`, in a form without cancellation, and section 5.6;
 //! `KHR_materials_clearcoat`, Khronos.) `c_o` is the cosine at which a surface is *seen*: the layer
-//! is not reciprocal, light paths evaluate it as viewers do.
+//! is not reciprocal, and light paths evaluate it as viewers do.
 //!
-//! Facets of `D₁` are drawn by `D₁ cos θ_h`, with
+//! Facets of `D₁` are drawn in proportion to `D₁ cos θ_h`, with
 //!
 //! ```text
 //! sin²θ_h = α² (α^(−2u) − 1) / (1 − α²)          density of ω_i:   D₁ cos θ_h / 4 c_d
 //! ```
 //!
 //! # Limits
-//! The coats of Disney and of Mitsuba take nothing away from what is below: they add up to `0.05 w`
+//! The coats of Disney and of Mitsuba do not reduce the light of the base: they add up to `0.05 w`
 //! and `0.04 w` to the albedo.
 //!
 //! # Held to this by
@@ -40,45 +40,46 @@ use microfacet::{HalfVector, Microfacets, ggx};
 /// Reflectance of a coat at normal incidence: an index of 1.5.
 pub(crate) const COAT_F0: f32 = 0.04;
 
-/// Roughness of the facets that mask and shadow under `D₁`, whatever `α` is.
+/// Roughness of the facets that mask and shadow under `D₁`, for every `α`.
 pub const MASKING_ALPHA: f32 = 0.25;
 
-/// Largest `α` of `D₁`: the least gloss.
+/// Largest `α` of `D₁`, for the widest highlight.
 pub const MAX_GTR1_ALPHA: f32 = 0.1;
 
-/// What a clear coat reflects, and what it leaves of what is below.
+/// Reflection of a clear coat, and its effect on the base.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CoatModel {
-    /// Disney's, as pbrt-v3 has it.
+    /// Disney's, as in pbrt-v3.
     Disney,
-    /// The same, as Mitsuba 3 has it: with `4 c_o c_i`.
+    /// Disney's, as in Mitsuba 3: with the further factor `4 c_o c_i`.
     Mitsuba,
-    /// A layer of GGX facets that takes from the base what it reflects: glTF's.
+    /// A layer of GGX facets that reduces the light of the base by the share that it reflects:
+    /// glTF's.
     Layer,
 }
 
 impl CoatModel {
-    /// All of them.
+    /// All variants, in the order of their declaration.
     pub const ALL: [Self; 3] = [Self::Disney, Self::Mitsuba, Self::Layer];
 }
 
-/// A clear coat.
+/// Clear coat over an opaque surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clearcoat {
-    /// How much of a coat there is, `w`, in `[0, 1]`.
+    /// Amount `w` of the coat, from 0 (none) to 1.
     pub amount: f32,
-    /// Roughness `α`, in [[`MIN_ALPHA`], [`MAX_GTR1_ALPHA`]], of a layer in [[`MIN_ALPHA`], 1].
+    /// Roughness `α`, in [[`MIN_ALPHA`], [`MAX_GTR1_ALPHA`]], or in [[`MIN_ALPHA`], 1] for a layer.
     /// Higher values make the highlight wider.
     pub alpha: f32,
-    /// Whose coat it is.
+    /// Definition of the coat.
     pub model: CoatModel,
 }
 
 impl Clearcoat {
-    /// None.
+    /// Coat of a surface without one.
     pub const NONE: Self = Self { amount: 0.0, alpha: 1.0, model: CoatModel::Layer };
 
-    /// What is left of what is below, seen at the cosine `cos_o`.
+    /// Factor on the base, seen at the cosine `cos_o`.
     #[inline]
     pub fn left(&self, cos_o: f32) -> f32 {
         match self.model {
@@ -87,13 +88,13 @@ impl Clearcoat {
         }
     }
 
-    /// `w F(c_o)`.
+    /// Share of the light that a layer reflects, `w F(c_o)`.
     #[inline]
     pub fn layer(&self, cos_o: f32) -> f32 {
         self.amount * reflectance(cos_o)
     }
 
-    /// `f_c` (sr⁻¹).
+    /// Value `f_c` of the coat (sr⁻¹).
     #[inline(always)]
     pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> R {
         let half = HalfVector::between(wo, wi);
@@ -140,7 +141,7 @@ impl Clearcoat {
         }
     }
 
-    /// About the albedo of the coat: as if its facets lay flat.
+    /// Estimate of the albedo of the coat, as if its facets lay flat.
     pub(super) fn importance(&self, cos_o: f32) -> f32 {
         let unmasked = cos_o / (cos_o + ggx::stretch(cos_o, MASKING_ALPHA));
         match self.model {
@@ -157,13 +158,13 @@ impl Clearcoat {
     }
 }
 
-/// `F`: what a coat reflects at the cosine `cos` of the angle of incidence.
+/// Reflectance `F` of a coat at the cosine `cos` of the angle of incidence.
 #[inline(always)]
 pub fn reflectance<R: Real>(cos: R) -> R {
     R::splat(COAT_F0) + R::splat(1.0 - COAT_F0) * fresnel::schlick_weight(cos)
 }
 
-/// The factor `(1 − α²) / (−2π ln α)` of `D₁`, which makes `∫ D₁ cos θ_h dω_h` one.
+/// Factor `(1 − α²) / (−2π ln α)` of `D₁`, which makes `∫ D₁ cos θ_h dω_h` one.
 #[inline]
 fn gtr1_scale(alpha: f32) -> f32 {
     0.5 * FRAC_1_PI * (1.0 - alpha * alpha) / -ln(alpha)

@@ -5,15 +5,15 @@
 //! ```
 //!
 //! The first term is reflection at the coat (GGX, Fresnel equations). The second is light that
-//! enters through the coat, is scattered by the base, and leaves, possibly after being thrown back
-//! by the coat's inside any number of times (Saunderson 1942, "Calculation of the color of
-//! pigmented plastics"): `T` is what the rough boundary lets through on the way in and out
+//! enters through the coat, is scattered by the base, and leaves, possibly after any number of
+//! reflections at the coat's inside (Saunderson 1942, "Calculation of the color of pigmented
+//! plastics"). `T` is the transmittance of the rough boundary on the way in and out
 //! ([`boundary`](super::boundary)), `F_int` its reflectance for diffuse light from inside, `1 / η²`
 //! the spreading of the radiance on leaving.
 //!
-//! Of a smooth coat, `1 − F_int = (1 − F_ext) / η²`: the albedo of the second term for a white base
-//! is exactly `T(c_o)`, so that a smooth white surface reflects everything. Rough ones lose what is
-//! scattered more than once among the facets.
+//! For a smooth coat, `1 − F_int = (1 − F_ext) / η²`: the albedo of the second term for a white
+//! base is exactly `T(c_o)`, so that a smooth white surface reflects everything. Rough coats lose
+//! the light that is scattered more than once among the facets.
 //!
 //! Tested by `bsdf::tests::energy` and by
 //! `bsdf::tests::energy::vpl_reflectance_is_the_albedo_of_the_diffuse_part`.
@@ -33,7 +33,7 @@ pub struct Coated {
     pub specular: Rgb,
     /// Index of refraction of the coat relative to the outside, from 1.0001 to 5.
     pub ior: f32,
-    /// The facets of the coat.
+    /// Roughness and distribution of the coat's facets.
     pub facets: Microfacets,
 }
 
@@ -56,21 +56,21 @@ impl Coated {
         Some(lobes::draw(self.coat_probability(wo.z)?, &self.facets, wo, u))
     }
 
-    /// The reflectance of a base that reflects `ρ/(1 − F_int)` in all where this one reflects
-    /// `ρ'/(1 − ρ' F_int)`.
+    /// Returns the reflectance `ρ'` of a base with `ρ'/(1 − ρ' F_int) = ρ/(1 − F_int)`, where `ρ`
+    /// is `reflectance`.
     pub(crate) fn saturating(reflectance: Rgb, ior: f32, facets: Microfacets) -> Rgb {
         let inside = Boundary::new(facets, ior).inside();
         reflectance.map(|r| r / (1.0 - inside + r * inside))
     }
 
-    /// The reflectance of a base that reflects `ρ` in all where this one reflects
-    /// `ρ'/(1 − ρ' F_int)`: light that the inside throws back is lost.
+    /// Returns the reflectance `ρ'` of a base with `ρ'/(1 − ρ' F_int) = ρ`, where `ρ` is
+    /// `reflectance`: light that the inside of the coat reflects is lost.
     pub(crate) fn lossy(reflectance: Rgb, ior: f32, facets: Microfacets) -> Rgb {
         let inside = Boundary::new(facets, ior).inside();
         reflectance.map(|r| r / (1.0 + r * inside))
     }
 
-    /// The boundary of the coat.
+    /// Boundary of the coat, rough or smooth.
     #[inline]
     pub fn boundary(&self) -> Boundary {
         Boundary::new(self.facets, self.ior)
@@ -82,7 +82,7 @@ impl Coated {
         self.base(&boundary) * (boundary.transmittance(cos_o) * boundary.mean_transmittance())
     }
 
-    /// The diffuse part over `T(c_o) T(c_i)/π`: `ρ / (η² (1 − ρ F_int))`.
+    /// Diffuse part divided by `T(c_o) T(c_i)/π`: `ρ / (η² (1 − ρ F_int))`.
     #[inline]
     pub fn base(&self, boundary: &Boundary) -> Rgb {
         let (eta2, inside) = (self.ior * self.ior, boundary.inside());

@@ -1,15 +1,15 @@
-//! Rough metal; and, since it is drawn and bounded alike, what a rough pane sends on
-//! ([`ConductorFresnel::Passed`]).
+//! Rough metal, and the transmission of a rough pane ([`ConductorFresnel::Passed`]), which is drawn
+//! and bounded in the same way.
 //!
 //! ```text
 //! f_r = s F(ω_i·h) D(h) G₂(ω_o, ω_i) / (4 c_o c_i)          (sr⁻¹)
 //! ```
 //!
-//! (Cook and Torrance 1982; Walter et al. 2007, equation 20) with the GGX terms of
-//! [`microfacet`] and `F` either from the complex index of refraction or by Schlick
-//! from `F₀`. Light that meets a second facet is lost (single scattering), so that rough metals
-//! reflect less than `F`: with `F = 1` and `α = 1` only `1 − ln 2 = 0.31` at normal incidence.
-//! Drawn by visible normals, which leaves the weight `s F G₂ / G₁ ≤ 1`. Tested by `bsdf::tests`.
+//! (Cook and Torrance 1982; Walter et al. 2007, equation 20) with the GGX terms of [`microfacet`]
+//! and `F` either from the complex index of refraction or by Schlick from `F₀`. Light that meets a
+//! second facet is lost (single scattering), so that rough metals reflect less than `F`: with
+//! `F = 1` and `α = 1` only `1 − ln 2 = 0.31` at normal incidence. Directions are drawn by visible
+//! normals, which leaves the weight `s F G₂ / G₁ ≤ 1`. Tested by `bsdf::tests`.
 
 use super::{Lobe, fresnel, microfacet, validate};
 use crate::color::Rgb;
@@ -20,21 +20,21 @@ use microfacet::{HalfVector, Microfacets};
 /// Largest component of a complex index of refraction; metals reach about 10 in visible light.
 const MAX_INDEX: f32 = 100.0;
 
-/// Smallest real part of the index. Silver has 0.05.
+/// Smallest real part of the index of refraction. Silver has 0.05.
 const MIN_ETA: f32 = 1e-3;
 
 /// Rough metal with GGX microfacets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conductor {
-    /// What a facet reflects.
+    /// Fresnel reflectance of a facet.
     pub fresnel: ConductorFresnel,
-    /// Factor `s` on it, each channel in `[0, 1]`; 1 is physical.
+    /// Factor `s` on the Fresnel reflectance, each channel in `[0, 1]`; 1 is physical.
     pub specular: Rgb,
-    /// The facets.
+    /// Roughness and distribution of the facets.
     pub facets: Microfacets,
 }
 
-/// What a smooth piece of metal reflects.
+/// Fresnel reflectance of smooth metal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ConductorFresnel {
     /// Schlick's approximation.
@@ -49,8 +49,9 @@ pub enum ConductorFresnel {
         /// Imaginary part `k`, from 0 to 100.
         k: Rgb,
     },
-    /// No metal: what Schlick's approximation leaves of a dielectric, `(1 − F₀)(1 − (1 − ω_i·h)⁵)`. The
-    /// far side of a rough pane sends it on, as if it were reflected there.
+    /// Transmission instead of metal: the light that a dielectric does not reflect by Schlick's
+    /// approximation, `(1 − F₀)(1 − (1 − ω_i·h)⁵)`. The far side of a rough pane sends this light
+    /// out as if it were reflected there.
     Passed {
         /// Reflectance at normal incidence; each channel in `[0, 1]`.
         f0: Rgb,
@@ -58,13 +59,13 @@ pub enum ConductorFresnel {
 }
 
 impl ConductorFresnel {
-    /// The reflectance at an angle of incidence of cosine `cos` in `[0, 1]`.
+    /// Reflectance at an angle of incidence of cosine `cos` in `[0, 1]`.
     #[inline]
     pub fn at(&self, cos: f32) -> Rgb {
         Rgb::from(self.of(cos))
     }
 
-    /// The same for one cosine or several.
+    /// Reflectance for one or several cosines.
     #[inline(always)]
     pub(super) fn of<R: Real>(&self, cos: R) -> [R; 3] {
         match *self {

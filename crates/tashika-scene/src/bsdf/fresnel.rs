@@ -1,4 +1,4 @@
-//! Fraction of light that a smooth boundary reflects, for unpolarised light.
+//! Reflectance of a smooth boundary for unpolarised light.
 //!
 //! Every function takes the cosine of the angle of incidence, in `[0, 1]`, and returns a fraction
 //! in `[0, 1]`. Indices of refraction are relative to the medium that the light comes from.
@@ -19,7 +19,7 @@ use crate::math::simd::each;
 
 /// Reflectance of the boundary to a dielectric of relative index `eta = η_t / η_i`.
 ///
-/// * `cos`: of the angle of incidence, `c`.
+/// * `cos`: cosine `c` of the angle of incidence.
 ///
 /// With `g = η cos θ_t = √(η² − 1 + c²)` the amplitudes are `(η² c − g) / (η² c + g)` in the plane
 /// of incidence and `(c − g) / (c + g)` across it. Exactly 1 under total internal reflection.
@@ -30,7 +30,7 @@ pub fn dielectric<R: Real>(cos: R, eta: f32) -> R {
     let dense = R::splat(eta * eta) * cos;
     let (parallel, perpendicular) = ((dense - g) * (cos + g), (cos - g) * (dense + g));
     let denominator = (dense + g) * (cos + g);
-    // One division for both; the bound only takes a rounding away.
+    // One division for both squares; the minimum only removes a rounding above 1.
     let squares = R::splat(0.5) * (parallel * parallel + perpendicular * perpendicular);
     let reflected = (squares / (denominator * denominator)).min(R::splat(1.0));
     R::select(g2.le(R::splat(0.0)), R::splat(1.0), reflected)
@@ -43,7 +43,7 @@ pub fn conductor<R: Real>(cos: R, eta: Rgb, k: Rgb) -> [R; 3] {
     each!(|channel| conductor_channel(cos, eta[channel], k[channel]))
 }
 
-/// With `a + i b = √((η + i k)² − sin²θ)` and `m = a² + b²`,
+/// Reflectance in one channel. With `a + i b = √((η + i k)² − sin²θ)` and `m = a² + b²`,
 ///
 /// ```text
 /// |r_s|² = (m − 2 a c + c²) / (m + 2 a c + c²)
@@ -86,8 +86,8 @@ pub fn schlick_weight<R: Real>(cos: R) -> R {
 /// Reflectance of the outside of a dielectric under diffuse light, `2 ∫₀¹ F(c, η) c dc`, for
 /// `η ≥ 1`.
 ///
-/// The inside reflects `F_int = 1 − (1 − F_ext) / η²`: of light in balance on both sides, the
-/// radiance differs by `η²`, and the fluxes that pass the boundary either way are equal.
+/// The inside reflects `F_int = 1 − (1 − F_ext) / η²`: for light in balance on both sides, the
+/// radiance differs by `η²`, and the fluxes through the boundary in both directions are equal.
 ///
 /// A polynomial in `√s`, `s = (η − 1) / (η + 1)`: least squares over 80 Chebyshev nodes of
 /// `0 ≤ √s ≤ √(2/3)`, that is `1 ≤ η ≤ 5`; off by at most `2·10⁻⁵`.
@@ -101,8 +101,8 @@ pub fn dielectric_average(eta: f32) -> f32 {
 
 /// `∫ (1 − ω_o·h)⁵ cos θ_i / π dω_i` over the hemisphere, as a function of `cos θ_o`.
 ///
-/// What the diffuse part loses where it is weighted by `1 − F(ω_o·h)` with Schlick's `F`. A
-/// polynomial: least squares over 40 Chebyshev nodes, off by at most `6·10⁻⁶`.
+/// Relative loss of a diffuse part that is weighted by `(1 − F(ω_o·h)) / (1 − F₀)`, with Schlick's
+/// `F`. A polynomial: least squares over 40 Chebyshev nodes, off by at most `6·10⁻⁶`.
 #[inline]
 pub fn schlick_hemisphere(cos_o: f32) -> f32 {
     const COEFFICIENTS: [f32; 5] =
@@ -154,7 +154,7 @@ mod tests {
         assert_eq!(dielectric(0.0, 1.5), 1.0);
     }
 
-    /// Seen from inside at the refracted angle, a boundary reflects what it does from outside.
+    /// From inside at the refracted angle, a boundary has the same reflectance as from outside.
     ///
     /// A rounding of `cos_t` by `10⁻⁷` moves the outer cosine by `2·10⁻⁷ / cos`; the slope of `F`
     /// is below 6.
@@ -212,7 +212,7 @@ mod tests {
         assert_eq!(schlick(f0, 0.0_f32), [1.0; 3]);
     }
 
-    /// Midpoint rule in `√c`, which takes the root of the grazing behaviour away.
+    /// Midpoint rule in `√c`, which removes the square root of the grazing behaviour.
     #[test]
     fn the_average_fits_quadrature() {
         for step in 0..=80 {

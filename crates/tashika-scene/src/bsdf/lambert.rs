@@ -1,8 +1,8 @@
 //! Ideal diffuse reflection.
 //!
-//! `f_r = ρ / π` (sr⁻¹) for a reflectance `ρ` in `[0, 1]`; it reflects exactly the fraction `ρ` of
-//! the light from any direction. Directions are drawn with density `cos θ / π`, so that the weight
-//! is `ρ`. Tested by `bsdf::tests::energy::lambert_reflects_exactly_its_reflectance`.
+//! `f_r = ρ / π` (sr⁻¹) for a reflectance `ρ` in `[0, 1]`: exactly the fraction `ρ` of the light
+//! from any direction is reflected. Directions are drawn with density `cos θ / π`, so that the
+//! weight is `ρ`. Tested by `bsdf::tests::energy::lambert_reflects_exactly_its_reflectance`.
 
 use super::{Lobe, diffuse_brdf, validate};
 use crate::color::Rgb;

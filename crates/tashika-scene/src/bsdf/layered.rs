@@ -4,12 +4,12 @@
 //! f_r = l_c (l_s f_base + f_s) + f_c          (sr⁻¹)
 //! ```
 //!
-//! with the [`Sheen`] `f_s`, the [`Clearcoat`] `f_c`, and what each leaves of all below it, `l_s` and
-//! `l_c`: by the cosine at which the surface is *seen*. Layers that leave less than all are not reciprocal;
-//! light paths evaluate them as viewers do.
+//! with the [`Sheen`] `f_s`, the [`Clearcoat`] `f_c`, and their factors `l_s` and `l_c` on all
+//! below them, which depend on the cosine at which the surface is *seen*. Layers with a factor
+//! below 1 are not reciprocal; light paths evaluate them as viewers do.
 //!
 //! # Limits
-//! VPLs carry the diffuse part under a layer as if it were seen from where the light comes.
+//! VPLs carry the diffuse part under a layer as if it were seen from the direction of the light.
 //!
 //! # Held to this by
 //! `bsdf::tests`, and the suite's `mitsuba_materials` and `formula_materials`.
@@ -22,11 +22,11 @@ use crate::math::{Real, Vec3};
 /// An opaque surface with layers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layered {
-    /// What is below all.
+    /// Surface below all layers.
     pub base: UnderLayers,
-    /// Fibres on it.
+    /// Fibres on the base.
     pub sheen: Sheen,
-    /// A coat over both.
+    /// Coat over base and fibres.
     pub coat: Clearcoat,
 }
 
@@ -52,7 +52,7 @@ impl From<UnderLayers> for Bsdf {
 }
 
 impl UnderLayers {
-    /// The surface as one that can have layers, if it is one.
+    /// Returns the surface as one that can have layers; `None` if it cannot.
     pub fn of(bsdf: &Bsdf) -> Option<Self> {
         match *bsdf {
             Bsdf::Lambert(b) => Some(Self::Lambert(b)),
@@ -70,7 +70,7 @@ impl UnderLayers {
         }
     }
 
-    /// The same, its diffuse part times `factor`.
+    /// Returns the surface with its diffuse part times `factor`.
     pub(crate) fn with_diffuse(mut self, factor: f32) -> Self {
         match &mut self {
             Self::Lambert(b) => b.reflectance *= factor,
@@ -107,7 +107,8 @@ impl UnderLayers {
 }
 
 impl Layered {
-    /// The surface as one with layers, if it can have them: those that it has, or none yet.
+    /// Returns the surface as a layered one, with the layers that it has or with empty ones; `None`
+    /// if it cannot have layers.
     pub fn over(bsdf: &Bsdf) -> Option<Self> {
         match *bsdf {
             Bsdf::Layered(b) => Some(b),
@@ -130,7 +131,7 @@ impl Layered {
         each!(|channel| left * below[channel] + coat)
     }
 
-    /// What is left of the base, seen at the cosine `cos_o`.
+    /// Factor on the base, seen at the cosine `cos_o`.
     #[inline]
     pub fn left(&self, cos_o: f32) -> f32 {
         self.sheen.left(cos_o) * self.coat.left(cos_o)
@@ -163,14 +164,15 @@ impl Layered {
         Bsdf::from(self.base).vpl_reflectance(wo) * self.left(wo.z.abs())
     }
 
-    /// About what is not in [`Layered::diffuse_albedo`].
+    /// Estimate of the albedo of all parts that are not in [`Layered::diffuse_albedo`].
     pub(super) fn importance_gloss(&self, wo: Vec3) -> f32 {
         let cos_o = wo.z.abs();
         let fibres = self.sheen.albedo(cos_o).max_channel() * self.coat.left(cos_o);
         Bsdf::from(self.base).importance_gloss(wo) * self.left(cos_o) + fibres + self.coat.importance(cos_o)
     }
 
-    /// Probability of drawing from the coat, and else of drawing from the sheen.
+    /// Probability of drawing from the coat, and, if the coat is not drawn, of drawing from the
+    /// sheen.
     fn probabilities(&self, wo: Vec3) -> [f32; 2] {
         let base = Bsdf::from(self.base);
         let base = base.vpl_reflectance(wo).max_channel() + base.importance_gloss(wo);
@@ -180,7 +182,7 @@ impl Layered {
             .map(|(layer, below)| glossy_probability(layer, below).unwrap_or(0.0))
     }
 
-    /// The roughness of the narrowest of its lobes.
+    /// Roughness of the narrowest lobe.
     pub fn roughness(&self) -> Option<f32> {
         let coat = (self.coat.amount > 0.0).then_some(self.coat.alpha);
         let sheen = self.sheen.is_there().then_some(self.sheen.roughness);
@@ -199,7 +201,7 @@ impl Layered {
     }
 }
 
-/// The uniform number that is left of `u` where the share `below` was not chosen.
+/// Maps a number `u`, uniform in `[below, 1)`, to `[0, 1)`, so that it is used again.
 fn rest(u: f32, below: f32) -> f32 {
     ((u - below) / (1.0 - below)).min(1.0 - f32::EPSILON / 2.0)
 }

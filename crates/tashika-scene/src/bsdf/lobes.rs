@@ -1,4 +1,4 @@
-//! What BSDFs of several lobes share.
+//! Functions shared by BSDFs of several lobes.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -9,11 +9,11 @@ use crate::math::simd::each;
 use crate::math::{Real, Vec3};
 use crate::warp;
 
-/// Of two lobes that both reflect, each is drawn at least this often, so that a poor estimate of
+/// Smallest probability of drawing from either of two reflecting lobes, so that a poor estimate of
 /// their shares costs a factor of at most ten in the weights. Chosen.
 const MIN_LOBE_PROBABILITY: f32 = 0.1;
 
-/// Probability of drawing from the glossy of two lobes, given estimates of what each reflects.
+/// Probability of drawing from the glossy of two lobes, given estimates of their reflectances.
 ///
 /// `None` if neither reflects anything.
 #[inline]
@@ -28,10 +28,11 @@ pub fn glossy_probability(glossy: f32, diffuse: f32) -> Option<f32> {
     }
 }
 
-/// Probability of drawing from facets over a diffuse part. They always reflect: `F` is 1 at grazing
-/// angles even if `F₀ = 0`.
+/// Probability of drawing from facets over a diffuse part. The facets always reflect: `F` is 1 at
+/// grazing angles even if `F₀ = 0`.
 ///
-/// * `reflected`: what a facet reflects of light from where the viewer is; `diffuse`: albedo.
+/// * `reflected`: reflectance of a facet for light from the direction of the viewer; `diffuse`:
+///   albedo of the diffuse part.
 #[inline]
 pub(super) fn facet_probability(reflected: [f32; 3], diffuse: Rgb) -> f32 {
     let facets = Rgb::from(reflected).max_channel().max(f32::MIN_POSITIVE);
@@ -47,7 +48,7 @@ pub(super) fn pdf(p: f32, facets: &Microfacets, wo: Vec3, wi: Vec3) -> f32 {
     (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * reflection
 }
 
-/// Draws from facets with the probability `p`, else by the cosine.
+/// Draws from the facets with probability `p`, else in proportion to the cosine.
 pub(super) fn draw(p: f32, facets: &Microfacets, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
     let direction = [u[1], u[2]];
     if u[0] < p {
@@ -64,7 +65,7 @@ pub(super) fn sum_of_lobes<R: Real>(a: Rgb, x: R, b: Rgb, y: R) -> [R; 3] {
     each!(|channel| R::splat(a[channel]) * x + R::splat(b[channel]) * y)
 }
 
-/// `f_r` of an ideal diffuse surface (sr⁻¹).
+/// Value `f_r` of an ideal diffuse surface (sr⁻¹).
 #[inline]
 pub(super) fn diffuse_brdf(reflectance: Rgb) -> Rgb {
     reflectance * FRAC_1_PI

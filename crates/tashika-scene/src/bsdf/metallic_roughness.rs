@@ -10,11 +10,11 @@
 //! mixed with `base` by `metallic`, and `α = roughness²`.
 //!
 //! # Limits
-//! The appendix says of this coupling of the parts that it breaks the conservation of energy, and
-//! so it does: `ω_i·h` is small only near the mirror direction at grazing angles, so that the
-//! diffuse part stays bright where the other reflects everything. Alone each part reflects at most
-//! all light. Together, a white base under a dielectric reflects at most 1.003 for `cos θ_o ≥ 0.7`,
-//! 1.03 for `cos θ_o ≥ 0.5`, 1.16 at 0.3, and nearly 2 at the horizon if `α` is small.
+//! This coupling of the parts does not conserve energy, as the appendix states: `ω_i·h` is small
+//! only near the mirror direction at grazing angles, so that the diffuse part stays bright where
+//! the facets reflect everything. Each part alone reflects at most all light. Together, a white
+//! base under a dielectric reflects at most 1.003 for `cos θ_o ≥ 0.7`, 1.03 for `cos θ_o ≥ 0.5`,
+//! 1.16 at 0.3, and nearly 2 at the horizon if `α` is small.
 //!
 //! # Difference from the appendix
 //! * `G₂` is height-correlated, which the appendix's discussion prefers to its separable form.
@@ -34,10 +34,10 @@ pub struct MetallicRoughness {
     pub diffuse: Rgb,
     /// Reflectance of a facet at normal incidence; each channel in `[0, 1]`.
     pub f0: Rgb,
-    /// Reflectance at normal incidence of what lies over the diffuse part; each channel in
+    /// Reflectance at normal incidence of the layer over the diffuse part; each channel in
     /// `[0, 1]`.
     pub dielectric_f0: Rgb,
-    /// The facets; glTF's have `α = roughness²`.
+    /// Facets of the specular part; glTF sets `α = roughness²`.
     pub facets: Microfacets,
 }
 

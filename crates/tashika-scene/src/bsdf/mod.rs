@@ -1,38 +1,48 @@
-//! How surfaces scatter light: a closed family of BSDFs in the local shading frame.
+//! Scattering of light at surfaces: a closed family of BSDFs in the local shading frame.
 //!
 //! The renderer needs the material term `M = f_r(ω_o, ω_i) cos⁺θ_i` (sr⁻¹) of a pair of directions,
 //! and paths need a direction `ω_i` drawn with a known density (sr⁻¹). With `c = cos θ`, `h` the
 //! half vector and `α` the GGX roughness:
 //!
-//! | variant | `f_r` (sr⁻¹) | drawn from | source |
-//! |---|---|---|---|
-//! | [`Lambert`] | `ρ / π` | `cos θ / π` | Lambert 1760 |
-//! | [`Phong`] | `ρ_d / π + ρ_s (n + 2) / 2π · cosⁿ∠(mirror, ω_i)` | both lobes | Lafortune, Willems 1994 |
-//! | [`Plastic`] | `ρ_d / π + k_s F(ω_i·h) D G₂ / 4 c_i c_o` | both lobes | Cook, Torrance 1982 |
-//! | [`Conductor`] | `k_s F(ω_i·h) D G₂ / 4 c_i c_o` | visible normals | Walter et al. 2007; Heitz 2014 |
-//! | [`Coated`] | the same with a dielectric `F`, over `ρ/π · T(c_i) T(c_o) / η²(1 − ρ F_int)` | both lobes | Saunderson 1942 |
-//! | [`MetallicRoughness`] | `(1 − F) ρ_d / π + F D G₂ / 4 c_i c_o` | both lobes | glTF 2.0, appendix B |
-//! | [`AshikhminShirley`] | `28 ρ_d (1 − F₀)/23π · s(c_i) s(c_o) + F D / 4 ω_i·h max(c_i, c_o)` | both lobes | Ashikhmin, Shirley 2000 |
-//! | [`Principled`] | `ρ_d/π · b + s (1 − ω_i·h)⁵ + F D G₂ / 4 c_i c_o` | both lobes | Burley 2012 |
-//! | [`Layered`] | one of the above, under [`Sheen`] and a [`Clearcoat`], each over what it leaves | all lobes | Burley 2012; glTF |
-//! | [`Mirror`] | `ρ δ(mirror − ω_i) / c_i` | the one direction | |
-//! | [`Glass`] | `F` on reflection, `1 − F` on refraction, at facets if it is rough | `F` against `1 − F` | Walter et al. 2007 |
-//! | [`ThinGlass`] | `2F / (1 + F)` on reflection, the rest straight through | the same | Stokes 1862 |
+//! | variant | `f_r` (sr⁻¹) |
+//! |---|---|
+//! | [`Lambert`] | `ρ / π` |
+//! | [`Phong`] | `ρ_d / π + ρ_s (n + 2) / 2π · cosⁿ∠(mirror, ω_i)` |
+//! | [`Plastic`] | `ρ_d / π + k_s F(ω_i·h) D G₂ / 4 c_i c_o` |
+//! | [`Conductor`] | `k_s F(ω_i·h) D G₂ / 4 c_i c_o` |
+//! | [`Coated`] | as [`Conductor`], dielectric `F`, over `ρ/π · T(c_i) T(c_o) / η²(1 − ρ F_int)` |
+//! | [`MetallicRoughness`] | `(1 − F) ρ_d / π + F D G₂ / 4 c_i c_o` |
+//! | [`AshikhminShirley`] | `28 ρ_d (1 − F₀)/23π · s(c_i) s(c_o) + F D / 4 ω_i·h max(c_i, c_o)` |
+//! | [`Principled`] | `ρ_d/π · b + s (1 − ω_i·h)⁵ + F D G₂ / 4 c_i c_o` |
+//! | [`Layered`] | one of these under [`Sheen`] and a [`Clearcoat`], each over the rest |
+//! | [`Mirror`] | `ρ δ(mirror − ω_i) / c_i` |
+//! | [`Glass`] | `F` on reflection, `1 − F` on refraction, at facets if it is rough |
+//! | [`ThinGlass`] | `2F / (1 + F)` on reflection, the rest straight through |
+//!
+//! Directions are drawn from `cos θ / π` ([`Lambert`]), by visible normals ([`Conductor`]), along
+//! the one direction ([`Mirror`]), by `F` against `1 − F` ([`Glass`], [`ThinGlass`]), and otherwise
+//! from a mixture of the lobes.
+//!
+//! Sources: Lambert 1760; Lafortune, Willems 1994 (Phong); Cook, Torrance 1982 (plastic); Walter et
+//! al. 2007 (conductor, glass); Heitz 2014 (conductor); Saunderson 1942 (coated); glTF 2.0,
+//! appendix B (metallic-roughness); Ashikhmin, Shirley 2000; Burley 2012 (principled, layers); glTF
+//! (layers); Stokes 1862 (thin glass).
 //!
 //! # Conventions
 //! * All directions are unit vectors that point *away* from the surface; the shading normal is
 //!   `+z`.
 //! * Opaque surfaces are two-sided: if `ω_o` is below the surface, both directions are mirrored to
-//!   `+z` first. Light passes from one side to the other in [`Glass`] and [`ThinGlass`] only.
+//!   `+z` first. Light passes from one side to the other only in [`Glass`] and [`ThinGlass`].
 //! * A direction within [`MIN_COSINE`] of the horizon neither receives nor sends light.
-//! * Every opaque BSDF is reciprocal, `f_r(a, b) = f_r(b, a)`, but for [`Layered`] ones, where a layer
-//!   takes from what is below what it reflects to `ω_o`, where it is seen from. For [`Glass`] see there.
+//! * Every opaque BSDF is reciprocal, `f_r(a, b) = f_r(b, a)`, except [`Layered`] ones: their
+//!   layers reduce the light of the base by the share that they reflect to `ω_o`, the direction of
+//!   the viewer. For refraction, see [`Glass`].
 //!
 //! # Guarantee
 //! For parameters that [`Bsdf::validate`] accepts and unit directions, all results are finite and
 //! not negative. [`Bsdf::sample`] draws exactly from [`Bsdf::pdf`]. No surface reflects more than
-//! it receives, but for a thousandth in [`Coated`], for [`MetallicRoughness`] at grazing angles,
-//! for [`Principled`], and for [`Layered`] over these, by Disney's coats or under sheen.
+//! it receives, with these exceptions: [`Coated`] by a thousandth, [`MetallicRoughness`] at grazing
+//! angles, [`Principled`], and [`Layered`] over these, with Disney's coats, or with sheen.
 //!
 //! # Held to this by
 //! `bsdf::tests`: every case of a closed list and of a random sweep, times every property.
@@ -81,34 +91,34 @@ pub use sample::{BsdfSample, Lobe};
 pub use sheen::{MIN_SHEEN_ROUGHNESS, Sheen, UPPER_SHEEN_VISIBILITY};
 pub use specular::{Glass, Mirror, ThinGlass};
 
-/// Directions whose cosine with the normal is not above this count as lying in the surface.
+/// Largest cosine with the normal of directions that count as lying in the surface.
 ///
-/// Components of a unit vector in `f32` are rounded at `6·10⁻⁸`, so that a smaller cosine says
-/// nothing about the side on which the direction lies.
+/// Components of a unit vector in `f32` are rounded by up to `6·10⁻⁸`, so the sign of a smaller
+/// cosine is meaningless.
 pub const MIN_COSINE: f32 = 1e-7;
 
-/// How a surface scatters light.
+/// Scattering of light at a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bsdf {
     /// Ideal diffuse reflection.
     Lambert(Lambert),
-    /// Diffuse reflection and a lobe about the mirror direction.
+    /// Diffuse reflection and a lobe around the mirror direction.
     Phong(Phong),
     /// Diffuse reflection and a lobe with the Fresnel reflectance of a dielectric.
     Plastic(Plastic),
-    /// Rough metal, or what a rough pane sends on.
+    /// Rough metal, or the transmission of a rough pane.
     Conductor(Conductor),
     /// Rough dielectric coat on a diffuse base.
     Coated(Coated),
     /// The core material of glTF 2.0.
     MetallicRoughness(MetallicRoughness),
-    /// Rough reflection over a diffuse base, in balance.
+    /// Rough reflection over a diffuse base that receives the rest.
     AshikhminShirley(AshikhminShirley),
     /// The principled material of Disney.
     Principled(Principled),
     /// Sheen and a clear coat over an opaque surface.
     Layered(Layered),
-    /// Perfect mirror.
+    /// Ideal specular reflection.
     Mirror(Mirror),
     /// Smooth or rough dielectric.
     Glass(Glass),
@@ -137,7 +147,7 @@ impl Bsdf {
         }
     }
 
-    /// [`Bsdf::eval_cos`] of one direction `wi` or several; the same bits.
+    /// [`Bsdf::eval_cos`] for one or several directions `wi`, with the same bits.
     #[inline(always)]
     pub fn eval_cos_of<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let zero = R::splat(0.0);
@@ -148,7 +158,7 @@ impl Bsdf {
         }
         let cos_i = wi[2] * R::splat(side);
         let above = cos_i.gt(R::splat(MIN_COSINE));
-        // Directions below are evaluated as if they were above, which is finite, and left out.
+        // Directions below are evaluated as if they were above, which is finite, and then ignored.
         let wi = [wi[0], wi[1], cos_i.max(R::splat(MIN_COSINE))];
         let f = self.eval_above(Vec3::new(wo.x, wo.y, cos_o), wi);
         each!(|channel| R::select(above, f[channel] * wi[2], zero))
@@ -156,7 +166,7 @@ impl Bsdf {
 
     /// Density with which [`Bsdf::sample`] draws `wi` (sr⁻¹); zero for specular lobes.
     ///
-    /// It integrates to 1 less the probability that a draw ends below the horizon.
+    /// The density integrates to 1 minus the probability that a draw ends below the horizon.
     #[inline]
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         match above_horizon(wo, wi) {
@@ -169,7 +179,7 @@ impl Bsdf {
     ///
     /// * `u`: uniform in `[0, 1)³`; `u[0]` chooses the lobe, the others the direction.
     ///
-    /// `None` if the path ends: the direction drawn is below the horizon, or nothing goes along it.
+    /// `None` if the path ends: the direction drawn is below the horizon, or its weight is zero.
     pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         let side = 1.0_f32.copysign(wo.z);
         let up = Vec3::new(wo.x, wo.y, wo.z * side);
@@ -202,7 +212,7 @@ impl Bsdf {
         Some(BsdfSample { wi, weight, pdf, lobe }).filter(carries_light)
     }
 
-    /// Whether the BSDF consists of specular lobes only.
+    /// Returns true if the BSDF has specular lobes only; rough glass counts as specular.
     pub fn is_specular(&self) -> bool {
         match self {
             Self::Lambert(_)
@@ -236,8 +246,8 @@ impl Bsdf {
         }
     }
 
-    /// The same with hardly any diffuse reflection: what directions of its gloss are drawn from. It
-    /// draws every direction that the whole draws.
+    /// Returns the BSDF with its diffuse part times `10⁻³`, for drawing directions of its gloss. It
+    /// draws every direction that the whole BSDF draws.
     pub fn mostly_gloss(&self) -> Self {
         const LEFT: f32 = 1e-3;
         let mut gloss = *self;
@@ -255,7 +265,7 @@ impl Bsdf {
         gloss
     }
 
-    /// About the share of even light from all around that its gloss reflects along `ω_o`.
+    /// Estimate of the share of uniform illumination that the gloss reflects along `ω_o`.
     pub fn importance_gloss(&self, wo: Vec3) -> f32 {
         let cos = wo.z.abs();
         match self {
@@ -273,9 +283,9 @@ impl Bsdf {
         }
     }
 
-    /// The GGX roughness `α` of its narrowest lobe, the geometric mean of brushed surfaces, or of one as wide:
-    /// `√(2/(n + 2))` for Phong's exponent `n` (Walter et al. 2007); none if it has no lobe of
-    /// finite width.
+    /// GGX roughness `α` of the narrowest lobe; the geometric mean for brushed facets. A Phong lobe
+    /// of exponent `n` counts as `√(2/(n + 2))` (Walter et al. 2007). `None` if the BSDF has no
+    /// lobe of finite width.
     pub fn roughness(&self) -> Option<f32> {
         match self {
             Self::Phong(b) => (!b.specular.is_black()).then(|| (2.0 / (b.exponent + 2.0)).sqrt()),
@@ -290,10 +300,11 @@ impl Bsdf {
         }
     }
 
-    /// A rough overall reflectance, each channel in `[0, 1]`, for the albedo image of a denoiser.
+    /// Approximate overall reflectance, each channel in `[0, 1]`, for the albedo image of a
+    /// denoiser.
     ///
-    /// The albedo of a smooth surface of the kind at normal incidence; for [`Glass`] what it
-    /// reflects and transmits.
+    /// The albedo of a smooth surface of this kind at normal incidence; for [`Glass`] reflection
+    /// and transmission together.
     pub fn albedo(&self) -> Rgb {
         match self {
             Self::Lambert(b) => b.reflectance,
@@ -315,7 +326,8 @@ impl Bsdf {
         .map(|a| a.min(1.0))
     }
 
-    /// Whether all parameters are in range; if not, which one, its value, and the range.
+    /// Checks that all parameters are in range; the error names the parameter, its value, and the
+    /// range.
     pub fn validate(&self) -> Result<(), String> {
         match self {
             Self::Lambert(b) => b.validate(),
@@ -368,7 +380,7 @@ impl Bsdf {
     }
 }
 
-/// Both directions with `wo` mirrored to `+z`; `None` unless they lie on the same side.
+/// Returns both directions with `wo` mirrored to `+z`; `None` unless they lie on the same side.
 #[inline]
 fn above_horizon(wo: Vec3, wi: Vec3) -> Option<(Vec3, Vec3)> {
     let side = 1.0_f32.copysign(wo.z);
@@ -377,13 +389,13 @@ fn above_horizon(wo: Vec3, wi: Vec3) -> Option<(Vec3, Vec3)> {
         .then(|| (Vec3::new(wo.x, wo.y, cos_o), Vec3::new(wi.x, wi.y, cos_i)))
 }
 
-/// The mirror direction of `w` about the normal.
+/// Mirror direction of `w` with respect to the normal.
 #[inline]
 fn mirror_direction(w: Vec3) -> Vec3 {
     Vec3::new(-w.x, -w.y, w.z)
 }
 
-/// Whether anything goes along the direction drawn.
+/// Returns true if the weight of a sample is not black.
 fn carries_light(sample: &BsdfSample) -> bool {
     !sample.weight.is_black()
 }

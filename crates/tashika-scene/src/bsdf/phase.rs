@@ -1,20 +1,20 @@
-//! The phase function of Henyey and Greenstein (1941): how a medium scatters light.
+//! The phase function of Henyey and Greenstein (1941), for scattering in a medium.
 //!
-//! With `θ` the angle by which light is turned, 0 if it goes on straight (sr⁻¹):
+//! With `θ` the angle of deflection, 0 for light that continues straight (sr⁻¹):
 //!
 //! ```text
 //! p(cos θ) = (1 − g²) / 4π (1 + g² − 2 g cos θ)^(3/2)          ∫ p dω = 1          ∫ p cos θ dω = g
 //! ```
 //!
-//! The asymmetry `g` is the mean cosine: 0 scatters alike to all sides, towards 1 light goes on,
-//! towards −1 it comes back. Drawn by the inverse of the distribution, which with `s = 2u − 1` is a
-//! quotient without the usual difference of near numbers at small `g`:
+//! The asymmetry `g` is the mean cosine: 0 is isotropic, towards 1 light is scattered forwards,
+//! towards −1 backwards. Cosines are drawn by the inverse of the distribution. With `s = 2u − 1`
+//! the cosine is a quotient without the usual difference of nearly equal numbers at small `g`:
 //!
 //! ```text
 //! cos θ = (s + g (s² + 3) / 2 + g² s + g³ (s² − 1) / 2) / (1 + g s)²
 //! ```
 //!
-//! Both are computed in `f64`, so that narrow lobes keep their digits.
+//! The density and the cosine are computed in `f64`, so that narrow lobes keep their digits.
 //!
 //! # Held to this by
 //! The tests below: the integral, the mean cosine, and draws against the density.
@@ -27,7 +27,7 @@ use serde::{Deserialize, Serialize};
 use crate::math::elementary::{atan2, sin_cos};
 use crate::math::{Frame, Vec3};
 
-/// Asymmetries below this are isotropic as far as `f32` can tell.
+/// Asymmetry below which scattering is isotropic to the precision of `f32`.
 const ISOTROPIC: f64 = 1e-6;
 
 /// A phase function of Henyey and Greenstein.
@@ -41,18 +41,19 @@ impl HenyeyGreenstein {
     /// Scattered share per solid angle (sr⁻¹), and the density of [`Self::sample`]: weights of
     /// draws are 1.
     ///
-    /// * `cos`: between the directions in which light, or a path, goes before and after.
+    /// * `cos`: cosine between the directions of propagation of light, or of a path, before and
+    ///   after.
     #[inline]
     pub fn density(&self, cos: f32) -> f32 {
         let g = f64::from(self.asymmetry);
-        // 1 + g² − 2 g cos, without the difference of near numbers ahead of a narrow lobe.
+        // 1 + g² − 2 g cos, without a difference of nearly equal numbers along a narrow lobe.
         let ahead = (1.0 - g.abs()) * (1.0 - g.abs()) + 2.0 * (g.abs() - g * f64::from(cos));
         let squared = ahead.max((1.0 - g.abs()) * (1.0 - g.abs()));
         ((1.0 - g * g) / (4.0 * PI * squared * squared.sqrt())) as f32
     }
 
-    /// The unit direction after scattering, of a path that goes along the unit direction `before`,
-    /// and the density (sr⁻¹) that it was drawn with.
+    /// Draws the unit direction of a path after scattering; `before` is its unit direction before.
+    /// Returns the direction with its density (sr⁻¹).
     pub fn sample(&self, before: Vec3, u: [f32; 2]) -> (Vec3, f32) {
         let (g, s) = (f64::from(self.asymmetry), 2.0 * f64::from(u[0]) - 1.0);
         let numerator = s + 0.5 * g * (s * s + 3.0) + g * g * s + 0.5 * g * g * g * (s * s - 1.0);
@@ -63,8 +64,8 @@ impl HenyeyGreenstein {
         (Frame::about(before).to_world(local).normalize(), self.density(cos as f32))
     }
 
-    /// The numbers that [`Self::sample`] takes to a unit direction, of a path that goes along the unit
-    /// direction `before`.
+    /// Returns the numbers that [`Self::sample`] maps to the unit direction `after`, for a path
+    /// along the unit direction `before`.
     pub fn sample_inverse(&self, before: Vec3, after: Vec3) -> [f32; 2] {
         let local = Frame::about(before).to_local(after);
         let (g, cos) = (f64::from(self.asymmetry), f64::from(local.z).clamp(-1.0, 1.0));
@@ -78,20 +79,22 @@ impl HenyeyGreenstein {
         [below.clamp(0.0, 1.0) as f32, around - around.floor()]
     }
 
-    /// At least the density (sr⁻¹) over all cosines between two, and all asymmetries between two.
+    /// Upper bound on the density (sr⁻¹) over all cosines between two, and all asymmetries between
+    /// two.
     ///
-    /// * `cos`, `asymmetry`: the least and the largest.
+    /// * `cos`, `asymmetry`: the least and the largest value of each.
     ///
     /// The density is `(1 − g²) / 4π s^(3/2)` with `s = 1 + g² − 2 g cos`: where `g ≥ 0` it grows
-    /// with the cosine, where `g ≤ 0` it falls. For one cosine `s` is least at the `g` next to it, and
-    /// `1 − g²` largest at the `g` next to zero; for one asymmetry both are exact.
+    /// with the cosine, where `g ≤ 0` it falls. For one cosine `s` is least at the `g` nearest to
+    /// the cosine, and `1 − g²` largest at the `g` nearest to zero; for one asymmetry both are
+    /// exact.
     pub fn upper_density(cos: [f32; 2], asymmetry: [f32; 2]) -> f32 {
         let cos = cos.map(|c| f64::from(c).clamp(-1.0, 1.0));
         let [least, largest] = asymmetry.map(f64::from);
         let of = |cos: f64, [least, largest]: [f64; 2]| {
             let g = cos.clamp(least, largest);
             let nearest_zero = 0.0_f64.clamp(least, largest);
-            // As the density has it: without the difference of near numbers.
+            // As in the density: without a difference of nearly equal numbers.
             let s = (1.0 - g.abs()) * (1.0 - g.abs()) + 2.0 * (g.abs() - g * cos);
             (1.0 - nearest_zero * nearest_zero) / (4.0 * PI * s * s.sqrt())
         };
@@ -102,17 +105,17 @@ impl HenyeyGreenstein {
         if least <= 0.0 {
             upper = upper.max(of(cos[0], [least, largest.min(0.0)]));
         }
-        // For the rounding of either.
+        // For the rounding of the bound and of the density.
         (upper as f32).next_up().next_up()
     }
 
-    /// The distribution of the nearest asymmetry between −1 and 1; isotropic for NaN.
+    /// The phase function of the nearest asymmetry between −1 and 1; isotropic for NaN.
     pub fn nearest(asymmetry: f32) -> Self {
         let most = 1.0_f32.next_down();
         Self { asymmetry: if asymmetry.is_nan() { 0.0 } else { asymmetry.clamp(-most, most) } }
     }
 
-    /// Whether the asymmetry is in range.
+    /// Returns true if the asymmetry is in range.
     pub fn is_valid(&self) -> bool {
         self.asymmetry.abs() < 1.0
     }
@@ -127,8 +130,8 @@ mod tests {
 
     const ASYMMETRIES: [f32; 9] = [-0.95, -0.5, -1e-3, 0.0, 1e-7, 0.1, 0.6, 0.9, 0.99];
 
-    /// Simpson's rule over the cosine, in steps that are fine where a narrow lobe is: evenly in
-    /// `(1 + g² − 2 g cos)^(−1/2)`, which is what the inverse of the distribution is even in.
+    /// Sum over the cosine, with steps that are fine in a narrow lobe: uniform in
+    /// `(1 + g² − 2 g cos)^(−1/2)`, in which the distribution is linear.
     fn integral(phase: HenyeyGreenstein, of: impl Fn(f64) -> f64) -> f64 {
         let steps = 20_000;
         let g = f64::from(phase.asymmetry);
@@ -153,16 +156,16 @@ mod tests {
     fn it_scatters_all_light_by_the_mean_cosine_that_it_states() {
         for asymmetry in ASYMMETRIES {
             let phase = HenyeyGreenstein { asymmetry };
-            // Cosines in single precision are off by 6e-8, which the narrowest lobe takes as 1e-3 of
-            // its width.
+            // Cosines in single precision are off by 6e-8, which is 1e-3 of the width of the
+            // narrowest lobe.
             let [all, mean] = [integral(phase, |_| 1.0), integral(phase, |c| c)];
             assert!((all - 1.0).abs() < 1e-3, "{asymmetry}: {all}");
             assert!((mean - f64::from(asymmetry)).abs() < 1e-3, "{asymmetry}: {mean}");
         }
     }
 
-    /// Draws fill cells of the cosine and of the azimuth as the closed form of the distribution
-    /// says. One `χ²` test for each asymmetry, at a level of 10⁻⁴ for all.
+    /// Draws fill cells of the cosine and of the azimuth as predicted by the closed form of the
+    /// distribution. One `χ²` test for each asymmetry, at a level of 10⁻⁴ for all.
     #[test]
     fn directions_follow_the_density() {
         let (draws, slices, sectors) = (40_000_u32, 20, 4);
@@ -171,7 +174,7 @@ mod tests {
             let before = Vec3::new(0.48, -0.6, 0.64);
             let frame = Frame::about(before);
             let g = f64::from(asymmetry);
-            // The share that is turned to a cosine below c, an integral of the density.
+            // Share that is scattered to a cosine below c, an integral of the density.
             let below = |c: f64| {
                 if g.abs() < 1e-5 {
                     return 0.5 * (c + 1.0);
@@ -211,15 +214,16 @@ mod tests {
                 let (after, density) = phase.sample(before, u);
                 let found = phase.sample_inverse(before, after);
                 let (again, _) = phase.sample(before, found);
-                // A cosine is rounded by 10⁻⁷, which a density of `p` takes as `2π p` of that.
+                // A cosine is rounded by 10⁻⁷, which changes the number by `2π p` times that at a
+                // density of `p`.
                 assert!((found[0] - u[0]).abs() < 2e-6 * (1.0 + density), "{asymmetry}: {found:?} for {u:?}");
                 assert!(again.distance(after) < 2e-3, "{asymmetry}: {again} for {after}");
             }
         }
     }
 
-    /// No density of the ranges is above the bound; where a range is a single number, some density
-    /// comes up to it.
+    /// No density in the ranges is above the bound; for a single asymmetry, some density is close
+    /// to it.
     #[test]
     fn the_bound_holds_and_is_sharp() {
         let mut stream = Stream::new(4, Purpose::Test, 0);

@@ -1,23 +1,23 @@
-//! Diffuse reflection and a cosine lobe about the mirror direction.
+//! Diffuse reflection and a cosine lobe around the mirror direction.
 //!
 //! ```text
 //! f_r = ρ_d / π + ρ_s (n + 2) / (2π) · cosⁿα          (sr⁻¹)
 //! ```
 //!
-//! `α ≤ 90°` is the angle between `ω_i` and the mirror direction of `ω_o`. The factor makes the
-//! lobe reflect exactly `ρ_s` at normal incidence, and less elsewhere, where part of it is below
+//! `α ≤ 90°` is the angle between `ω_i` and the mirror direction of `ω_o`. With this factor the
+//! lobe reflects exactly `ρ_s` at normal incidence, and less elsewhere, where part of it is below
 //! the horizon (Lafortune and Willems 1994, "Using the modified Phong reflectance model for
 //! physically based rendering"). So `ρ_d + ρ_s ≤ 1` conserves energy. The lobe is drawn with
 //! density `(n + 1) / (2π) · cosⁿα`.
 //!
 //! # Precision
-//! `α` enters as `1 − cos α = ‖ω_i − mirror‖² / 2`. From the scalar product, the rounding of
+//! `α` enters as `1 − cos α = ‖ω_i − mirror‖² / 2`. With the scalar product, the rounding of
 //! `cos α` alone would change the peak of `n = 10⁶` by a tenth.
 //!
-//! `cosⁿα` is `2^(n log₂ cos α)`, which is within `5·10⁻⁷ (1 + |ln cosⁿα|)` of itself given
-//! `1 − cos α`. Whole and half exponents up to 128 take products instead: the rounding of `cos α`
-//! and of at most `n − 1` products is at most `2n u = 1.6·10⁻⁵` of the value. Below 2⁻¹²⁵ powers by
-//! the logarithm are zero.
+//! `cosⁿα` is computed as `2^(n log₂ cos α)`, with a relative error within
+//! `5·10⁻⁷ (1 + |ln cosⁿα|)` given `1 − cos α`. Whole and half exponents up to 128 use products
+//! instead: the rounding of `cos α` and of at most `n − 1` products is at most `2n u = 1.6·10⁻⁵` of
+//! the value. Powers by the logarithm are zero below 2⁻¹²⁵.
 //!
 //! # Held to this by
 //! `phong::tests::sharp_lobes_are_precise`, `phong::tests::powers_are_precise` and `bsdf::tests`.
@@ -31,21 +31,22 @@ use crate::math::simd::each;
 use crate::math::{Frame, Real, Vec3};
 use crate::warp;
 
-/// Largest exponent. Its lobe is 0.08° wide; beyond, rounding of the directions shows in the value.
+/// Largest exponent. Its lobe is 0.08° wide; beyond, the rounding of directions becomes visible in
+/// the value.
 const MAX_EXPONENT: f32 = 1e6;
 
-/// Where `2⁻ˣ`, with any normalisation below 10⁻³², counts as zero if `x` is not smaller: what
-/// `exp2_of` takes.
+/// Smallest `x` for which `2⁻ˣ` counts as zero: the limit of `exp2_of`. With any normalisation the
+/// value is below 10⁻³².
 const NEGLIGIBLE_POWER: f32 = 125.0;
 
-/// Largest whole or half exponent for which powers are products. Higher: fewer logarithms, and more
-/// rounding, in proportion; the bounds of lobes leave room for it.
+/// Largest whole or half exponent for which powers are products. A higher limit saves logarithms
+/// and adds rounding, in proportion; the bounds of lobes include a margin for it.
 const MOST_PRODUCTS: f32 = 128.0;
 
 /// The largest number below 1.
 const LARGEST_VERSINE: f32 = 1.0 - f32::EPSILON / 2.0;
 
-/// Diffuse reflection and a cosine lobe about the mirror direction (the modified Phong model).
+/// Diffuse reflection and a cosine lobe around the mirror direction (the modified Phong model).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Phong {
     /// Reflectance of the diffuse part.
@@ -89,8 +90,8 @@ impl Phong {
         let [x, y, z] = each!(|axis| wi[axis] - R::splat(mirror[axis]));
         let versine = R::splat(0.5) * (x * x + y * y + z * z);
         let above = versine.le(R::splat(LARGEST_VERSINE));
-        // Directions behind are evaluated as if they were just in front, which is finite, and left
-        // out.
+        // Directions behind are evaluated as if they were just in front, which is finite, and then
+        // ignored.
         let within = versine.min(R::splat(LARGEST_VERSINE));
         R::select(above, power_1m(within, self.exponent), R::splat(0.0))
     }
@@ -142,9 +143,9 @@ fn ln_1m(x: f32) -> f32 {
 
 /// `1 − eˣ` for `x ≤ 0`, precise for small `x`.
 ///
-/// The rounding of `u = eˣ` is undone by the factor `x / ln u`, which has the same one (Kahan;
-/// Goldberg 1991, "What every computer scientist should know about floating-point arithmetic",
-/// theorem 4).
+/// The rounding of `u = eˣ` is cancelled by the factor `x / ln u`, which contains the same rounding
+/// (Kahan; Goldberg 1991, "What every computer scientist should know about floating-point
+/// arithmetic", theorem 4).
 fn one_minus_exp(x: f32) -> f32 {
     let u = exp(x);
     if u == 1.0 { -x } else { (1.0 - u) * (x / ln(u)) }
@@ -154,7 +155,7 @@ fn one_minus_exp(x: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// Lobes of all widths against `cosⁿα` in `f64`, of the very same `f32` directions.
+    /// Lobes of all widths compared with `cosⁿα` in `f64`, for identical `f32` directions.
     ///
     /// The exact angle is taken between directions normalised in `f64`. Rounding moves a direction
     /// by at most `√3 · 2⁻²⁵`, so that `n(1 − cos α) ≤ 8` can change by
@@ -196,7 +197,7 @@ mod tests {
         }
     }
 
-    /// Products and powers of two against `f64`, with the errors that the module states.
+    /// Products and powers of two compared with `f64`, with the errors stated by the module.
     #[test]
     fn powers_are_precise() {
         let exponents =
@@ -204,7 +205,7 @@ mod tests {
         for n in exponents {
             let products = n <= 128.0 && (2.0 * n).fract() == 0.0;
             for step in 0..20_000 {
-                // As far as the value is above e⁻⁶⁰.
+                // Limited to values above e⁻⁶⁰.
                 let x = (step as f32 / 20_000.0).powi(3) * (60.0 / n).min(LARGEST_VERSINE);
                 let log = f64::from(n) * (-f64::from(x)).ln_1p();
                 if log < -60.0 {
@@ -220,7 +221,7 @@ mod tests {
         assert_eq!(power_1m(LARGEST_VERSINE, 0.5), (f32::EPSILON / 2.0).sqrt());
     }
 
-    /// Beyond a right angle from the mirror direction there is nothing, whatever the exponent.
+    /// Beyond a right angle from the mirror direction the lobe is zero for every exponent.
     #[test]
     fn lobes_end_at_a_right_angle() {
         let wo = Vec3::new(0.8, 0.0, 0.6);
@@ -231,7 +232,7 @@ mod tests {
         }
     }
 
-    /// The peak is `ρ_s (n + 2) / 2π` wherever the light comes from.
+    /// The value in the mirror direction is `ρ_s (n + 2) / 2π`.
     #[test]
     fn the_peak_is_normalised() {
         let phong = Phong { diffuse: Rgb::BLACK, specular: Rgb::gray(0.5), exponent: 98.0 };

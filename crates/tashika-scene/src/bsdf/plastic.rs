@@ -5,10 +5,10 @@
 //! ```
 //!
 //! with the GGX terms of [`microfacet`] and the Fresnel equations (Cook and Torrance 1982; Walter
-//! et al. 2007). The two parts do not know of each other, as in the plastics of older renderers:
-//! light that the lobe reflects still reaches the base. With `ρ_d + k_s ≤ 1` no more is reflected
-//! than arrives, since each part alone reflects at most its factor. [`Coated`](super::Coated) is
-//! the physical form. Tested by `bsdf::tests`.
+//! et al. 2007). The two parts are independent, as in the plastics of older renderers: light that
+//! the lobe reflects still reaches the base. With `ρ_d + k_s ≤ 1` no more is reflected than
+//! arrives, since each part alone reflects at most its factor. [`Coated`](super::Coated) is the
+//! physical form. Tested by `bsdf::tests`.
 
 use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, lobes, microfacet, sum_of_lobes, validate};
 use crate::color::Rgb;
@@ -24,7 +24,7 @@ pub struct Plastic {
     pub specular: Rgb,
     /// Index of refraction relative to the outside, from 1.0001 to 5.
     pub ior: f32,
-    /// The facets of the lobe.
+    /// Roughness and distribution of the lobe's facets.
     pub facets: Microfacets,
 }
 

@@ -1,4 +1,4 @@
-//! The principled material of Disney, as Mitsuba 3 and version 3 of pbrt have it.
+//! The principled material of Disney, as in Mitsuba 3 and version 3 of pbrt.
 //!
 //! ```text
 //! f_r = ρ_d/π · ((1 − f) b + f e)  +  s w_d  +  F(c_d) D G₂ / (4 c_o c_i)          (sr⁻¹)
@@ -8,17 +8,17 @@
 //! F = t (F₀ + (1 − F₀) w_d) + (1 − t) F_dielectric(c_d, η)
 //! ```
 //!
-//! with `w = (1 − c)⁵` of a cosine, `c_d = ω_i·h`, the roughness `r` and `α = r²`: a diffuse part
-//! that is darker at grazing angles if it is smooth and brighter if it is rough, by the flatness `f`
-//! one like that of light scattered below the surface (after Hanrahan, Krueger 1993), the sheen `s`
-//! of cloth, and facets (Burley 2012, section 5.3; 2015, equation 4). A loader sets
-//! `ρ_d = base · (1 − metallic)`, and the share `t` of Schlick's `F` to that of metal and of tinted
-//! gloss.
+//! with `w = (1 − c)⁵` of a cosine, `c_d = ω_i·h`, the roughness `r` and `α = r²`. The diffuse part
+//! is darker at grazing angles if it is smooth and brighter if it is rough; with the flatness `f`
+//! it resembles light scattered below the surface (after Hanrahan, Krueger 1993). To this are added
+//! the sheen `s` of cloth, and facets (Burley 2012, section 5.3; 2015, equation 4). A loader sets
+//! `ρ_d = base · (1 − metallic)`. It sets `t`, the share of Schlick's `F`, to the share of metal
+//! and of tinted gloss.
 //!
 //! # Limits
-//! The parts do not know of each other, and at grazing angles each returns all light and more: the
-//! diffuse one of a white, rough surface up to 1.56, the facets up to 1, a sheen of 1 up to 0.09. At
-//! such angles `e` grows beyond all bounds, but `e c_i` does not.
+//! The parts are independent, and at grazing angles each reflects all light or more: the diffuse
+//! part of a white, rough surface up to 1.56, the facets up to 1, a sheen of 1 up to 0.09. At such
+//! angles `e` is unbounded, but `e c_i` is bounded.
 //!
 //! # Held to this by
 //! `bsdf::tests`, and the suite's `mitsuba_materials` against Mitsuba 3.
@@ -31,19 +31,20 @@ use crate::math::{Real, Vec3};
 use fresnel::schlick_weight;
 use microfacet::{HalfVector, Microfacets};
 
-/// `∫ w c dω / π`, and the same of `w c` and `w c²` in place of `w`, over the hemisphere.
+/// Integrals `∫ w c dω / π` over the hemisphere, and the same with `w c` and `w c²` in place of
+/// `w`.
 const MOMENTS: [f32; 3] = [1.0 / 21.0, 1.0 / 84.0, 1.0 / 252.0];
 
-/// Largest sheen: of a pure blue of luminance 1.
+/// Largest sheen (sr⁻¹), that of a pure blue of luminance 1.
 pub const MAX_SHEEN: f32 = 14.0;
 
-/// About the albedo of a sheen of 1.
+/// Approximate albedo of a sheen of 1.
 const IMPORTANCE_SHEEN: f32 = 0.1;
 
 /// A rough diffuse surface with sheen, under facets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Principled {
-    /// Reflectance `ρ_d` of the diffuse part, but for `b`; each channel in `[0, 1]`.
+    /// Reflectance `ρ_d` of the diffuse part, without `b`; each channel in `[0, 1]`.
     pub diffuse: Rgb,
     /// Roughness `r` of the diffuse part, in `[0, 1]`.
     pub roughness: f32,
@@ -51,25 +52,25 @@ pub struct Principled {
     pub flatness: f32,
     /// Sheen `s` (sr⁻¹); each channel from 0 to [`MAX_SHEEN`].
     pub sheen: Rgb,
-    /// What a facet reflects.
+    /// Fresnel reflectance of a facet.
     pub fresnel: TintedFresnel,
-    /// The facets.
+    /// Roughness and distribution of the facets.
     pub facets: Microfacets,
 }
 
-/// A mean of Schlick's approximation and of the Fresnel equations of a dielectric.
+/// Weighted mean of Schlick's approximation and of the Fresnel equations of a dielectric.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TintedFresnel {
-    /// Share `t` of the former, in `[0, 1]`.
+    /// Share `t` of Schlick's approximation, in `[0, 1]`.
     pub schlick: f32,
-    /// Its reflectance `F₀` at normal incidence; each channel in `[0, 1]`.
+    /// Reflectance `F₀` at normal incidence in Schlick's approximation; each channel in `[0, 1]`.
     pub f0: Rgb,
-    /// Index of refraction `η` of the latter relative to the outside, from 1.0001 to 5.
+    /// Index of refraction `η` of the dielectric relative to the outside, from 1.0001 to 5.
     pub ior: f32,
 }
 
 impl TintedFresnel {
-    /// The reflectance at an angle of incidence of cosine `cos`, by channel.
+    /// Reflectance at an angle of incidence of cosine `cos`, by channel.
     #[inline(always)]
     pub(crate) fn at<R: Real>(&self, cos: R) -> [R; 3] {
         let tinted = fresnel::schlick(self.f0, cos);
@@ -147,7 +148,8 @@ impl Principled {
         (1.0 - 0.5 * w) * (1.0 - 0.5 * m0) + r * (once + r * twice)
     }
 
-    /// About what is not in [`Principled::diffuse_albedo`]: the sheen and the facets.
+    /// Estimate of the albedo of sheen and facets, which [`Principled::diffuse_albedo`] does not
+    /// include.
     pub(super) fn importance_gloss(&self, cos_o: f32) -> f32 {
         (Rgb::from(self.fresnel.at(cos_o)) + self.sheen * IMPORTANCE_SHEEN).max_channel()
     }
@@ -171,17 +173,18 @@ impl Principled {
 
 /// `∫ e c_i dω_i / π` for a roughness `r` and light at cosine `cos_o`.
 ///
-/// Averaged over azimuths, `E` is a polynomial `P` of degree 7 in `c = c_i`: with `R/2 = m + n cos φ`,
+/// Averaged over azimuths, `E` is a polynomial `P` of degree 7 in `c = c_i`: with
+/// `R/2 = m + n cos φ`,
 ///
 /// ```text
 /// P = (1 − w_o)(1 − w_i) + m (w_o + w_i − 2 w_o w_i) + (m² + n²/2) w_o w_i
 /// m = r (1 + c_o c) / 2,    n² = r² (1 − c_o²)(1 − c²) / 4
 /// ```
 ///
-/// so that `∫₀¹ 2c P / (c + c_o) dc` is that of the quotient and `ln ((1 + c_o) / c_o)` times the
-/// remainder.
+/// so that `∫₀¹ 2c P / (c + c_o) dc` is the integral of the quotient of this division, plus the
+/// remainder times `ln ((1 + c_o) / c_o)`.
 fn flat_albedo(r: f64, cos_o: f64) -> f64 {
-    /// Of `w_i = (1 − c)⁵`, from the constant on.
+    /// Coefficients of `w_i = (1 − c)⁵`, from the constant on.
     const GRAZING: [f64; 6] = [1.0, -5.0, 10.0, -10.0, 5.0, -1.0];
     let cos_o = cos_o.max(f64::MIN_POSITIVE);
     let w = GRAZING.into_iter().rev().fold(0.0, |sum, coefficient| sum * cos_o + coefficient);
@@ -192,7 +195,7 @@ fn flat_albedo(r: f64, cos_o: f64) -> f64 {
         half * half * 2.0 * cos_o,
         half * half * (cos_o * cos_o - 0.5 * sin2),
     ];
-    // What stands alone, and what is multiplied by w_i.
+    // The terms without w_i, and those multiplied by w_i.
     let alone = [1.0 - w + half * w, half * w * cos_o];
     let by_grazing = [
         w - 1.0 + half * (1.0 - 2.0 * w) + w * square[0],

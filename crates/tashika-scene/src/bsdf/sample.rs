@@ -1,12 +1,12 @@
-//! What is known of a direction drawn from a BSDF.
+//! Direction drawn from a BSDF, with its weight and density.
 
 use crate::color::Rgb;
 use crate::math::Vec3;
 
-/// Which part of a BSDF a sampled direction comes from.
+/// Part of a BSDF from which a sampled direction comes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lobe {
-    /// The diffuse part.
+    /// The diffuse part of the BSDF.
     Diffuse,
     /// A lobe of finite width.
     Glossy,
@@ -17,7 +17,7 @@ pub enum Lobe {
 }
 
 impl Lobe {
-    /// Whether the lobe is a single direction, with a probability instead of a density.
+    /// Returns true if the lobe is a single direction, with a probability instead of a density.
     pub fn is_specular(self) -> bool {
         match self {
             Self::Diffuse | Self::Glossy => false,
@@ -29,14 +29,14 @@ impl Lobe {
 /// A direction drawn by [`Bsdf::sample`](super::Bsdf::sample).
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfSample {
-    /// The direction, unit length, pointing away from the surface.
+    /// Unit direction that points away from the surface.
     pub wi: Vec3,
-    /// `f_r cos θ_i / pdf` of the *whole* BSDF (unitless); for a specular lobe its coefficient
-    /// divided by the probability of choosing it.
+    /// Weight `f_r cos θ_i / pdf` of the *whole* BSDF (unitless); for a specular lobe its
+    /// coefficient divided by the probability of choosing the lobe.
     pub weight: Rgb,
     /// Density of the whole BSDF at `wi` (sr⁻¹); for a specular lobe the probability of choosing
-    /// it.
+    /// the lobe.
     pub pdf: f32,
-    /// The part of the BSDF that the direction was drawn from.
+    /// Part of the BSDF from which the direction was drawn.
     pub lobe: Lobe,
 }

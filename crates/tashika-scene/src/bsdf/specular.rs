@@ -1,25 +1,25 @@
 //! Surfaces that only sampling reaches: a perfect mirror, glass, and a pane of glass.
 //!
-//! But for rough glass their BSDFs are Dirac distributions. Rough glass is treated alike: paths go
-//! through it in one drawn direction, and nothing is gathered at it. So
-//! [`Bsdf::eval`](super::Bsdf::eval) and
-//! [`Bsdf::pdf`](super::Bsdf::pdf) of all of them are zero.
+//! Except for rough glass, their BSDFs are Dirac distributions. Rough glass is treated alike: paths
+//! go through it in one drawn direction, and nothing is gathered at it. So
+//! [`Bsdf::eval`](super::Bsdf::eval) and [`Bsdf::pdf`](super::Bsdf::pdf) are zero for all of them.
 //!
-//! Rough glass is that of Walter et al. 2007, with one scattering: a facet is drawn from those that
-//! are seen, light is reflected there or refracted by its Fresnel reflectance, with the weight
-//! `G₂ / G₁(o)` ([`microfacet`](super::microfacet)); what reaches the wrong side is lost.
+//! Rough glass is that of Walter et al. 2007, with single scattering: a facet is drawn from the
+//! visible ones, and light is reflected or refracted there by its Fresnel reflectance, with the
+//! weight `G₂ / G₁(o)` ([`microfacet`](super::microfacet)). Light that reaches the wrong side is
+//! lost.
 //!
-//! # What crosses a boundary
+//! # Radiance across a boundary
 //! Radiance in a medium of index `η` grows with `η²`, because refraction squeezes its solid angle;
-//! the flux of a light path does not. [`Glass`] leaves the factor out in both directions: paths
-//! from the camera carry *basic* radiance `L / η²` (Nicodemus 1963), paths from lights carry flux,
-//! and both get the same weight, so that one function serves both. The two factors of a path that
-//! enters and leaves a closed object cancel, `η² · 1 / η² = 1`; hence basic radiance is radiance
-//! wherever camera and lights are in the outer medium. Light paths inside the glass deposit flux
-//! divided by `η²`, so that viewers see basic radiance of surfaces and media there too. The ends of
-//! paths apply the factor if they are inside (Veach 1997, section 5.2): an emitter in a medium of
-//! index `n` emits `1/n²` of its radiance, and a camera in such a medium sees `n²` times the
-//! radiance that its paths carry.
+//! the flux of a light path does not. [`Glass`] omits the factor in both directions: paths from the
+//! camera carry *basic* radiance `L / η²` (Nicodemus 1963), paths from lights carry flux, and both
+//! have the same weight, so that one function serves both. The two factors of a path that enters
+//! and leaves a closed object cancel, `η² · 1 / η² = 1`; hence basic radiance is radiance wherever
+//! camera and lights are in the outer medium. Light paths inside the glass deposit flux divided by
+//! `η²`, so that viewers see basic radiance of surfaces and media there too. The ends of paths
+//! apply the factor if they are inside (Veach 1997, section 5.2): an emitter in a medium of index
+//! `n` emits `1/n²` of its radiance, and a camera in such a medium sees `n²` times the radiance
+//! that its paths carry.
 //!
 //! # Held to this by
 //! The tests below.
@@ -53,17 +53,17 @@ impl Mirror {
 /// Boundary of a dielectric, smooth or rough: the glass is at negative `z`.
 ///
 /// Reflects with probability `F` and weight `reflectance`, else refracts with weight
-/// `transmittance`; at the facet that is met where it is rough. Refraction has no factor `η²` in
-/// either direction; the documentation of this file says why.
+/// `transmittance`; if rough, at a drawn facet. Refraction has no factor `η²` in either direction;
+/// the documentation of this file gives the reason.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glass {
     /// Index of refraction of the inside (`z < 0`) relative to the outside, from 1.0001 to 5.
     pub ior: f32,
-    /// Factor on what is reflected, each channel in `[0, 1]`; 1 is physical.
+    /// Factor on the reflection, each channel in `[0, 1]`; 1 is physical.
     pub reflectance: Rgb,
-    /// Factor on what is refracted, each channel in `[0, 1]`; 1 is clear glass.
+    /// Factor on the refraction, each channel in `[0, 1]`; 1 is clear glass.
     pub transmittance: Rgb,
-    /// The facets; none where it is smooth.
+    /// Facets of rough glass; `None` if it is smooth.
     pub facets: Option<Microfacets>,
 }
 
@@ -75,11 +75,11 @@ impl Glass {
         if leaves_glass { squared } else { squared.recip() }
     }
 
-    /// Reflects if `u[0]` in `[0, 1)` is below `F`, else refracts, at a facet that the others draw.
-    /// `None` where light reaches the wrong side, which smooth glass never sends it to.
+    /// Reflects if `u[0]` in `[0, 1)` is below `F`, else refracts; `u[1]` and `u[2]` draw the
+    /// facet. `None` if light reaches the wrong side, which never happens at smooth glass.
     pub(super) fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         let Some(facets) = self.facets else { return Some(self.sample_smooth(wo, u[0])) };
-        // Seen from the side of `wo`, as if it were above.
+        // As seen from the side of `wo`, mirrored to above the surface.
         let side = 1.0_f32.copysign(wo.z);
         let up = Vec3::new(wo.x, wo.y, wo.z * side);
         let normal = facets.sample_visible_normal(up, [u[1], u[2]]);
@@ -88,7 +88,7 @@ impl Glass {
         if at_facet.z <= MIN_COSINE {
             return None;
         }
-        // The facet's frame is turned to `wo`; the glass is where it is of the surface.
+        // The facet's frame is turned towards `wo`; the glass stays on its side of the surface.
         let turned = Vec3::new(at_facet.x, at_facet.y, at_facet.z * side);
         let BsdfSample { wi, weight, pdf, lobe } = self.sample_smooth(turned, u[0]);
         let wi = frame.to_world(Vec3::new(wi.x, wi.y, wi.z * side)).normalize();
@@ -125,25 +125,25 @@ impl Glass {
 
 /// A pane of glass so thin that light leaves where it entered: both faces in one surface.
 ///
-/// With `F` the reflectance of one face, the light that goes to and fro inside sums to
+/// With `F` the reflectance of one face, the light between the two faces sums to
 /// `R = F + (1 − F)² F / (1 − F²) = 2F / (1 + F)` on reflection and `1 − R` straight through
 /// (Stokes 1862).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinGlass {
     /// Index of refraction relative to the outside, from 1.0001 to 5.
     pub ior: f32,
-    /// Factor on what is reflected, each channel in `[0, 1]`; 1 is physical.
+    /// Factor on the reflection, each channel in `[0, 1]`; 1 is physical.
     pub reflectance: Rgb,
-    /// Factor on what passes, each channel in `[0, 1]`; 1 is clear glass.
+    /// Factor on the transmission, each channel in `[0, 1]`; 1 is clear glass.
     pub transmittance: Rgb,
 }
 
 impl ThinGlass {
-    /// A pane of nothing: everything goes straight on.
+    /// A pane without effect: all light passes straight through.
     pub const NOTHING: Self = Self { ior: 1.0, reflectance: Rgb::BLACK, transmittance: Rgb::WHITE };
 
-    /// Fraction `1 − R` that passes a clear pane of index `ior` at an angle of incidence of cosine
-    /// `cos`.
+    /// Fraction `1 − R` of light that passes a clear pane of index `ior` at an angle of incidence
+    /// of cosine `cos`.
     pub(crate) fn passed(cos: f32, ior: f32) -> f32 {
         if ior == 1.0 {
             return 1.0;
@@ -152,7 +152,7 @@ impl ThinGlass {
         (1.0 - face) / (1.0 + face)
     }
 
-    /// Goes on straight if `u` in `[0, 1)` is below `1 − R`, else reflects.
+    /// Passes straight through if `u` in `[0, 1)` is below `1 − R`, else reflects.
     pub(super) fn sample(&self, wo: Vec3, u: f32) -> BsdfSample {
         let passed = Self::passed(wo.z.abs(), self.ior);
         if u < passed {
@@ -174,9 +174,9 @@ impl ThinGlass {
     }
 }
 
-/// Snell's law: the direction on the other side of a boundary of relative index `eta`.
+/// Direction on the other side of a boundary of relative index `eta`, by Snell's law.
 ///
-/// Not to be called beyond the critical angle.
+/// Must not be called beyond the critical angle.
 fn refract(w: Vec3, eta: f32) -> Vec3 {
     let tangential = Vec3::new(-w.x, -w.y, 0.0) / eta;
     let cos = (1.0 - tangential.length_squared()).max(0.0).sqrt();
@@ -197,7 +197,7 @@ mod tests {
         Vec3::new(sin * 0.6, sin * 0.8, cos * side)
     }
 
-    /// Just below 1: the last value of `u` that a stream can give.
+    /// Largest number below 1: the last value of `u` that a stream can return.
     const LAST: f32 = 1.0 - f32::EPSILON / 2.0;
 
     #[test]
@@ -233,7 +233,7 @@ mod tests {
         }
     }
 
-    /// A light path that goes in and comes out again retraces itself with the same probabilities.
+    /// A light path that enters and leaves again retraces itself with the same probabilities.
     #[test]
     fn refraction_can_be_reversed() {
         for step in 0..15 {
@@ -255,7 +255,7 @@ mod tests {
         assert_eq!(within.lobe, Lobe::SpecularTransmission);
     }
 
-    /// Two interfaces and what goes to and fro between them, summed term by term.
+    /// Two interfaces and all reflections between them, summed term by term.
     #[test]
     fn a_pane_sums_all_reflections_inside() {
         for step in 0..15 {

@@ -1,29 +1,29 @@
-//! What not every method renders: instances that move while the shutter is open.
+//! Scene features that only some methods render: instances that move while the shutter is open.
 //!
-//! Held to this by the suite's `moving_objects`.
+//! Checked by the suite's `moving_objects`.
 
 use super::Scene;
 use crate::error::{Error, Result};
 
-/// What a method renders beside what stands still.
+/// Features that a method renders besides static scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Abilities {
-    /// Instances that move while the shutter is open.
+    /// True if instances may move while the shutter is open.
     pub motion: bool,
 }
 
 impl Abilities {
-    /// Nothing.
+    /// Static scenes only.
     pub const STILL: Self = Self { motion: false };
-    /// Everything.
+    /// Every feature.
     pub const ALL: Self = Self { motion: true };
 }
 
 impl Scene {
-    /// Whether a method of these abilities may render it.
+    /// Checks that a method with these abilities can render the scene.
     ///
     /// # Errors
-    /// [`Error::Option`] if not, naming the methods that render it and why.
+    /// [`Error::Option`] if not, with the methods that can and the reason.
     pub fn check_method(&self, method: &str, abilities: Abilities) -> Result<()> {
         let Some([open, close]) = self.shutter().filter(|_| !abilities.motion) else { return Ok(()) };
         let moving = "things in it move while the shutter is open";

@@ -2,17 +2,18 @@
 //!
 //! A floating-point image may be a height, which may be negative, or a colour, which must not. The
 //! use in the materials of the finished scene decides ([`Values`]). Images that are used as
-//! colours, through all operands of a texture, are searched for values that count as 0.
+//! colours, directly or as operands of textures, are searched for values below zero, which count
+//! as 0.
 //!
-//! Held to this by the tests below and by the suite's `signed_images`.
+//! Checked by the tests below and by the suite's `signed_images`.
 
 use std::collections::BTreeSet;
 
 use super::{ImageId, NoteKind, SceneBuilder, Texture, TextureId, Values};
 use crate::color::Rgb;
 
-/// Returns the message about texels below zero that count as 0; the count of its note is their
-/// number.
+/// Returns the message about texels below zero that count as 0. The count of its note is the number
+/// of such texels.
 pub fn below_zero_message(image: &str) -> String {
     format!("image {image:?} has texels below zero, which no colour is: taken as 0")
 }
@@ -47,7 +48,8 @@ impl SceneBuilder {
                     images.extend(set.tiles.iter().map(|(_, image)| *image));
                 }
                 Texture::Constant(_) => constants += u64::from(has_sign(node)),
-                // End of a linear map; the interpolated values are visible, not the end itself.
+                // A constant may be the end of a linear map: interpolated values are visible, the
+                // end itself is not.
                 Texture::Mix { first, second, amount } => {
                     let is_constant =
                         |end: &TextureId| matches!(self.scene.textures[end.index()], Texture::Constant(_));

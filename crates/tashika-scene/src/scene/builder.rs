@@ -1,4 +1,4 @@
-//! Putting a scene together, with every check that lets the rest of the program trust it.
+//! Assembly of a scene, with all checks that later code relies on.
 
 use std::sync::Arc;
 
@@ -28,9 +28,9 @@ pub struct SceneBuilder {
     pub(super) origin: Location,
     /// Number of texels below zero of each image.
     pub(super) below_zero: Vec<u64>,
-    /// For each texture, how many nodes one lookup visits.
+    /// Number of nodes that one lookup visits, for each texture.
     texture_costs: Vec<u32>,
-    /// For each material, how many materials it consists of.
+    /// Number of materials that each material consists of.
     material_costs: Vec<u32>,
     pub(super) numbered: Numbered,
     pub(super) places: Places,
@@ -39,7 +39,8 @@ pub struct SceneBuilder {
 }
 
 impl SceneBuilder {
-    /// An empty scene. `name` is for reports, `origin` is what notes and errors point to.
+    /// Creates an empty scene. `name` is for reports; notes and errors name `origin` as their
+    /// location.
     pub fn new(name: impl Into<String>, origin: Location) -> Self {
         let scene = Scene {
             name: name.into(),
@@ -77,7 +78,7 @@ impl SceneBuilder {
         Self::of(scene, origin)
     }
 
-    /// A scene that is there, to which lights are to be added.
+    /// Wraps a finished scene so that lights can be added.
     pub(super) fn of(scene: Scene, origin: Location) -> Self {
         Self {
             scene,
@@ -91,34 +92,34 @@ impl SceneBuilder {
         }
     }
 
-    /// It, as it is.
+    /// Returns the scene without the checks and additions of [`Self::build`].
     pub(super) fn into_scene(self) -> Scene {
         self.scene
     }
 
-    /// Tells the user what was done with the input.
+    /// Adds a note on the treatment of the input.
     pub fn note(&mut self, kind: NoteKind, message: impl Into<String>, at: Location) {
         self.scene.notes.push(kind, message, at);
     }
 
-    /// What is told so far, for more.
+    /// Notes added so far, to which more can be added.
     pub fn notes_mut(&mut self) -> &mut Notes {
         &mut self.scene.notes
     }
 
-    /// Says that something in the file moves, from when to when (finite, s).
+    /// Records that something in the file moves from one time to another (finite, s).
     pub fn add_animated_seconds(&mut self, [from, to]: [f64; 2]) {
         let [first, last] = self.scene.animated.unwrap_or([from, to]);
         self.scene.animated = Some([first.min(from), last.max(to)]);
     }
 
-    /// Records that the file has lights, which may be off at the time of the scene. If anything in
+    /// Records that the file has lights that may be off at the time of the scene. If anything in
     /// the scene moves, [`Scene::with_default_light`] then adds no light.
     pub fn set_dark_now(&mut self) {
         self.scene.is_dark_now = true;
     }
 
-    /// Takes over notes made elsewhere.
+    /// Adds notes made elsewhere.
     pub fn extend_notes(&mut self, notes: impl IntoIterator<Item = Note>) {
         for n in notes {
             self.scene.notes.push_many(n.kind, n.message, n.first, n.count);
@@ -135,9 +136,8 @@ impl SceneBuilder {
         Ok(ImageId(self.scene.images.len() as u32 - 1))
     }
 
-    /// Adds a texture; what it is made of must have been added before, and a lookup must not visit
-    /// more than
-    /// [`MAX_TEXTURE_COST`] nodes.
+    /// Adds a texture. Its operands, images and tiles must have been added before, and a lookup
+    /// must not visit more than [`MAX_TEXTURE_COST`] nodes.
     pub fn add_texture(&mut self, texture: Texture) -> Result<TextureId> {
         let at = || self.origin.clone().item(format!("texture {}", self.scene.textures.len()));
         check::texture(&texture, &self.scene).map_err(|wrong| wrong.error(at()))?;
@@ -161,7 +161,8 @@ impl SceneBuilder {
         Ok(TextureId(self.scene.textures.len() as u32 - 1))
     }
 
-    /// A number to the power `exponent`, a texture of it added where it is textured.
+    /// Returns `input` to the power `exponent`; adds a texture for the power if `input` is
+    /// textured.
     pub fn power(&mut self, input: FloatInput, exponent: f32) -> Result<FloatInput> {
         let power = |(base, channel)| Ok((self.add_texture(Texture::Power { base, exponent })?, channel));
         Ok(FloatInput {
@@ -192,7 +193,7 @@ impl SceneBuilder {
         Ok(MaterialId(self.scene.materials.len() as u32 - 1))
     }
 
-    /// Whether the facets of a surface, or of a part of a mix, have a direction.
+    /// Returns true if the facets of a surface, or of a part of a mix, have a tangent.
     pub fn is_brushed(&self, surface: &Surface) -> bool {
         match surface {
             Surface::Mix { first, second, .. } => {
@@ -205,8 +206,8 @@ impl SceneBuilder {
 
     /// Adds a mesh.
     ///
-    /// Wrong indices and attribute counts are errors; triangles that cannot be rendered are left
-    /// out and noted.
+    /// Wrong indices and attribute counts are errors. Triangles that cannot be rendered are
+    /// omitted; those that are not finite are noted.
     pub fn add_mesh(&mut self, mut data: MeshData, material: MaterialId) -> Result<MeshId> {
         self.check_mesh(&data, material)?;
         self.localize(&mut data, None);
@@ -215,7 +216,7 @@ impl SceneBuilder {
         Ok(self.push_mesh(mesh, repairs, (&name, origin)))
     }
 
-    /// Refuses wrong indices and counts.
+    /// Checks indices and counts.
     pub(super) fn check_mesh(&self, data: &MeshData, material: MaterialId) -> Result<()> {
         let at = self.origin.clone().item(format!("mesh {}", data.name));
         let vertices = data.positions.len();
@@ -275,14 +276,14 @@ impl SceneBuilder {
         MeshId(self.scene.meshes.len() as u32 - 1)
     }
 
-    /// Sets the largest number of instances. Nested groups of objects can ask for many more
+    /// Sets the largest number of instances. Nested groups of objects can multiply to many more
     /// instances than a file has bytes.
     pub fn set_most_instances(&mut self, most: usize) {
         self.most_instances = most;
     }
 
-    /// Places a mesh. The transform must be finite and invertible; one that flattens the mesh is
-    /// left out and noted.
+    /// Places a mesh. An instance whose transform is not finite or cannot be inverted is omitted
+    /// and noted.
     pub fn add_instance(&mut self, mesh: MeshId, to_world: impl Placement) -> Result<Option<InstanceId>> {
         let to_world = to_world.in_double();
         if let Some(shutter) = self.scene.meshes.get(mesh.index()).and_then(Mesh::deforms)
@@ -293,7 +294,8 @@ impl SceneBuilder {
         self.place(mesh, to_world)
     }
 
-    /// Places a mesh that stands, or in the middle of its motion.
+    /// Places a mesh by a constant transform: for a moving instance, the one in the middle of its
+    /// motion.
     pub(super) fn place(&mut self, mesh: MeshId, exact: DAffine3) -> Result<Option<InstanceId>> {
         let at = self.origin.clone().item(format!("instance {}", self.scene.instances.len()));
         if mesh.index() >= self.scene.meshes.len() {
@@ -317,7 +319,7 @@ impl SceneBuilder {
         Ok(Some(InstanceId(self.scene.instances.len() as u32 - 1)))
     }
 
-    /// Adds an emitter without surface; black ones are dropped.
+    /// Adds an emitter without surface; black ones are ignored.
     pub fn add_emitter(&mut self, emitter: Emitter) -> Result<()> {
         let place = emitter.position().unwrap_or(Vec3::ZERO).as_dvec3();
         self.add_emitter_at(emitter, place)
@@ -357,11 +359,11 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds an emitter that shines by a map, turned by the rotation (or reflection) `to_world`:
-    /// where the map has 1, its intensity is `intensity` (W·sr⁻¹).
+    /// Adds an emitter with an intensity map, turned by the rotation (or reflection) `to_world`.
+    /// Its intensity is `intensity` (W·sr⁻¹) where the map has 1.
     ///
     /// # Errors
-    /// Texels that are not finite; colours or positions that are negative or not finite.
+    /// Texels or positions that are not finite; colours that are negative or not finite.
     pub fn add_image_light(
         &mut self,
         map: &Arc<IntensityMap>,
@@ -381,13 +383,13 @@ impl SceneBuilder {
         self.add_emitter_at(Emitter::Image { position: place.as_vec3(), axis, intensity, beam }, place)
     }
 
-    /// Sets what stands in for shading normals that turn away from the viewer.
+    /// Sets the rule for shading normals that face away from the viewer.
     pub fn set_turned_away(&mut self, rule: TurnedAway) {
         self.scene.turned_away = rule;
     }
 
-    /// Sets the environment behind all surfaces; radiances must be finite. Texels below zero count
-    /// as 0.
+    /// Sets the environment seen behind all surfaces; radiances must be finite. Texels below zero
+    /// count as 0.
     pub fn set_environment(&mut self, environment: Environment) -> Result<()> {
         if !environment.is_valid() {
             let at = self.origin.clone().item("environment");
@@ -432,8 +434,8 @@ impl SceneBuilder {
         self.scene.instances.iter().fold(Aabb::EMPTY, |all, i| all.union(self.scene.box_of(i)))
     }
 
-    /// The scene. Without a camera it gets one that sees all of it, and a note says so. Without light
-    /// it is dark: see [`Scene::with_default_light`].
+    /// Returns the scene. A scene without a camera gets one that sees all of it, with a note. A
+    /// scene without light is dark: see [`Scene::with_default_light`].
     pub fn build(mut self) -> Result<Scene> {
         self.settle();
         let bounds = self.bounds();
@@ -464,15 +466,15 @@ impl SceneBuilder {
         Ok(self.scene)
     }
 
-    /// Decides which instances live in world space: of those that stand, those whose copies take
-    /// little memory.
+    /// Selects the instances that are stored in world space: static ones whose copies take little
+    /// memory.
     fn bake(&mut self) {
         let s = &mut self.scene;
         let mut uses = vec![0u64; s.meshes.len()];
         for i in s.instances.iter().filter(|i| i.motion.is_none()) {
             uses[i.mesh.index()] += 1;
         }
-        // Smallest first: as many instances as possible.
+        // Smallest first, to bake as many instances as possible.
         let added = |mesh: usize| uses[mesh].saturating_sub(1) * s.meshes[mesh].triangles.len() as u64;
         let mut order: Vec<usize> = (0..s.meshes.len()).collect();
         order.sort_by_key(|&mesh| (added(mesh), mesh));
@@ -488,17 +490,17 @@ impl SceneBuilder {
     }
 }
 
-/// Instances of a mesh are baked if that adds at most this many triangles beyond the first copy (4
-/// MB in the tracer).
+/// Most triangles that the instances of a baked mesh may add beyond the first copy (4 MB in the
+/// tracer).
 const BAKED_TRIANGLES: u64 = 1 << 16;
 
-/// Triangles that baking adds to a scene at most.
+/// Most triangles that baking adds to a scene.
 const ALL_BAKED_TRIANGLES: u64 = 1 << 20;
 
-/// Materials that a mix consists of at most, itself included.
+/// Most materials that a mix consists of, itself included.
 const MAX_MIXED: u32 = 256;
 
-/// Nodes that a lookup of a texture visits at most.
+/// Most nodes that a lookup of a texture visits.
 pub const MAX_TEXTURE_COST: u32 = 256;
 
 /// Largest diagonal (m) at which products of four lengths still fit into `f32`.

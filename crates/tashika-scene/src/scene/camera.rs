@@ -1,5 +1,5 @@
-//! The camera: a projection, perhaps through a lens, and where it stands, or where it moves while its
-//! shutter is open.
+//! The camera: a projection, perhaps through a lens, and its pose, which may move while its shutter
+//! is open.
 
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
@@ -12,62 +12,64 @@ use crate::math::{Aabb, Ray};
 /// A camera looking along its own `−z`, with `+y` up and `+x` to the right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// Name by which the user chooses it.
+    /// Name by which the user selects the camera.
     pub name: String,
-    /// Camera to world; a rigid motion, or one with a mirror. Of one that moves, in the middle of the
-    /// time that its shutter is open.
+    /// Transform from camera to world; a rigid motion, or one with a mirror. For a moving camera,
+    /// the transform in the middle of the time that its shutter is open.
     pub to_world: Affine3A,
-    /// Where it is meanwhile, if it moves: see [`Camera::moving`].
+    /// Pose while the shutter is open, if it moves: see [`Camera::moving`].
     pub motion: Option<Motion>,
-    /// How the world is projected.
+    /// Map from the world to the film.
     pub projection: Projection,
-    /// How far the film's centre is off the axis, in film widths to the right and film heights up;
+    /// Offset of the film's centre from the axis, in film widths to the right and film heights up;
     /// spherical cameras have no shift.
     pub shift: Vec2,
     /// The lens; only perspective cameras have one.
     pub lens: Lens,
-    /// Image size that the file asks for (pixels).
+    /// Image size that the file specifies (pixels).
     pub resolution: Option<[u32; 2]>,
-    /// Part of that image that the file asks for.
+    /// Part of the image that the file specifies.
     pub crop: Option<Window>,
-    /// The medium that it stands in, if it is in one of its scene's.
+    /// Medium of the scene around the camera, if there is any.
     pub medium: Option<MediumId>,
     /// Index of refraction of the medium around the camera, relative to the medium outside of all
     /// glass (1 there). The film shows `n²` times the basic radiance that camera paths carry
     /// ([`crate::bsdf::Glass`]).
     pub index: f32,
-    /// What it shows the whole of, if nobody said where it stands: see [`Camera::of_size`].
+    /// Box that the camera must show entirely, if its position was not specified: see
+    /// [`Camera::of_size`].
     pub shows: Option<Aabb>,
 }
 
-/// Where on the film and on the lens, and when, a camera ray starts.
+/// Film position, lens sample and time of a camera ray.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraSample {
     /// Position on the film (pixels, from the top left). Wide pixel filters go beyond
     /// `[0, width] × [0, height]`: the film has no edge.
     pub film: Vec2,
-    /// Uniform numbers for the lens.
+    /// Uniform numbers for a point of the lens.
     pub lens: [f32; 2],
-    /// Share of the time that the shutter is open, 0 to 1; means nothing to a camera that stands.
+    /// Share of the time that the shutter is open, 0 to 1; ignored by a static camera.
     pub time: f32,
 }
 
-/// What goes over the film while the shutter is open.
+/// Object whose displacement on the film is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Seen {
-    /// A place that may move (m, world).
+    /// A point that may move (m, world).
     Place {
-        /// Where it is when the shutter opens.
+        /// Position when the shutter opens.
         open: Vec3,
-        /// Where it is when the shutter closes.
+        /// Position when the shutter closes.
         close: Vec3,
     },
-    /// What is infinitely far away in a direction of the world.
+    /// A world direction, for objects infinitely far away.
     Direction(Vec3),
 }
 
 impl Camera {
-    /// A camera of which nothing else is said: a pinhole, the film on its axis, of any size.
+    /// Creates a pinhole camera without motion, medium or image size, with the film centred on its
+    /// axis.
     pub fn new(name: impl Into<String>, to_world: Affine3A, projection: Projection) -> Self {
         Self {
             name: name.into(),
@@ -84,7 +86,7 @@ impl Camera {
         }
     }
 
-    /// A pinhole at `eye` looking at `target`, `up` being up.
+    /// Creates a pinhole camera at `eye` looking at `target`, with `up` upwards.
     pub fn look_at(name: impl Into<String>, eye: Vec3, target: Vec3, up: Vec3, vertical_fov: f32) -> Self {
         let back = (eye - target).normalize();
         let right = up.cross(back).normalize_or(back.any_orthonormal_vector());
@@ -93,8 +95,8 @@ impl Camera {
         Self::new(name, to_world, Projection::Perspective { vertical_fov })
     }
 
-    /// The same camera on a track, with its shutter open from one time to another (s): it moves, if
-    /// the track does meanwhile.
+    /// Returns the camera on a track, with its shutter open from one time to another (s). It moves
+    /// if the track is not constant in between.
     pub fn moving(self, track: Track, shutter: [f64; 2]) -> Self {
         let [open, close] = shutter;
         let to_world = track.at(open + 0.5 * (close - open)).as_affine3a();
@@ -102,30 +104,31 @@ impl Camera {
         Self { to_world, motion, ..self }
     }
 
-    /// Returns radiance over basic radiance at the camera, `n²`.
+    /// Returns the ratio `n²` of radiance to basic radiance at the camera.
     pub fn squared_index(&self) -> f32 {
         self.index * self.index
     }
 
-    /// Returns basic radiance over radiance of light from infinitely far away, for a camera path.
+    /// Returns the ratio of basic radiance to radiance, for a camera path to light from infinitely
+    /// far away.
     ///
     /// The ratio is 1 for light that comes from outside of all glass. A path that leaves the scene
-    /// in the medium of a camera inside glass has crossed no boundary, as light does that passes
-    /// below the surface of an infinite pond. The ratio is `1/n²` there.
+    /// in the medium of a camera inside glass has crossed no boundary, like light below the surface
+    /// of an infinite pond. The ratio is `1/n²` there.
     ///
-    /// * `ratio`: product of [`squared_ratio`](crate::bsdf::Glass::squared_ratio) over the boundaries
-    ///   that the path has crossed.
+    /// * `ratio`: product of [`squared_ratio`](crate::bsdf::Glass::squared_ratio) over the
+    ///   boundaries that the path has crossed.
     pub fn basic_of_infinity(&self, ratio: f64) -> f32 {
         if self.index != 1.0 && ratio as f32 == 1.0 { self.squared_index().recip() } else { 1.0 }
     }
 
-    /// Position of the lens' centre (m, world); of a camera that moves, in the middle of its time.
+    /// Position of the lens' centre (m, world); for a moving camera, in the middle of its time.
     pub fn position(&self) -> Vec3 {
         self.to_world.translation.into()
     }
 
-    /// The world ray through a point of a film of `size` pixels; its direction has unit length.
-    /// `None` where the film shows nothing: outside the circle of a fisheye.
+    /// Returns the world ray through a point of a film of `size` pixels; its direction has unit
+    /// length. `None` where the film shows nothing: outside the circle of a fisheye.
     pub fn ray(&self, sample: &CameraSample, size: [u32; 2]) -> Option<Ray> {
         let (mut origin, mut direction) = self.projection.ray(sample.film, &self.frame(size))?;
         if self.lens.radius > 0.0 && self.projection.has_lens() {
@@ -136,18 +139,19 @@ impl Camera {
         Some(self.placed(origin, direction, sample.time))
     }
 
-    /// The ray through a point of the film and the lens' centre, after a share of the time that the
-    /// shutter is open, 0 to 1.
+    /// Returns the world ray through a point of the film and the lens' centre, after a share of the
+    /// time that the shutter is open, 0 to 1.
     pub fn central_ray(&self, film: Vec2, share: f32, size: [u32; 2]) -> Option<Ray> {
         let (origin, direction) = self.projection.ray(film, &self.frame(size))?;
         Some(self.placed(origin, direction, share))
     }
 
-    /// How far something goes on a film of `size` pixels while the shutter is open (pixels: to the
-    /// right, down), as seen through the lens' centre: from its place when the shutter opens to its
-    /// place when that closes. On a film that shows all around, by the shorter way.
+    /// Returns the displacement of an object on a film of `size` pixels while the shutter is open
+    /// (pixels: to the right, down), as seen through the lens' centre: from its position when the
+    /// shutter opens to that when it closes. On a film that shows all directions, it is the shorter
+    /// way.
     ///
-    /// `None` if the film shows one of the two not, whatever its size.
+    /// `None` if no film, whatever its size, shows both positions.
     pub fn way_on_film(&self, seen: Seen, size: [u32; 2]) -> Option<Vec2> {
         let frame = self.frame(size);
         let on_film = |share: f32, place: Vec3| {
@@ -166,21 +170,22 @@ impl Camera {
         Some(self.projection.way(on_film(0.0, open)?, on_film(1.0, close)?, &frame))
     }
 
-    /// A ray of the frame of the camera in the world.
+    /// Transforms a ray from the frame of the camera to the world.
     fn placed(&self, origin: Vec3, direction: Vec3, share: f32) -> Ray {
         let to_world = self.pose(share);
         Ray::new(to_world.transform_point3(origin), to_world.transform_vector3(direction).normalize())
     }
 
-    /// Camera to world after a share of the time that the shutter is open.
+    /// Transform from camera to world after a share of the time that the shutter is open.
     fn pose(&self, share: f32) -> Affine3A {
         self.motion.as_ref().map_or(self.to_world, |motion| motion.pose(share))
     }
 
-    /// Where a place of the world lies on a film of `size` pixels (pixels, from the top left), as
-    /// seen through the lens' centre, of a camera that moves in the middle of its time, and the area at right angles to the ray that a pixel covers
-    /// there (m²). `None` for what the film does not show, whatever its size: behind most cameras,
-    /// outside the circle of a fisheye.
+    /// Projects a point of the world (m) onto a film of `size` pixels, as seen through the lens'
+    /// centre; for a moving camera, in the middle of its time. Returns the film position (pixels,
+    /// from the top left) and the area at right angles to the ray that a pixel covers there (m²).
+    /// `None` for points that no film shows, whatever its size: behind most cameras, outside the
+    /// circle of a fisheye.
     pub fn project(&self, place: Vec3, size: [u32; 2]) -> Option<(Vec2, f32)> {
         self.projection.project(self.to_world.inverse().transform_point3(place), &self.frame(size))
     }
@@ -189,7 +194,7 @@ impl Camera {
         FilmFrame { size: Vec2::new(size[0] as f32, size[1] as f32), shift: self.shift }
     }
 
-    /// Whether its numbers are in range.
+    /// Returns true if its parameters are in range.
     pub(super) fn is_valid(&self) -> bool {
         self.to_world.is_finite()
             && self.to_world.matrix3.determinant().abs() > 0.0
@@ -210,7 +215,8 @@ mod tests {
     use crate::math::elementary::{rotation, tan};
     use crate::scene::Blades;
 
-    /// The same in world space: what is in front of the camera, where it stands, is projected.
+    /// Points before the camera are projected to the film position of their ray; points behind it
+    /// are not shown.
     #[test]
     fn places_of_the_world_are_projected_to_where_their_rays_come_from() {
         let mut c = camera();
@@ -223,7 +229,7 @@ mod tests {
         assert!(c.project(ray.at(-4.0), [200, 100]).is_none());
     }
 
-    /// Each ray is that of a camera that stands where it is then.
+    /// Each ray is that of a static camera with the pose of that time.
     #[test]
     fn a_camera_that_moves_is_where_its_track_is() {
         let ends = [
@@ -252,7 +258,7 @@ mod tests {
         }
         assert!((c.position() - Vec3::new(1.5, 0.0, 0.0)).length() < 1e-6, "the middle of its time");
         assert!(c.is_valid());
-        // What does not move meanwhile stands where it is then.
+        // A camera that does not move in its shutter time has the pose of that time.
         let later = still.clone().moving(track.clone(), [2.0, 5.0]);
         assert_eq!((later.motion, later.to_world), (None, ends[1]));
         for shutter in [[1.5, 1.0], [f64::NAN, 2.0], [1.0, f64::INFINITY]] {

@@ -1,7 +1,6 @@
-//! What the parts of a scene must fulfil, so that the rest of the program can trust them.
+//! Validation of the parts of a scene, on which later code relies.
 //!
-//! A part is refused with the field, the value found and what is allowed. Held to this by the tests
-//! of
+//! An error names the field, the value found and the values allowed. Checked by the tests of
 //! [`SceneBuilder`](super::SceneBuilder) and by the suites of damaged files.
 
 use glam::Vec2;
@@ -15,7 +14,7 @@ use crate::bsdf::ConductorFresnel;
 use crate::color::Rgb;
 use crate::error::{Error, Location};
 
-/// Field and value as found, and what is expected.
+/// Field and value as found, and the expected values.
 pub(super) struct Wrong {
     found: String,
     expected: String,
@@ -28,13 +27,13 @@ impl Wrong {
         Self { found: found.into(), expected: expected.into() }
     }
 
-    /// The error, with the place.
+    /// Returns the error at a location.
     pub fn error(self, at: Location) -> Error {
         Error::invalid(at, self.found, self.expected)
     }
 }
 
-/// Checks the number of texels, and floating-point texels, which must be finite.
+/// Checks the number of texels, and that floating-point texels are finite.
 pub(super) fn image(image: &Image) -> Checked {
     let texels = image.pixels.len();
     if texels == 0 || texels as u64 != u64::from(image.width) * u64::from(image.height) {
@@ -51,7 +50,7 @@ pub(super) fn image(image: &Image) -> Checked {
     Ok(())
 }
 
-/// What a texture says itself; its operands are the builder's business.
+/// Checks the parameters of a texture, except its operands, which the builder checks.
 pub(super) fn texture(texture: &Texture, scene: &Scene) -> Checked {
     match texture {
         Texture::Constant(c) if !c.is_finite() => {
@@ -76,7 +75,7 @@ fn finite_transform(finite: bool) -> Checked {
     if finite { Ok(()) } else { Err(Wrong::new("a texture transform that is not finite", "finite numbers")) }
 }
 
-/// All factors, references and the ranges of the BSDFs that the material becomes.
+/// Checks all factors, references and the ranges of the BSDFs that the material becomes.
 pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked {
     surface(&material.surface)?;
     if let Some(e) = &material.emission {
@@ -120,10 +119,10 @@ pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked 
     }
     let look = Look { materials: &scene.materials, textures: scene.textures(), uv: Vec2::ZERO, cos: 1.0 };
     if matches!(material.surface, Surface::Boundary) {
-        // A pane of nothing, which no other surface may be.
+        // Its refractive index of 1 is not allowed for other surfaces.
         return Ok(());
     }
-    // A material has at most two parts; they are at the two ends of the numbers that choose.
+    // A material has at most two parts; the ends of the range of `u` select them.
     for u in [0.0, 1.0f32.next_down()] {
         look.part(material, u).bsdf.validate().map_err(|message| {
             let (found, expected) = message.split_once("; expected ").unwrap_or((&message, "another value"));
@@ -133,10 +132,10 @@ pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked 
     Ok(())
 }
 
-/// The kind of a surface below a layer that cannot have this one, if there is such a surface.
+/// Returns the kind of a surface in or below `base` that cannot have this layer, if there is any.
 fn without_layer(base: MaterialId, layer: &Surface, scene: &Scene) -> Option<&'static str> {
     match &scene.materials[base.index()].surface {
-        // A coat lies over sheen.
+        // A coat may lie over sheen.
         Surface::Sheen { .. } if matches!(layer, Surface::Clearcoat { .. }) => None,
         Surface::Lambert { .. } | Surface::MetallicRoughness { .. } | Surface::Principled { .. } => None,
         Surface::Mix { first, second, .. } => {
@@ -162,7 +161,7 @@ fn number(name: &str, v: f32) -> Checked {
     }
 }
 
-/// Factors that a texture will be multiplied with.
+/// Checks the factors by which textures are multiplied.
 fn surface(surface: &Surface) -> Checked {
     let color = |name, input: &ColorInput| color(name, input.factor);
     let number = |name, input: &FloatInput| number(name, input.factor);

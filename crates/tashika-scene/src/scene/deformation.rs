@@ -1,21 +1,21 @@
 //! Meshes that deform while the shutter is open.
 //!
-//! Such a mesh has a shape when the shutter opens and one when it closes, of the same triangles.
-//! Between them vertices and normals go in straight lines, in the mesh's own space: after a share `s`
-//! of the time a vertex is at
+//! Such a mesh has a shape when the shutter opens and one when it closes, with the same triangles.
+//! Vertices and normals are interpolated linearly in object space: after a share `s` of the time a
+//! vertex is at
 //!
 //! ```text
 //! p(s) = (1 − s) p₀ + s p₁
 //! ```
 //!
-//! All of its instances [move](super::motion): each has a [`Motion`](super::Motion), which may keep
-//! it where it is. What asks without a time has the shape of the middle, `s = ½`.
+//! All of its instances [move](super::motion): each has a [`Motion`](super::Motion), which may be
+//! constant. Functions without a time argument use the shape in the middle, `s = ½`.
 //!
 //! # Guarantee
-//! `p(s)` is computed by [`between`], in single precision, with the same bits by whoever asks: the
-//! surface at a time is that of the triangles of these corners. [`Mesh::bounds`] hold them at all
-//! times. A triangle has an area at the ends or in the middle; at other times it may have none, and
-//! is met by nothing then.
+//! `p(s)` is always computed by [`between`], in single precision, so that equal arguments give
+//! equal bits. The surface at a time consists of the triangles with these corners. [`Mesh::bounds`]
+//! contain it at all times. A triangle has an area at one of the ends or in the middle; at times
+//! without an area no ray meets it.
 //!
 //! # Held to this by
 //! The tests below; `accel::tests`; the suite's `deforming` and `gltf_shapes`.
@@ -28,37 +28,37 @@ use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::math::motion::Track;
 
-/// Vertices of a mesh at a time.
+/// Shape of a mesh at a time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshShape {
-    /// Positions (m, object space).
+    /// Vertex positions (m, object space).
     pub positions: Vec<Vec3>,
     /// Normals: none, or one a vertex, of any length.
     pub normals: Vec<Vec3>,
 }
 
-/// What becomes of a mesh while the shutter is open.
+/// Shapes of a mesh while the shutter is open.
 #[derive(Clone, Debug)]
 pub(super) struct Deformation {
-    /// From when to when that is (s).
+    /// Times at which the shutter opens and closes (s).
     pub shutter: [f64; 2],
-    /// When it opens and when it closes.
+    /// Shapes when the shutter opens and when it closes.
     pub ends: [MeshShape; 2],
 }
 
-/// What rounding does to a place between two, relative to the largest coordinate: three roundings of
-/// weights and products and one of the sum.
+/// Bound on the rounding error of an interpolated position, relative to the largest coordinate:
+/// three roundings of weights and products and one of the sum.
 const ROUNDING: f32 = 2.0 * f32::EPSILON;
 
-/// Where something is after a share of the way, 0 to 1, from one place to another; at the ends
-/// exactly there.
+/// Returns the position after a share of the way, 0 to 1, from one point to another; exact at both
+/// ends.
 #[inline(always)]
 pub fn between(from: Vec3, to: Vec3, share: f32) -> Vec3 {
     from * (1.0 - share) + to * share
 }
 
-/// A box that holds what goes in straight lines from a place in `open` to one in `close`, whatever
-/// rounding does to it.
+/// Returns a box around all straight paths from a point in `open` to a point in `close`, with a
+/// margin for rounding.
 pub fn box_between(open: Aabb, close: Aabb) -> Aabb {
     let all = open.union(close);
     if all.is_empty() {
@@ -69,7 +69,7 @@ pub fn box_between(open: Aabb, close: Aabb) -> Aabb {
 }
 
 impl Deformation {
-    /// The shape in the middle.
+    /// Returns the shape in the middle of the time.
     fn middle(&self) -> MeshShape {
         let [open, close] = &self.ends;
         let mean = |a: &[Vec3], b: &[Vec3]| -> Vec<Vec3> {
@@ -80,7 +80,7 @@ impl Deformation {
         MeshShape { positions: mean(&open.positions, &close.positions), normals }
     }
 
-    /// Bytes held.
+    /// Size of both shapes in memory (bytes).
     pub(super) fn bytes(&self) -> u64 {
         let of = |shape: &MeshShape| size_of_val(&shape.positions[..]) + size_of_val(&shape.normals[..]);
         self.ends.iter().map(of).sum::<usize>() as u64
@@ -88,14 +88,14 @@ impl Deformation {
 }
 
 impl Mesh {
-    /// From when to when the shutter is open (s), if it deforms meanwhile.
+    /// Times at which the shutter opens and closes (s), if the mesh deforms in between.
     #[inline]
     pub fn deforms(&self) -> Option<[f64; 2]> {
         self.deformation.as_ref().map(|deformation| deformation.shutter)
     }
 
-    /// Corners of a triangle (m, object space) after a share of the time that the shutter is open, 0
-    /// to 1.
+    /// Corners of a triangle (m, object space) after a share of the time that the shutter is open,
+    /// 0 to 1.
     #[inline]
     pub fn corners_at(&self, share: f32, triangle: u32) -> [Vec3; 3] {
         let Some(deformation) = &self.deformation else { return self.corners(triangle) };
@@ -104,8 +104,8 @@ impl Mesh {
             .map(|i| between(open.positions[i as usize], close.positions[i as usize], share))
     }
 
-    /// Normals at the corners of a triangle then, which must have some: zero where there is no
-    /// direction.
+    /// Normals at the corners of a triangle after a share of the time; zero where there is no
+    /// direction. The mesh must have normals.
     #[inline]
     pub(super) fn normals_at(&self, share: f32, triangle: u32) -> [Vec3; 3] {
         let indices = self.triangles[triangle as usize].map(|i| i as usize);
@@ -114,7 +114,7 @@ impl Mesh {
         indices.map(|i| between(open.normals[i], close.normals[i], share))
     }
 
-    /// As [`Mesh::repair`], of what deforms.
+    /// Like [`Mesh::repair`], for a mesh that deforms.
     fn repair_deforming(
         data: MeshData,
         closing: MeshShape,
@@ -145,8 +145,9 @@ impl SceneBuilder {
     /// the shape `closing`, relative to the same origin, when it closes. If both shapes are equal,
     /// a static [mesh](Self::add_mesh) is added.
     ///
-    /// Wrong indices and counts are errors, as is a shutter that does not open at one finite time and
-    /// close at a later one; triangles that cannot be rendered are left out and noted.
+    /// Wrong indices and counts are errors, as is a shutter that does not open at one finite time
+    /// and close at a later one. Triangles that cannot be rendered are omitted; those that are not
+    /// finite are noted.
     pub fn add_deforming_mesh(
         &mut self,
         mut data: MeshData,
@@ -178,7 +179,7 @@ impl SceneBuilder {
     }
 }
 
-/// The track of what stays where it is; none if that cannot be inverted.
+/// Returns a track with a constant transform; `None` if it cannot be inverted.
 pub(super) fn standing(to_world: DAffine3) -> Option<Track> {
     Track::new([(0.0, to_world)])
 }
@@ -263,7 +264,7 @@ mod tests {
         for _ in 0..20_000 {
             let mut place = || (Vec3::from(s.uniform_3()) - 0.5) * 3.0 + 1000.0;
             let (from, mut to) = (place(), place());
-            // The same place is not met exactly on the way.
+            // Interpolating between equal coordinates is not exact.
             to.y = from.y;
             let held = box_between(Aabb::of_points([from]), Aabb::of_points([to]));
             let share = s.uniform();
@@ -278,7 +279,7 @@ mod tests {
         let (mut b, material) = builder();
         let grown =
             b.add_deforming_mesh(data(&[Vec3::ONE; 3], &[]), shape(&CORNERS, &[]), [0.0, 1.0], material);
-        // Turned inside out through the middle.
+        // Turned inside out, through a shape without area in the middle.
         let turned = [Vec3::ZERO, Vec3::X, Vec3::NEG_Y];
         let turned = b.add_deforming_mesh(data(&CORNERS, &[]), shape(&turned, &[]), [0.0, 1.0], material);
         let line = [Vec3::ZERO, Vec3::X, Vec3::X * 2.0];
@@ -318,7 +319,7 @@ mod tests {
         let deforms = b.add_deforming_mesh(data(&CORNERS, &[]), other, [0.0, 1.0], material).unwrap();
         b.add_instance(same.unwrap(), Affine3A::IDENTITY).unwrap();
         assert!(!b.scene.moves());
-        // Instances of one shutter only, and such as can be placed.
+        // All instances of a mesh need its shutter, and a transform that can be inverted.
         let track = Track::new([(0.0, DAffine3::IDENTITY)]).unwrap();
         let said = b.add_moving_instance(deforms, track, [0.0, 2.0]).unwrap_err().to_string();
         assert!(said.contains("0 to 2 s") && said.contains("0 to 1 s, as the mesh"), "{said}");

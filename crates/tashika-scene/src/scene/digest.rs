@@ -1,10 +1,10 @@
-//! A number of everything that a scene is, for scenes that are made of no files.
+//! Content hash of a scene that was not loaded from a file.
 
 use std::fmt::{self, Write};
 
 use super::Scene;
 
-/// The hash FNV-1a of 64 bits, of Fowler, Noll and Vo, of text as it comes.
+/// 64-bit FNV-1a hash (Fowler, Noll, Vo) of written text.
 struct Fnv(u64);
 
 impl Write for Fnv {
@@ -17,9 +17,9 @@ impl Write for Fnv {
 }
 
 impl Scene {
-    /// The same scene, whose [`Self::digest`] is a number of all that it consists of: every number
-    /// to its last bit, as `Debug` writes it, so that nothing is forgotten that a scene will come
-    /// to have. Other contents have another one, as far as accidents go.
+    /// Returns the scene with a hash of its contents as its [`Self::digest`]. The hashed text is
+    /// the `Debug` output, which has every number to its last bit and includes fields added in the
+    /// future. Scenes that differ have different digests, accidental collisions excepted.
     pub fn with_digest_of_contents(self) -> Self {
         let mut sum = Fnv(0xcbf2_9ce4_8422_2325);
         write!(sum, "{self:?}").expect("the sum takes any text");
@@ -38,7 +38,7 @@ mod tests {
         Texture,
     };
 
-    /// A triangle with an image on it, under a sky.
+    /// Digest of a textured triangle under a sky.
     fn digest(height: f32, texel: f32, sky: f32) -> u64 {
         let mut builder = SceneBuilder::new("a", Location::file("a"));
         let image = Image { name: "i".into(), width: 1, height: 1, pixels: Pixels::Float(vec![[texel; 3]]) };

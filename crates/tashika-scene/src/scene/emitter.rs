@@ -5,30 +5,30 @@ use glam::Vec3;
 use crate::color::Rgb;
 use crate::math::elementary::acos;
 
-/// The curve along which a spot light fades.
+/// Curve by which a spot light fades.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum FalloffShape {
-    /// `s²` of the cosine's share `s` (glTF, `KHR_lights_punctual`).
+    /// Factor `s²`, with the cosine's share `s` (glTF, `KHR_lights_punctual`).
     Squared,
-    /// `s² (3 − 2s)` of the cosine's share (pbrt-v4).
+    /// Factor `s² (3 − 2s)`, with the cosine's share `s` (pbrt-v4).
     Smoothstep,
-    /// `s⁴` of the cosine's share (pbrt-v3).
+    /// Factor `s⁴`, with the cosine's share `s` (pbrt-v3).
     Fourth,
-    /// The angle's share (Mitsuba).
+    /// Factor `s`, with the angle's share `s` (Mitsuba).
     LinearInAngle,
 }
 
-/// How a spot light fades from its axis to its rim.
+/// Fading of a spot light from its axis to its rim.
 ///
 /// `s = clamp((x − x_outer) / (x_inner − x_outer), 0, 1)` with `x` the cosine of the angle from the
 /// axis, or the angle itself; the factor is a function of `s` given by the [`FalloffShape`].
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Falloff {
-    /// Cosine of the angle up to which the intensity is full.
+    /// Cosine of the angle up to which the intensity is at its maximum.
     pub cos_inner: f32,
-    /// Cosine of the angle from which it is zero; below `cos_inner`.
+    /// Cosine of the angle from which the intensity is zero; below `cos_inner`.
     pub cos_outer: f32,
-    /// What happens in between.
+    /// Curve between the two angles.
     pub shape: FalloffShape,
 }
 
@@ -80,13 +80,13 @@ fn angle(cos: f32) -> f32 {
     acos(cos.clamp(-1.0, 1.0))
 }
 
-/// The map by which a light shines.
+/// Reference to the intensity map of a light.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Beam {
-    /// Number of the map in the scene's list
+    /// Index of the map in the scene's list
     /// ([`Scene::intensity_maps`](super::Scene::intensity_maps)).
     pub map: u32,
-    /// Cosine of the angle from the axis beyond which it does not shine; −1 for all directions.
+    /// Cosine of the angle from the axis beyond which the intensity is zero; −1 for all directions.
     pub cos_outer: f32,
 }
 
@@ -95,32 +95,32 @@ pub struct Beam {
 pub enum Emitter {
     /// Equal intensity in all directions.
     Point {
-        /// Position (m).
+        /// Position in the world (m).
         position: Vec3,
-        /// Intensity (W·sr⁻¹).
+        /// Intensity in every direction (W·sr⁻¹).
         intensity: Rgb,
     },
-    /// Intensity in a cone.
+    /// Intensity within a cone.
     Spot {
-        /// Position (m).
+        /// Position in the world (m).
         position: Vec3,
         /// Unit axis, from the light.
         axis: Vec3,
         /// Intensity on the axis (W·sr⁻¹).
         intensity: Rgb,
-        /// How it fades.
+        /// Fading from the axis to the rim.
         falloff: Falloff,
     },
-    /// Intensity by direction, of a map of the scene:
-    /// [`SceneBuilder::add_image_light`](super::SceneBuilder::add_image_light) makes it.
+    /// Intensity by direction, from a map of the scene; created by
+    /// [`SceneBuilder::add_image_light`](super::SceneBuilder::add_image_light).
     Image {
-        /// Position (m).
+        /// Position in the world (m).
         position: Vec3,
         /// Unit axis, from the light: `+z` of the map's frame.
         axis: Vec3,
-        /// The largest intensity of each channel, whatever its direction (W·sr⁻¹).
+        /// Largest intensity of each channel over all directions (W·sr⁻¹).
         intensity: Rgb,
-        /// Which map, and where it shines.
+        /// Intensity map, and the cone into which it emits.
         beam: Beam,
     },
     /// Parallel light from infinitely far away.
@@ -133,7 +133,7 @@ pub enum Emitter {
 }
 
 impl Emitter {
-    /// Returns the position (m); none for an emitter that is infinitely far away.
+    /// Returns the position (m); `None` for an emitter that is infinitely far away.
     pub fn position(&self) -> Option<Vec3> {
         match *self {
             Self::Point { position, .. } | Self::Spot { position, .. } | Self::Image { position, .. } => {
@@ -165,7 +165,7 @@ impl Emitter {
         self
     }
 
-    /// Unscaled colour of the emitter, whatever its unit.
+    /// Colour of the emitter, whose unit depends on its kind.
     pub(super) fn color(&self) -> Rgb {
         match *self {
             Self::Point { intensity, .. } | Self::Spot { intensity, .. } | Self::Image { intensity, .. } => {

@@ -13,7 +13,7 @@ use crate::stats::Piecewise2d;
 #[derive(Clone, Debug)]
 pub struct Environment {
     radiance: Radiance,
-    /// World to the frame of the image.
+    /// Transform from the world to the frame of the image.
     to_local: Mat3,
     /// Mean radiance over the sphere (W·m⁻²·sr⁻¹).
     mean: Rgb,
@@ -26,7 +26,7 @@ enum Radiance {
 }
 
 impl Environment {
-    /// The same radiance from everywhere.
+    /// An environment with the same radiance from all directions.
     pub fn constant(radiance: Rgb) -> Self {
         Self { radiance: Radiance::Constant(radiance), to_local: Mat3::IDENTITY, mean: radiance }
     }
@@ -52,7 +52,8 @@ impl Environment {
         for y in 0..h {
             let size = size_of_row(y);
             for x in 0..w {
-                // What is no radiance is refused by `is_valid`; it must not break the tables.
+                // Invalid radiances are rejected by `is_valid`; here they must not break the
+                // tables.
                 let c = image.texel(x as u32, y as u32).0 * scale;
                 let c = if c.is_valid() { c } else { Rgb::BLACK };
                 luminance.push(f64::from(c.luminance()));
@@ -74,7 +75,7 @@ impl Environment {
         }
     }
 
-    /// Whether no light comes from anywhere.
+    /// Returns true if the environment emits no light.
     pub fn is_black(&self) -> bool {
         self.mean.is_black()
     }
@@ -84,7 +85,7 @@ impl Environment {
         self.mean
     }
 
-    /// Image size, if it is an image.
+    /// Size of the image (texels), if the environment is an image.
     pub fn resolution(&self) -> Option<[u32; 2]> {
         match &self.radiance {
             Radiance::Constant(_) => None,
@@ -103,7 +104,8 @@ impl Environment {
         }
     }
 
-    /// A direction to look along, and its density (sr⁻¹), in proportion to luminance.
+    /// Samples a direction to look along, in proportion to luminance; returns it with its density
+    /// (sr⁻¹).
     pub fn sample(&self, u: [f32; 2]) -> (Vec3, f32) {
         match &self.radiance {
             Radiance::Constant(_) => (crate::warp::sphere(u), 1.0 / (4.0 * PI)),
@@ -116,13 +118,13 @@ impl Environment {
         }
     }
 
-    /// Where a unit direction is in the image, or in an octahedral one of a constant, as a point of
-    /// `[0, 1]²`.
+    /// Returns the point of `[0, 1]²` of a unit direction in the image; for a constant, in the
+    /// equal-area layout.
     pub(super) fn place(&self, direction: Vec3) -> [f32; 2] {
         self.mapping().place(self.to_local * direction)
     }
 
-    /// The unit direction of such a point.
+    /// Returns the unit direction of a point of `[0, 1]²`, the inverse of [`Self::place`].
     pub(super) fn direction(&self, place: [f32; 2]) -> Vec3 {
         (self.to_local.transpose() * self.mapping().direction(place)).normalize()
     }
@@ -134,7 +136,7 @@ impl Environment {
         }
     }
 
-    /// The density of [`Environment::sample`] over the image, if it is one.
+    /// Density of [`Environment::sample`] over the image, if the environment is an image.
     pub(super) fn density(&self) -> Option<&Piecewise2d> {
         match &self.radiance {
             Radiance::Constant(_) => None,
@@ -142,7 +144,7 @@ impl Environment {
         }
     }
 
-    /// Density of [`Environment::sample`] (sr⁻¹).
+    /// Density of [`Environment::sample`] at a unit direction (sr⁻¹).
     pub fn pdf(&self, direction: Vec3) -> f32 {
         match &self.radiance {
             Radiance::Constant(_) => 1.0 / (4.0 * PI),
@@ -234,7 +236,7 @@ mod tests {
         let mut s = Stream::new(5, Purpose::Test, 0);
         for _ in 0..200_000 {
             let (d, pdf) = e.sample(s.uniform_2());
-            // Directions on a border between texels may round to the other side.
+            // Directions on a border between texels may be rounded to the other side.
             unequal += u32::from((e.pdf(d) / pdf - 1.0).abs() > 1e-3);
             by_density.push(f64::from(e.radiance(d).luminance() / pdf));
             let d = crate::warp::sphere(s.uniform_2());

@@ -1,4 +1,4 @@
-//! The directions of an environment in blocks, each with its share of the light.
+//! Partition of an environment's directions into blocks, each with its share of the light.
 
 use std::ops::Range;
 
@@ -6,19 +6,19 @@ use super::Environment;
 use crate::math::Vec3;
 use crate::stats::{Block, Piecewise2d};
 
-/// Blocks of an environment's image, all about as wide as they are high.
+/// Blocks of an environment's image; most are about as wide as they are high.
 #[derive(Clone, Debug)]
 pub struct EnvironmentBlocks {
     /// Columns and rows of blocks.
     size: [usize; 2],
-    /// Row by row; none where it is dark.
+    /// Blocks in rows; `None` where the environment is dark.
     blocks: Vec<Option<Block>>,
-    /// Stands for the image of a constant.
+    /// Uniform density that replaces the image of a constant environment.
     even: Option<Piecewise2d>,
 }
 
 impl EnvironmentBlocks {
-    /// Divides an environment into about `most` blocks, but no more.
+    /// Divides an environment into about `most` blocks, and no more than that.
     pub fn new(environment: &Environment, most: usize) -> Self {
         let even = environment.density().is_none().then(|| {
             let side = (most as f64).sqrt() as usize;
@@ -43,30 +43,30 @@ impl EnvironmentBlocks {
         environment.density().or(self.even.as_ref()).expect("a constant has an even density")
     }
 
-    /// How many blocks.
+    /// Number of blocks.
     pub fn count(&self) -> usize {
         self.blocks.len()
     }
 
-    /// With which probability [`Environment::sample`] gives a direction of a block.
+    /// Probability that [`Environment::sample`] returns a direction of a block.
     pub fn probability(&self, block: usize) -> f64 {
         self.blocks[block].as_ref().map_or(0.0, Block::probability)
     }
 
-    /// The block that a unit direction lies in.
+    /// Returns the block that contains a unit direction.
     pub fn of(&self, environment: &Environment, direction: Vec3) -> usize {
         let place = environment.place(direction).map(f64::from);
         let cells = self.density(environment).size();
         let [column, row] = [0, 1].map(|axis| {
             let cell = ((place[axis] * cells[axis] as f64) as usize).min(cells[axis] - 1);
-            // The inverse of how blocks are cut.
+            // Inverse of the cut into blocks in `new`.
             ((cell + 1) * self.size[axis] - 1) / cells[axis]
         });
         row * self.size[0] + column
     }
 
-    /// A direction of a block, which must not be dark, distributed in it as by
-    /// [`Environment::sample`].
+    /// Samples a direction of a block, which must not be dark, with the density of
+    /// [`Environment::sample`] within it.
     pub fn sample(&self, environment: &Environment, block: usize, u: [f32; 2]) -> Vec3 {
         let block = self.blocks[block].as_ref().expect("a block that is not dark");
         let (place, _) = self.density(environment).sample_in(block, u.map(f64::from));
@@ -85,12 +85,12 @@ mod tests {
     fn image() -> Image {
         let mut pixels = vec![[0.2, 0.3, 0.4]; 37 * 19];
         pixels[2 * 37 + 5] = [500.0, 400.0, 300.0];
-        // So much that whole blocks are dark.
+        // Large enough that whole blocks are dark.
         pixels[12 * 37..].fill([0.0; 3]);
         Image { name: "test".into(), width: 37, height: 19, pixels: Pixels::Float(pixels) }
     }
 
-    /// An image of a single row has no more blocks than others.
+    /// An image of a single row has no more blocks than other images.
     #[test]
     fn there_are_no_more_blocks_than_were_asked_for() {
         let pixels = Pixels::Float(vec![[1.0; 3]; 4000]);
@@ -99,8 +99,8 @@ mod tests {
         assert_eq!(EnvironmentBlocks::new(&environment, 50).count(), 50);
     }
 
-    /// Directions are drawn from the block that they are found in, and blocks have the share of the
-    /// environment's own draws that they say.
+    /// Each sampled direction lies in its block, and the frequency of blocks among samples of the
+    /// environment matches their probabilities.
     #[test]
     fn blocks_share_the_directions_of_an_environment() {
         let turned = Mat3::from_rotation_x(0.4);
@@ -129,7 +129,7 @@ mod tests {
                 }
             }
             assert!((all - 1.0).abs() < 1e-9, "{all}");
-            // Rounding may move what is at a boundary.
+            // Rounding may move directions across a boundary.
             assert!(elsewhere <= 3, "{elsewhere}");
         }
     }

@@ -1,4 +1,4 @@
-//! Facets of rough surfaces, and the direction in which brushed ones are brushed.
+//! Facets of rough surfaces, and the tangent of brushed ones.
 //!
 //! A brushed surface has one roughness along a tangent and another across it. The tangent is
 //! `∂p/∂u` of the triangle, made orthogonal to the shading normal `n`, as in pbrt and Mitsuba:
@@ -7,13 +7,14 @@
 //! t ∝ p_u − n (n·p_u)
 //! ```
 //!
-//! turned by [`TangentInput`] where a material has one. Where texture coordinates do not span the
-//! plane of a triangle it is that of [`Frame::about`] the geometric normal, as in Mitsuba.
+//! turned by [`TangentInput`] where a material has one. If the texture coordinates do not span the
+//! plane of a triangle, the tangent is that of [`Frame::about`] the geometric normal, as in
+//! Mitsuba.
 //!
-//! Only points of brushed materials are asked for it: the frames of all others are those of
-//! [`Frame::about`].
+//! The tangent is computed for points of brushed materials only: the frames of all others are those
+//! of [`Frame::about`].
 //!
-//! Held to this by the tests below, and by the suite's `mitsuba_materials`, `formula_materials` and
+//! Checked by the tests below, and by the suite's `mitsuba_materials`, `formula_materials` and
 //! `brushed`.
 
 use glam::{Vec2, Vec3};
@@ -24,28 +25,28 @@ use crate::bsdf::{FacetModel, MAX_ALPHA, MIN_ALPHA, Microfacets};
 use crate::math::Frame;
 use crate::math::elementary::sin_cos;
 
-/// The facets of a rough surface, their roughness possibly textured.
+/// Facets of a rough surface, whose roughness may be textured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FacetInput {
-    /// Roughness `α`, 0 to 1; 0 is smooth. Of a brushed surface that along the tangent.
+    /// Roughness `α`, 0 to 1; 0 is smooth. Roughness along the tangent if the surface is brushed.
     pub alpha: FloatInput,
-    /// Roughness across the tangent, 0 to 1, if the surface is brushed. It is smooth only if both
-    /// are 0.
+    /// Roughness across the tangent, 0 to 1, if the surface is brushed. The surface is smooth only
+    /// if both roughnesses are 0.
     pub across: Option<FloatInput>,
-    /// What they are distributed by.
+    /// Distribution of the facets.
     pub model: FacetModel,
 }
 
 impl FacetInput {
-    /// Facets that are as rough in all directions.
+    /// Facets with the same roughness in all directions.
     pub fn even(alpha: FloatInput, model: FacetModel) -> Self {
         Self { alpha, across: None, model }
     }
 
-    /// The facets of the principled material: `α/a` along the tangent and `α a` across it, with `a =
-    /// √(1 − 0.9 s)` (Burley 2012, section 5.4).
+    /// Facets of the principled material: `α/a` along the tangent and `α a` across it, with
+    /// `a = √(1 − 0.9 s)` (Burley 2012, section 5.4).
     ///
-    /// * `alpha`: the square of its roughness.
+    /// * `alpha`: the square of the material's roughness.
     /// * `anisotropic`: `s`, in `[0, 1]`.
     pub fn of_aspect(alpha: FloatInput, anisotropic: f32, model: FacetModel) -> Self {
         let aspect = aspect(anisotropic);
@@ -53,7 +54,7 @@ impl FacetInput {
         Self { alpha: by(1.0 / aspect), across: (aspect < 1.0).then(|| by(aspect)), model }
     }
 
-    /// The facets at `uv`; `None` where it is smooth.
+    /// Returns the facets at `uv`; `None` where the surface is smooth.
     pub(super) fn at(&self, textures: Textures<'_>, uv: Vec2) -> Option<Microfacets> {
         let along = self.alpha.at(textures, uv);
         let across = self.across.map_or(along, |across| across.at(textures, uv));
@@ -100,7 +101,8 @@ pub(super) fn of_aspect(roughness: f32, anisotropic: f32) -> [f32; 2] {
 }
 
 impl Surface {
-    /// Whether its facets have a direction, but for the parts of a mix and what is below a layer.
+    /// Returns true if the facets have a tangent, ignoring the parts of a mix and the base of a
+    /// layer.
     pub(super) fn is_brushed(&self) -> bool {
         match self {
             Self::Plastic { facets, .. }
@@ -123,17 +125,17 @@ impl Surface {
     }
 }
 
-/// How the tangent of brushed facets is turned about the normal.
+/// Rotation of the tangent of brushed facets around the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TangentInput {
     /// Angle (rad), counter-clockwise as seen in an upright image on the surface.
     pub rotation: f32,
-    /// Direction before that, `2 · texel − 1`: red along `u`, green along `v` **up**; not decoded by
-    /// the sRGB curve. Without, that along `u`.
+    /// Direction before the rotation, `2 · texel − 1`: red along `u`, green along `v` **up**; not
+    /// decoded by the sRGB curve. If `None`, the direction of `u`.
     pub direction: Option<TextureId>,
 }
 
-/// The tangent of a surface point with this shading normal, of unit length.
+/// Unit tangent of a surface point with this shading normal.
 ///
 /// * `corners`: none if the mesh has no texture coordinates.
 pub(super) fn tangent(
@@ -149,7 +151,7 @@ pub(super) fn tangent(
     };
     let Some(input) = input else { return du.normalize_or(Vec3::X) };
     let plane = Frame::along(normal, du);
-    // Texture coordinates run down; the other axis is to run up.
+    // Texture coordinates run down; the second axis must run up.
     let up = plane.b * 1.0_f32.copysign(-plane.b.dot(dv));
     let direction = input.direction.map_or(Vec2::X, |texture| {
         let texel = textures.numbers(texture, uv).0;

@@ -8,16 +8,16 @@ use crate::color::Rgb;
 /// A colour, possibly textured: `factor · texture(uv)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColorInput {
-    /// Constant factor, linear.
+    /// Constant factor of the texture, linear.
     pub factor: Rgb,
-    /// Texture, if any.
+    /// Texture; if `None`, it counts as 1.
     pub texture: Option<TextureId>,
 }
 
 /// A number, possibly textured: `factor · texture(uv)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FloatInput {
-    /// Constant factor.
+    /// Constant factor of the texture's channel.
     pub factor: f32,
     /// Texture and the channel that holds the number, if any.
     pub texture: Option<(TextureId, Channel)>,

@@ -5,14 +5,14 @@
 //! ```
 //!
 //! with the brightest intensity `I₀` (W·sr⁻¹), the layout that takes a direction to `(u, v)`, its
-//! weight `w` and the largest `b` that `image · w` can be. Directions are drawn by a density that
-//! is constant over each texel of the image, in proportion to its mean luminance, weight and solid
-//! angle; it is above zero wherever `t` is.
+//! weight `w`, and the largest texel times the largest weight, `b`. Directions are sampled with a
+//! density that is constant over each texel of the image, in proportion to its mean luminance,
+//! weight and solid angle. The density is above zero wherever `t` is.
 //!
 //! # Guarantee
-//! No channel of `t` exceeds 1, also as `f32` has it: a light of intensity `I₀` in all directions
-//! bounds it. Light that is drawn and divided by its density is unbiased whatever the image. Held
-//! to this by the tests below and by `suite::light_images`.
+//! No channel of `t` exceeds 1, also in `f32`: a light of intensity `I₀` in all directions bounds
+//! it. Sampled light divided by its density is unbiased for every image. Checked by the tests below
+//! and by `suite::light_images`.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ use super::{Falloff, Image, Sampling, Wrap};
 use crate::color::Rgb;
 use crate::stats::Piecewise2d;
 
-/// Where the light of an image goes.
+/// Directions into which an image emits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Spread {
     /// All directions.
@@ -32,53 +32,53 @@ pub enum Spread {
     /// Through a pinhole along `+z`: `x/z = (2u − 1) · tan₀`, `y/z = (2v − 1) · tan₁`, `v` from the
     /// top row.
     Slide {
-        /// Half the size of the image at distance 1; above 0, finite.
+        /// Half the size of the image at distance 1 along each axis; above 0, finite.
         tan: [f32; 2],
-        /// What the image is multiplied with.
+        /// Factor on the image by direction.
         weight: SlideWeight,
     },
 }
 
-/// What the image of a slide is multiplied with, at the angle `θ` from the axis.
+/// Factor on the image of a slide, at the angle `θ` from the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SlideWeight {
     /// 1: texels are intensities.
     Even,
-    /// `1/cos³ θ`: a screen across the axis is lit as the image says.
+    /// `1/cos³ θ`: the irradiance on a screen across the axis is as in the image.
     Screen,
-    /// That of a spot.
+    /// Falloff of a spot light.
     Spot(Falloff),
 }
 
-/// How values between texels are made, and what is beyond the image.
+/// Interpolation of texels, and continuation of the image beyond its edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lookup {
-    /// Between texels.
+    /// Interpolation between texels.
     pub sampling: Sampling,
-    /// Beyond the sides, and beyond top and bottom: what bilinear lookups at the edge mix in.
-    /// Slides only; spheres close.
+    /// Wrapping beyond the sides, and beyond top and bottom, for bilinear lookups at the edge.
+    /// Slides only; spheres use [`SphereMap`]'s own.
     pub wrap: [Wrap; 2],
 }
 
-/// An intensity by direction, in a frame of its own.
+/// Intensity by direction, in a frame of its own.
 #[derive(Debug)]
 pub struct IntensityMap {
     image: Image,
     spread: Spread,
     lookup: Lookup,
-    /// The largest values of image and weight (`b`), by channel.
+    /// Largest texel times the largest weight (`b`), by channel.
     brightest: Rgb,
     /// `∫ image · w dω` (sr).
     integral: Rgb,
     density: Piecewise2d,
 }
 
-/// What rounding may add to a weight.
+/// Factor by which rounding may increase a weight.
 const ROUNDED: f32 = 1.0 + 1e-5;
 
 impl IntensityMap {
-    /// Creates a map from an image of finite texels; texels below zero count as 0. None if the map
-    /// is black.
+    /// Creates a map from an image of finite texels; texels below zero count as 0. `None` if the
+    /// map is black.
     pub fn new(image: Image, spread: Spread, lookup: Lookup) -> Option<Self> {
         let wrap = match spread {
             Spread::Sphere(map) => map.wrap(),
@@ -88,7 +88,7 @@ impl IntensityMap {
         let (w, h) = (image.width as usize, image.height as usize);
         let texels: Vec<Rgb> = (0..w * h)
             .map(|i| image.texel((i % w) as u32, (i / w) as u32).0)
-            // What is no radiance is refused by the builder; it must not break the tables.
+            // Invalid radiances are rejected by the builder; here they must not break the tables.
             .map(|c| if c.is_valid() { c } else { Rgb::BLACK })
             .collect();
         let luminance: Vec<f64> = texels.iter().map(|c| f64::from(c.luminance())).collect();
@@ -107,7 +107,7 @@ impl IntensityMap {
             for (sum, c) in integral.iter_mut().zip(texel.to_array()) {
                 *sum += f64::from(c * here);
             }
-            // A texel at the rim of a spot may be lit in a part of it only.
+            // A texel at the rim of a spot may be lit only in part.
             let nearest = |k: usize, n: usize| 0.5f32.clamp(k as f32 / n as f32, (k + 1) as f32 / n as f32);
             let lit = match spread {
                 Spread::Slide { weight: SlideWeight::Spot(_), .. } => {
@@ -128,18 +128,19 @@ impl IntensityMap {
         &self.image
     }
 
-    /// The largest values of image and weight, by channel: what the brightest intensity is to be
-    /// multiplied with.
+    /// Largest texel times the largest weight, by channel: ratio of the brightest intensity to the
+    /// intensity where `image · w` is 1.
     pub fn brightest(&self) -> Rgb {
         self.brightest
     }
 
-    /// Image and weight over all directions, `∫ image · w dω`, by the midpoints of the texels (sr).
+    /// Integral of the product of image and weight over all directions, `∫ image · w dω`, by the
+    /// midpoints of the texels (sr).
     pub fn integral(&self) -> Rgb {
         self.integral
     }
 
-    /// The cosine of the widest angle from `+z` under which it shines, −1 for all directions.
+    /// Cosine of the widest angle from `+z` into which the map emits, −1 for all directions.
     pub fn cos_outer(&self) -> f32 {
         match self.spread {
             Spread::Sphere(_) => -1.0,
@@ -153,7 +154,7 @@ impl IntensityMap {
         }
     }
 
-    /// `t` in a unit direction: at most 1 in each channel.
+    /// Returns `t` in a unit direction: at most 1 in each channel.
     fn relative(&self, d: Vec3) -> Rgb {
         let Some([u, v]) = self.spread.place(d) else { return Rgb::BLACK };
         let uv = Vec2::new(u, v);
@@ -167,7 +168,7 @@ impl IntensityMap {
         Rgb::new(share(0), share(1), share(2))
     }
 
-    /// A unit direction, and its density (sr⁻¹).
+    /// Samples a unit direction; returns it with its density (sr⁻¹).
     fn sample(&self, u: [f32; 2]) -> (Vec3, f32) {
         let (place, density) = self.density.sample(u.map(f64::from));
         let d = self.spread.direction(place.map(|v| v as f32));
@@ -176,7 +177,7 @@ impl IntensityMap {
 }
 
 impl Spread {
-    /// Where in the image a unit direction is, if it is there.
+    /// Returns the place of a unit direction in the image, if it has one.
     fn place(self, d: Vec3) -> Option<[f32; 2]> {
         match self {
             Self::Sphere(map) => Some(map.place(d)),
@@ -198,7 +199,7 @@ impl Spread {
         }
     }
 
-    /// Solid angle over the area of the image, at a unit direction (sr).
+    /// Solid angle per area of the image, whose whole area is 1, at a unit direction (sr).
     fn solid_angle(self, d: Vec3) -> f32 {
         match self {
             Self::Sphere(map) => map.solid_angle(d),
@@ -225,7 +226,7 @@ impl Spread {
     }
 }
 
-/// A map in the scene, turned to where its light shines.
+/// Intensity map in the scene, turned to its direction.
 #[derive(Clone, Debug)]
 pub struct AimedMap {
     map: Arc<IntensityMap>,
@@ -233,35 +234,34 @@ pub struct AimedMap {
 }
 
 impl AimedMap {
-    /// A map that is turned by the rotation (or reflection) `to_world`.
+    /// Turns a map by the rotation (or reflection) `to_world`.
     pub(super) fn new(map: Arc<IntensityMap>, to_world: Mat3) -> Self {
         Self { map, to_local: to_world.transpose() }
     }
 
-    /// The map.
+    /// The map in its own frame.
     pub fn map(&self) -> &IntensityMap {
         &self.map
     }
 
-    /// The unit axis: `+z` of the map's frame.
+    /// Unit axis: `+z` of the map's frame, in the world.
     pub(super) fn axis(&self) -> Vec3 {
         (self.to_local.transpose() * Vec3::Z).normalize()
     }
 
-    /// Which share of the brightest intensity goes into a unit direction: at most 1 in each
-    /// channel.
+    /// Share of the brightest intensity in a unit direction: at most 1 in each channel.
     pub fn relative(&self, direction: Vec3) -> Rgb {
         self.map.relative(self.to_local * direction)
     }
 
-    /// A unit direction, and its density (sr⁻¹).
+    /// Samples a unit direction; returns it with its density (sr⁻¹).
     pub fn sample(&self, u: [f32; 2]) -> (Vec3, f32) {
         let (local, density) = self.map.sample(u);
         ((self.to_local.transpose() * local).normalize(), density)
     }
 
-    /// The numbers that [`AimedMap::sample`] takes to a unit direction; any where it does not
-    /// shine.
+    /// Returns the numbers that [`AimedMap::sample`] maps to a unit direction; arbitrary numbers if
+    /// it is outside of the image.
     pub fn inverse(&self, direction: Vec3) -> [f32; 2] {
         let place = self.map.spread.place(self.to_local * direction).unwrap_or_default();
         self.map.density.inverse(place.map(f64::from)).map(|u| (u as f32).min(1.0f32.next_down()))
@@ -304,8 +304,8 @@ mod tests {
         maps
     }
 
-    /// Light that is drawn is all that there is: its mean is that over uniform directions; and
-    /// where there is light, there is density.
+    /// The mean of sampled light is that over uniform directions, and the density is above zero at
+    /// every sample.
     #[test]
     fn drawn_directions_carry_the_whole_light() {
         for map in maps() {
@@ -326,7 +326,7 @@ mod tests {
             let error = drawn.standard_error().hypot(uniform.standard_error());
             let found = (drawn.mean(), uniform.mean());
             assert!((found.0 - found.1).abs() < 5.0 * error && error < 0.02 * found.1, "{found:?} ± {error}");
-            // By midpoints of texels a third of the image wide, at most.
+            // The midpoint rule is coarse: its texels are up to a sixth of the image wide.
             let by_midpoints = f64::from(map.map().integral().luminance());
             assert!((integral.mean() / by_midpoints - 1.0).abs() < 0.3, "{} {by_midpoints}", integral.mean());
         }

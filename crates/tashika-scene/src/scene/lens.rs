@@ -1,8 +1,8 @@
-//! The lens of a camera: a round opening, or the polygon that the blades of a diaphragm leave open.
+//! The lens of a camera: a round opening, or the polygon between the blades of a diaphragm.
 //!
-//! A point of light out of focus has the shape of the opening in the picture. Points are drawn
-//! uniformly by area. The polygon of `n` blades has its corners on the circle of the radius, as in
-//! Blender's Cycles, so that its area is
+//! A point of light out of focus has the shape of the opening in the image. Points of the opening
+//! are sampled uniformly by area. The polygon of `n` blades has its corners on the circle of the
+//! radius, as in Blender's Cycles, so that its area is
 //!
 //! ```text
 //! A = n/2 · sin(2π / n) · radius²          n = 5: 0.757 of the disk, 6: 0.827, 8: 0.900
@@ -15,36 +15,36 @@ use glam::Vec2;
 
 use crate::warp;
 
-/// A lens with an opening: what is not at the focus distance blurs.
+/// A lens with an opening; it blurs objects away from the focus distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
     /// Radius of the opening (m); zero is a pinhole.
     pub radius: f32,
     /// Distance along the axis at which the image is sharp (m).
     pub focus_distance: f32,
-    /// The blades about the opening; without, it is a disk.
+    /// Blades around the opening; if `None`, the opening is a disk.
     pub blades: Option<Blades>,
 }
 
 /// The blades of a diaphragm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blades {
-    /// How many: [`Blades::FEWEST`] to [`Blades::MOST`].
+    /// Number of blades: [`Blades::FEWEST`] to [`Blades::MOST`].
     pub count: u32,
-    /// Turn of the polygon (radians), counter-clockwise as seen by the camera; at zero a corner is
-    /// up.
+    /// Rotation of the polygon (radians), counter-clockwise as seen by the camera; at zero a corner
+    /// is up.
     pub rotation: f32,
 }
 
 impl Blades {
-    /// The fewest that leave an opening.
+    /// Smallest number of blades that leave an opening.
     pub const FEWEST: u32 = 3;
-    /// More than these are a disk to any eye.
+    /// Largest number of blades; more would look like a disk.
     pub const MOST: u32 = 100;
 }
 
 impl Lens {
-    /// No lens: all is sharp.
+    /// A pinhole: everything is sharp.
     pub const PINHOLE: Self = Self { radius: 0.0, focus_distance: 1.0, blades: None };
 
     /// A round opening of `radius` (m), sharp at `focus_distance` (m).
@@ -52,7 +52,8 @@ impl Lens {
         Self { radius, focus_distance, blades: None }
     }
 
-    /// A point of the opening (m; x to the right, y up), uniform by area, for two uniform numbers.
+    /// Samples a point of the opening (m; x to the right, y up), uniform by area, by two uniform
+    /// numbers.
     pub fn point(&self, u: [f32; 2]) -> Vec2 {
         match self.blades {
             None => warp::disk(u) * self.radius,
@@ -60,7 +61,7 @@ impl Lens {
         }
     }
 
-    /// Whether its numbers are in range.
+    /// Returns true if its parameters are in range.
     pub(super) fn is_valid(&self) -> bool {
         let focus = self.focus_distance;
         let blades = self.blades.is_none_or(|blades| {
@@ -85,8 +86,8 @@ mod tests {
             for rotation in [0.0, 0.4] {
                 let lens = Lens { blades: Some(Blades { count, rotation }), ..Lens::round(0.2, 1.0) };
                 let mut s = Stream::new(1, Purpose::Test, 0);
-                // Towards a corner the opening reaches as far as the radius, towards the middle of
-                // a blade cos(π/n) of it.
+                // The opening extends to the radius towards a corner, and to cos(π/n) of it towards
+                // the middle of a blade.
                 let turn = |k: f32| {
                     let angle = rotation + std::f32::consts::TAU * k / count as f32;
                     Vec2::new(-sin_cos(angle).0, sin_cos(angle).1)

@@ -1,7 +1,7 @@
-//! Groups of a scene's lights, by their names: of each group a picture can have what it gives.
+//! Groups of a scene's lights by name, for images with the contribution of each group.
 //!
-//! A light is an object that emits, by the name of the object or that of its material; an emitter
-//! without surface, by its own; or the `environment`.
+//! A light is an instance that emits, found by the name of its object or of its material; an
+//! emitter without surface, by its own name; or the `environment`.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -9,28 +9,28 @@ use std::fmt;
 use super::{Emission, InstanceId, Scene};
 use crate::error::{Error, Result};
 
-/// What is called what lies outside of the scene.
+/// Name of the environment as a light.
 const ENVIRONMENT: &str = "environment";
-/// The group of lights that no group names.
+/// Name of the group of lights that no group lists.
 const REST: &str = "rest";
 
 /// A light of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightId {
-    /// An instance that emits.
+    /// An instance whose material emits.
     Instance(InstanceId),
-    /// An emitter without surface, by its place in [`Scene::emitters`].
+    /// An emitter without surface, by its index in [`Scene::emitters`].
     Emitter(u32),
-    /// What is seen where no surface is.
+    /// Light seen where a ray meets no surface.
     Environment,
 }
 
-/// How lights are put into groups.
+/// Assignment of lights to groups.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LightGrouping {
-    /// Lights of each name are a group.
+    /// One group for each name of lights.
     Each,
-    /// Groups with the names of their lights; others are the group `rest`.
+    /// Groups with the names of their lights; all other lights form the group `rest`.
     Named(Vec<(String, Vec<String>)>),
 }
 
@@ -47,11 +47,11 @@ impl fmt::Display for LightGrouping {
 }
 
 impl LightGrouping {
-    /// What was said, each `each`, or a group with its lights, `GROUP=NAME,NAME`; a group may be said
-    /// several times.
+    /// Parses words: either `each`, or groups with their lights, `GROUP=NAME,NAME`. A group may be
+    /// repeated.
     ///
     /// # Errors
-    /// [`Error::Option`] naming `groups` if it is anything else.
+    /// [`Error::Option`] naming `groups` for anything else.
     pub fn parse<'t>(words: impl IntoIterator<Item = &'t str>) -> Result<Self> {
         let expected = "each, alone, or GROUP=NAME,NAME with names of lights";
         let (mut groups, mut each) = (Vec::<(String, Vec<String>)>::new(), false);
@@ -82,7 +82,7 @@ impl LightGrouping {
     }
 }
 
-/// The groups of the lights of one scene; every light is in one.
+/// Groups of the lights of one scene; every light is in exactly one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightGroups {
     names: Vec<String>,
@@ -92,14 +92,14 @@ pub struct LightGroups {
 }
 
 impl LightGroups {
-    /// Most groups.
+    /// Largest number of groups.
     pub const MOST: usize = 32;
 
-    /// The groups of a scene's lights, in the order in which they are said, or in that of the lights.
+    /// Forms the groups of a scene's lights, in the order of `grouping`, or in that of the lights.
     ///
     /// # Errors
     /// [`Error::Option`] naming `groups`: a name that no light has, a light that is in two groups,
-    /// groups that cannot be told apart as layers, more groups than [`Self::MOST`].
+    /// two groups with equal layer names, more groups than [`Self::MOST`].
     pub fn new(scene: &Scene, grouping: &LightGrouping) -> Result<Self> {
         let refused = |found: &str, expected: String| Error::option("groups", found, expected);
         let mut names: Vec<String> = match grouping {
@@ -174,27 +174,27 @@ impl LightGroups {
         }
     }
 
-    /// How many there are; none of a scene without light.
+    /// Number of groups; 0 for a scene without light.
     pub fn count(&self) -> usize {
         self.names.len()
     }
 
-    /// The names.
+    /// Names of the groups, in order.
     pub fn names(&self) -> &[String] {
         &self.names
     }
 
-    /// What the groups are called where only letters, digits, hyphens and underscores may be: others
-    /// are underscores.
+    /// Names of the groups as layer names: characters other than letters, digits, hyphens and
+    /// underscores become underscores.
     pub fn layers(&self) -> Vec<String> {
         let plain = |c: char| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' };
         self.names.iter().map(|name| name.chars().map(plain).collect()).collect()
     }
 
-    /// The group of a light.
+    /// Returns the index of the group of a light.
     ///
     /// # Panics
-    /// If the scene has no such light, or it is black.
+    /// If the scene has no such instance or emitter, or if the instance emits nothing.
     pub fn of(&self, light: LightId) -> usize {
         match light {
             LightId::Instance(instance) => self.instances[&instance],

@@ -1,5 +1,5 @@
-//! Materials: what a surface is made of, with textures. [`Part`](super::Part) says what they are at
-//! a point.
+//! Materials: scattering and emission of surfaces, with textures. A [`Part`](super::Part) is a
+//! material at a point.
 
 use glam::Vec2;
 
@@ -7,85 +7,86 @@ use super::{ColorInput, FacetInput, FloatInput, MaterialId, TangentInput, Textur
 use crate::bsdf::{CoatModel, ConductorFresnel, FacetModel};
 use crate::color::Rgb;
 
-/// What the reflectance of a diffuse base under a coat says.
+/// Meaning of the reflectance of a diffuse base under a coat.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CoatBase {
-    /// It is that of the base alone: light that the coat's inside throws back is reflected again,
-    /// which saturates colours.
+    /// Reflectance of the base alone. Light reflected by the inside of the coat is reflected again
+    /// by the base, which saturates colours.
     #[default]
     Saturating,
-    /// The light that leaves is in proportion to it: the albedo is `ρ T`, `T` being what the coat
-    /// lets in.
+    /// Reflectance to which the albedo is proportional: the albedo is `ρ T`, with `T` the share of
+    /// light that the coat lets in.
     Proportional,
-    /// It is that of the base alone, and light that the coat's inside throws back is lost.
+    /// Reflectance of the base alone. Light reflected by the inside of the coat is lost.
     Lossy,
 }
 
-/// How a surface scatters light: the closed family of [`Bsdf`](crate::bsdf::Bsdf) with textured
+/// Scattering of a surface: the closed family of [`Bsdf`](crate::bsdf::Bsdf) with textured
 /// parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Surface {
     /// Ideal diffuse reflection.
     Lambert {
-        /// Reflectance, 0 to 1.
+        /// Diffuse reflectance by channel, 0 to 1.
         reflectance: ColorInput,
     },
-    /// Modified Phong: diffuse plus `ρ_s (n+2)/2π cosⁿ θ` about the mirror direction.
+    /// Modified Phong: diffuse plus `ρ_s (n+2)/2π cosⁿ θ` around the mirror direction.
     Phong {
-        /// Diffuse reflectance, 0 to 1.
+        /// Reflectance of the diffuse part, 0 to 1.
         diffuse: ColorInput,
-        /// Specular reflectance `ρ_s`, 0 to 1. Where the sum with the diffuse one exceeds 1, both
-        /// are scaled.
+        /// Specular reflectance `ρ_s`, 0 to 1. If its sum with the diffuse one exceeds 1, both are
+        /// scaled.
         specular: ColorInput,
-        /// Exponent `n`, 0 to 10⁶.
+        /// Exponent `n` of the cosine, 0 to 10⁶.
         exponent: f32,
     },
     /// Lambertian on both sides: leaves, paper, lamp shades.
     Translucent {
-        /// Reflectance, 0 to 1. Where the sum with the transmittance exceeds 1, both are scaled.
+        /// Reflectance, 0 to 1. If its sum with the transmittance exceeds 1, both are scaled.
         reflectance: ColorInput,
-        /// Transmittance, 0 to 1.
+        /// Diffuse transmittance by channel, 0 to 1.
         transmittance: ColorInput,
     },
-    /// Diffuse plus a lobe of facets with the Fresnel reflectance of a dielectric, side by side.
+    /// Diffuse part plus a lobe of facets with the Fresnel reflectance of a dielectric, side by
+    /// side.
     Plastic {
-        /// Diffuse reflectance, 0 to 1. Where the sum with the factor of the lobe exceeds 1, both
-        /// are scaled.
+        /// Diffuse reflectance, 0 to 1. If its sum with the factor on the lobe exceeds 1, both are
+        /// scaled.
         diffuse: ColorInput,
         /// Factor on the lobe, 0 to 1.
         specular: ColorInput,
         /// Refractive index.
         ior: f32,
-        /// The facets.
+        /// Facets of the lobe; smooth ones are a mirror.
         facets: FacetInput,
     },
-    /// Metal.
+    /// A metal, rough or smooth.
     Conductor {
-        /// Fresnel reflectance.
+        /// Fresnel reflectance of a facet.
         fresnel: ConductorFresnel,
-        /// Factor on it, 0 to 1; 1 is physical.
+        /// Factor on the Fresnel reflectance, 0 to 1; 1 is physical.
         specular: ColorInput,
-        /// The facets.
+        /// Facets of the metal; smooth ones are a mirror.
         facets: FacetInput,
     },
     /// Dielectric coat over a diffuse base.
     Coated {
         /// Reflectance of the base, 0 to 1.
         reflectance: ColorInput,
-        /// What that means.
+        /// Meaning of `reflectance`.
         base: CoatBase,
         /// Factor on the coat's reflection; 1 is physical.
         specular: ColorInput,
         /// Refractive index of the coat.
         ior: f32,
-        /// The facets.
+        /// Facets of the coat; smooth ones are a mirror.
         facets: FacetInput,
     },
-    /// glTF 2.0 metallic-roughness.
+    /// The metallic-roughness material of glTF 2.0.
     MetallicRoughness {
-        /// Base colour.
+        /// Reflectance of the diffuse part and of metal at normal incidence.
         base_color: ColorInput,
-        /// 0 dielectric to 1 metal.
+        /// Share of metal, from 0 (dielectric) to 1 (metal).
         metallic: FloatInput,
         /// Perceptual roughness; `α` is its square.
         roughness: FloatInput,
@@ -93,23 +94,23 @@ pub enum Surface {
         specular_f0: ColorInput,
         /// Strength `s` of brushing, 0 to 1: along the tangent `α` is `α + (1 − α) s²`.
         anisotropy: FloatInput,
-        /// What the facets are distributed by.
+        /// Distribution of the facets.
         model: FacetModel,
     },
-    /// Facets over a diffuse base that fades where they reflect (Ashikhmin, Shirley 2000).
+    /// Facets over a diffuse base that fades where the facets reflect (Ashikhmin, Shirley 2000).
     AshikhminShirley {
         /// Reflectance of the base, 0 to 1.
         diffuse: ColorInput,
         /// Reflectance of a facet at normal incidence, 0 to 1.
         specular_f0: ColorInput,
-        /// The facets, of GGX.
+        /// Facets with the GGX distribution.
         facets: FacetInput,
     },
     /// Disney's principled material, opaque: Burley's diffuse part, sheen, and facets.
     Principled {
-        /// Base colour.
+        /// Colour of the diffuse part and reflectance of metal at normal incidence.
         base_color: ColorInput,
-        /// 0 dielectric to 1 metal.
+        /// Share of metal, from 0 (dielectric) to 1 (metal).
         metallic: FloatInput,
         /// Perceptual roughness; `α` is its square.
         roughness: FloatInput,
@@ -119,9 +120,9 @@ pub enum Surface {
         specular_tint: FloatInput,
         /// Light that cloth returns at grazing angles, 0 to 1.
         sheen: FloatInput,
-        /// Share of it that has the hue of the base colour, 0 to 1.
+        /// Share of the sheen that has the hue of the base colour, 0 to 1.
         sheen_tint: FloatInput,
-        /// Share of the diffuse part that is like light scattered below the surface, 0 to 1.
+        /// Share of the diffuse part that resembles light scattered below the surface, 0 to 1.
         flatness: FloatInput,
         /// Strength `s` of brushing, 0 to 1: with `a = √(1 − 0.9 s)`, `α` is divided by `a` along
         /// the tangent and multiplied by it across.
@@ -129,28 +130,28 @@ pub enum Surface {
     },
     /// A clear coat over an opaque surface.
     Clearcoat {
-        /// What is below: Lambertian, metallic-roughness, principled, any of these with sheen, or a
-        /// mix of these.
+        /// Material below: Lambertian, metallic-roughness, principled, any of these with sheen, or
+        /// a mix of these.
         base: MaterialId,
-        /// How much of a coat there is, 0 to 1.
+        /// Amount of the coat, from 0 (none) to 1.
         amount: FloatInput,
         /// Roughness `α` of the coat.
         alpha: FloatInput,
-        /// Whose coat it is.
+        /// Definition of the coat.
         model: CoatModel,
     },
-    /// The sheen of cloth on an opaque surface, as glTF means it.
+    /// The sheen of cloth on an opaque surface, as defined by glTF.
     Sheen {
-        /// What is below: Lambertian, metallic-roughness, principled, or a mix of these.
+        /// Material below: Lambertian, metallic-roughness, principled, or a mix of these.
         base: MaterialId,
         /// Colour, 0 to 1.
         color: ColorInput,
         /// Perceptual roughness; `α` is its square.
         roughness: FloatInput,
     },
-    /// Perfect mirror.
+    /// Ideal specular reflection.
     Mirror {
-        /// Reflectance, 0 to 1.
+        /// Specular reflectance by channel, 0 to 1.
         reflectance: ColorInput,
     },
     /// Solid glass, smooth or rough.
@@ -161,10 +162,10 @@ pub enum Surface {
         reflectance: Rgb,
         /// Factor on the transmission.
         transmittance: Rgb,
-        /// The facets.
+        /// Facets of the boundary; it is smooth if their roughness is 0.
         facets: FacetInput,
     },
-    /// A pane of glass whose two faces are one surface; light goes through straight.
+    /// A pane of glass whose two faces are one surface; it transmits light straight.
     ThinGlass {
         /// Refractive index.
         ior: f32,
@@ -172,18 +173,18 @@ pub enum Surface {
         reflectance: ColorInput,
         /// Factor on the transmission, 0 to 1.
         transmittance: ColorInput,
-        /// The facets, of both faces as one.
+        /// Facets that represent both faces.
         facets: FacetInput,
     },
-    /// Nothing but the boundary of a medium: light goes straight on.
+    /// Only the boundary of a medium: light passes straight through.
     Boundary,
     /// One of two materials at each point, at random.
     Mix {
-        /// One.
+        /// Material where the amount is 0.
         first: MaterialId,
-        /// The other.
+        /// Material where the amount is 1.
         second: MaterialId,
-        /// Share of the second, 0 to 1.
+        /// Probability of the second material, 0 to 1.
         amount: FloatInput,
     },
 }
@@ -212,17 +213,17 @@ impl Surface {
     }
 }
 
-/// How opacity is used.
+/// Interpretation of opacity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {
-    /// There or not: opaque where the value is at least the cutoff.
+    /// Opaque where the value is at least the cutoff, invisible elsewhere.
     Mask {
         /// Smallest value that is opaque.
         cutoff: f32,
     },
-    /// The fraction of light that is stopped.
+    /// Fraction of light that is stopped.
     Blend,
-    /// Invisible for any value; its emission is not reduced.
+    /// Invisible for any value; the emission is not reduced.
     Unseen,
 }
 
@@ -231,7 +232,7 @@ pub enum AlphaMode {
 pub struct Alpha {
     /// Opacity, 0 to 1.
     pub value: FloatInput,
-    /// How it is used.
+    /// Interpretation of the value.
     pub mode: AlphaMode,
 }
 
@@ -247,12 +248,12 @@ impl Alpha {
     }
 }
 
-/// Light that a surface emits, with a cosine lobe.
+/// Emission of a surface, with equal radiance in all directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Emission {
-    /// Radiance (W·m⁻²·sr⁻¹).
+    /// Radiance of the emitting sides (W·m⁻²·sr⁻¹).
     pub radiance: ColorInput,
-    /// Whether both sides emit; otherwise only the side of the geometric normal.
+    /// True if both sides emit; otherwise only the side of the geometric normal.
     pub two_sided: bool,
 }
 
@@ -262,38 +263,38 @@ pub enum NormalInput {
     /// A normal in tangent space, `2 · texel − 1`: red along `u`, green along `v` **up**, blue
     /// along the normal.
     Map {
-        /// The texture, not decoded by the sRGB curve.
+        /// Texture of the normal, not decoded by the sRGB curve.
         texture: TextureId,
         /// Factor on red and green.
         scale: f32,
     },
     /// A height above the surface (m).
     Bump {
-        /// The height.
+        /// Height by texture coordinates (m).
         height: FloatInput,
     },
 }
 
-/// What the back of a surface scatters: the side that its geometric normal points away from.
+/// Scattering on the back of a surface, the side that its geometric normal points away from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Back {
-    /// The same as the front.
+    /// As on the front.
     #[default]
     Same,
-    /// Nothing.
+    /// No scattering.
     Black,
-    /// What the front of another material does.
+    /// As on the front of another material.
     Material(MaterialId),
 }
 
-/// What a mesh is made of.
+/// Scattering, emission and opacity of a mesh's surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// Name for messages.
+    /// Name that identifies it in messages.
     pub name: String,
-    /// How it scatters light.
+    /// Scattering on its front.
     pub surface: Surface,
-    /// How its back does; that of a part of a mix is not looked at.
+    /// Scattering on its back; the `back` of a mix's parts is ignored.
     pub back: Back,
     /// Light that it emits, if any.
     pub emission: Option<Emission>,
@@ -301,12 +302,12 @@ pub struct Material {
     pub alpha: Option<Alpha>,
     /// Perturbation of the shading normal, if any.
     pub normal: Option<NormalInput>,
-    /// How the tangent of brushed facets is turned, if it is; of a mix for both its parts.
+    /// Rotation of the tangent of brushed facets, if any; for a mix, of both its parts.
     pub tangent: Option<TangentInput>,
 }
 
 impl Material {
-    /// A material that only scatters.
+    /// Creates a material that only scatters.
     pub fn new(name: impl Into<String>, surface: Surface) -> Self {
         Self {
             name: name.into(),
@@ -319,17 +320,17 @@ impl Material {
         }
     }
 
-    /// Whether rays may pass as if nothing were there.
+    /// Returns true if rays may pass through holes in the surface.
     pub fn has_holes(&self) -> bool {
         self.alpha.is_some()
     }
 
-    /// Whether any of its inputs is textured.
+    /// Returns true if any input is textured.
     pub fn is_textured(&self) -> bool {
         self.textures().next().is_some()
     }
 
-    /// The materials that it refers to.
+    /// Materials that it refers to.
     pub(super) fn others(&self) -> impl Iterator<Item = MaterialId> {
         let parts = match &self.surface {
             Surface::Mix { first, second, .. } => [Some(*first), Some(*second)],
@@ -343,12 +344,12 @@ impl Material {
         parts.into_iter().flatten().chain(back)
     }
 
-    /// Every texture the material looks up, but for those of the materials that it refers to.
+    /// Textures of the material's own inputs, without those of the materials that it refers to.
     pub(super) fn textures(&self) -> impl Iterator<Item = TextureId> {
         self.inputs().map(|(texture, _)| texture)
     }
 
-    /// Returns the same textures with the meaning of their values.
+    /// Textures of the material's own inputs, with the meaning of their values.
     pub(super) fn inputs(&self) -> impl Iterator<Item = (TextureId, Values)> {
         let color = |c: &ColorInput| c.texture.map(|texture| (texture, Values::Colors));
         let number = |f: &FloatInput| f.texture.map(|(texture, _)| (texture, Values::Numbers));

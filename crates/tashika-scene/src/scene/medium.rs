@@ -1,4 +1,4 @@
-//! Participating media: what light meets between surfaces.
+//! Participating media between surfaces.
 //!
 //! A homogeneous medium of absorption `σ_a` and scattering `σ_s` (m⁻¹, by channel) has the
 //! extinction `σ_t = σ_a + σ_s`. Along `d` metres of it a share
@@ -7,19 +7,20 @@
 //! T(d) = exp(−σ_t d)
 //! ```
 //!
-//! of the light goes on (Beer and Lambert); of what does not, `σ_s / σ_t` is scattered, by a phase
-//! function. Coefficients may vary from place to place, by a [`Variation`].
+//! of the light is transmitted (Beer and Lambert). Of the extinguished light, `σ_s / σ_t` is
+//! scattered, by a phase function. Coefficients may vary from place to place, by a [`Variation`].
 //!
-//! Where which medium is, is said by surfaces and cameras: a mesh may have an [`Interface`], which
-//! names the medium on either side, and a camera names the one that it stands in. A mesh without an
-//! interface changes nothing, so that things may stand in fog without a word about it. No medium is
-//! vacuum. The sides are those of the geometric normal: it points outside. Holes of a surface are
-//! not met, and change no medium either.
+//! Surfaces and cameras define where a medium is: a mesh may have an [`Interface`], which names the
+//! medium on either side, and a camera names the one around it. A mesh without an interface does
+//! not change the medium, so that objects in fog need none. Space without a medium is vacuum. The
+//! sides are those of the geometric normal, which points outside. Holes of a surface do not change
+//! the medium.
 //!
 //! # Guarantee
 //! Past [`SceneBuilder::build`](super::SceneBuilder::build) coefficients are finite and not
-//! negative, extinctions at most [`MAX_EXTINCTION`], asymmetries below 1, albedos at most 1, grids
-//! at most [`MAX_OPTICAL_THICKNESS`], and every medium that is named is there.
+//! negative, extinctions are at most [`MAX_EXTINCTION`], asymmetries below 1, albedos at most 1,
+//! and optical thicknesses of grids at most [`MAX_OPTICAL_THICKNESS`]. Every medium that is named
+//! exists.
 //!
 //! # Held to this by
 //! The tests below; the suite's `media` and `grid_media`.
@@ -34,43 +35,42 @@ use crate::error::{Error, Location, Result};
 use crate::math::elementary::exp;
 use crate::math::{DVec3, Vec3};
 
-/// Largest extinction (m⁻¹): light goes a nanometre.
+/// Largest extinction (m⁻¹), for a mean free path of a nanometre.
 pub const MAX_EXTINCTION: f32 = 1e9;
 
-/// Most mean free paths across the box of a medium that varies, at its densest: as many tentative
-/// collisions may be drawn on one way through it.
+/// Most mean free paths across the box of a varying medium, at its densest: a ray through it may
+/// need that many tentative collisions.
 pub const MAX_OPTICAL_THICKNESS: f64 = 1e6;
 
-/// What fills a space.
+/// Medium that fills a space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Medium {
-    /// Name for messages.
+    /// Name that identifies it in messages.
     pub name: String,
-    /// Absorption `σ_a`, by channel (m⁻¹).
+    /// Absorption coefficient `σ_a`, by channel (m⁻¹).
     pub absorption: Rgb,
-    /// Scattering `σ_s`, by channel (m⁻¹).
+    /// Scattering coefficient `σ_s`, by channel (m⁻¹).
     pub scattering: Rgb,
-    /// How it scatters.
+    /// Phase function of the scattering.
     pub phase: HenyeyGreenstein,
-    /// How the coefficients vary from place to place; nothing where they do not.
+    /// Variation of the coefficients from place to place; `None` if they are constant.
     pub variation: Option<Arc<Variation>>,
 }
 
 impl Medium {
-    /// Extinction `σ_t`, by channel (m⁻¹), where the density is 1.
+    /// Extinction `σ_t` where the density is 1, by channel (m⁻¹).
     #[inline]
     pub fn extinction(&self) -> Rgb {
         self.absorption + self.scattering
     }
 
-    /// The share of light that goes on after a distance (m), which may be infinite, by channel,
-    /// where the density is 1.
+    /// Transmittance of a distance (m), which may be infinite, by channel, where the density is 1.
     #[inline]
     pub fn transmittance(&self, distance: f32) -> Rgb {
         self.extinction().map(|sigma| if sigma > 0.0 { exp(-sigma * distance) } else { 1.0 })
     }
 
-    /// The factor of the coefficients, if it varies.
+    /// Factor on the coefficients by place, if they vary.
     #[inline]
     pub fn density(&self) -> Option<&Density> {
         self.variation.as_deref()?.density()
@@ -81,7 +81,7 @@ impl Medium {
         self.variation.as_deref().map_or(&Scattered::Evenly, Variation::scattered)
     }
 
-    /// Scattering `σ_s`, by channel (m⁻¹), at a place (m) where the density is `factor`.
+    /// Scattering `σ_s` at a point (m) where the density is `factor`, by channel (m⁻¹).
     #[inline]
     pub fn scattering_at(&self, place: DVec3, factor: Rgb) -> Rgb {
         match self.scattered() {
@@ -93,24 +93,24 @@ impl Medium {
         }
     }
 
-    /// Whether it scatters any light.
+    /// Returns true if the medium scatters light.
     #[inline]
     pub fn scatters(&self) -> bool {
         !self.scattering.is_black() || !matches!(self.scattered(), Scattered::Evenly)
     }
 
-    /// Whether it does nothing to light.
+    /// Returns true if the medium neither absorbs nor scatters light.
     #[inline]
     pub fn is_clear(&self) -> bool {
         (self.extinction() * self.density().map_or(Rgb::WHITE, Density::most)).is_black()
     }
 
-    /// Whether its numbers are in range.
+    /// Checks that its parameters are in range.
     ///
     /// # Errors
     /// [`Error::Invalid`] at `at`: coefficients that are negative, not finite, or more than
-    /// [`MAX_EXTINCTION`]; an asymmetry of 1 or more; an albedo of more than 1; a density by which
-    /// the box is thicker than [`MAX_OPTICAL_THICKNESS`].
+    /// [`MAX_EXTINCTION`]; an asymmetry of 1 or more; an albedo of more than 1; an optical
+    /// thickness of more than [`MAX_OPTICAL_THICKNESS`] across the box.
     pub fn validate(&self, at: Location) -> Result<()> {
         self.validate_coefficients(at.clone())?;
         let at = at.item(format!("medium {}", self.name));
@@ -153,12 +153,12 @@ impl Medium {
     }
 }
 
-/// What is on either side of a surface; nothing is vacuum.
+/// Media on the two sides of a surface; `None` is vacuum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Interface {
-    /// On the side that the geometric normal points away from.
+    /// Medium on the side that the geometric normal points away from.
     pub inside: Option<MediumId>,
-    /// On the side that it points to.
+    /// Medium on the side that the geometric normal points to.
     pub outside: Option<MediumId>,
 }
 
@@ -179,7 +179,7 @@ impl SceneBuilder {
         Ok(MediumId::at(self.scene.media.len() as u32 - 1))
     }
 
-    /// Says what is on either side of a mesh, wherever it is placed.
+    /// Sets the media on the two sides of a mesh, for all its instances.
     ///
     /// # Errors
     /// A mesh or a medium that was not added before.
@@ -198,7 +198,8 @@ impl SceneBuilder {
 }
 
 impl SceneBuilder {
-    /// Leaves all media out, as renderers do that know none; whether anything was in one.
+    /// Removes all media, for renderers without media. Returns true if any mesh or camera named
+    /// one.
     pub fn leave_out_media(&mut self) -> bool {
         let interfaces = self.scene.meshes.iter_mut().filter_map(|mesh| mesh.interface.take());
         let of_meshes = interfaces.flat_map(|interface| interface.media().collect::<Vec<_>>()).count();
@@ -208,37 +209,38 @@ impl SceneBuilder {
 }
 
 impl Scene {
-    /// All media.
+    /// All media, in the order of their ids.
     pub fn media(&self) -> &[Medium] {
         &self.media
     }
 
-    /// Whether any light of the scene, or any view of it, may meet a medium that does something to
-    /// light.
+    /// Returns true if the interface of any instance, or any camera, names a medium that absorbs or
+    /// scatters light.
     #[inline]
     pub fn has_media(&self) -> bool {
         self.has_media
     }
 
-    /// Whether any of these media scatters light.
+    /// Returns true if [`Self::has_media`] and any medium scatters light.
     pub fn scatters(&self) -> bool {
         self.has_media && self.media.iter().any(Medium::scatters)
     }
 
-    /// Whether any material is solid glass, which may be a pane.
+    /// Returns true if any material is solid glass, which may form a pane.
     #[inline]
     pub fn refracts(&self) -> bool {
         self.refracts
     }
 
-    /// Whether any surface has an interface.
+    /// Returns true if any instance has an interface.
     #[inline]
     pub fn has_interfaces(&self) -> bool {
         self.has_interfaces
     }
 
-    /// What every segment of the scene loses light by at least, for a camera that stands in a medium: the
-    /// least extinction of any channel (m⁻¹), where that medium is everywhere and the same; else zero.
+    /// Lower bound on the extinction of all segments of the scene for a camera in a medium: the
+    /// least extinction of any channel (m⁻¹), if that medium has a constant extinction and fills
+    /// the whole scene; else zero.
     pub fn least_extinction(&self, about: Option<MediumId>) -> f32 {
         match about.map(|medium| &self.media[medium.index()]) {
             Some(medium) if !self.has_interfaces && medium.density().is_none() => {
@@ -249,7 +251,7 @@ impl Scene {
         }
     }
 
-    /// Looks what there is.
+    /// Sets the results of [`Self::has_media`] and [`Self::has_interfaces`].
     pub(super) fn count_media(&mut self) {
         let is_placed = |mesh: usize| self.instances.iter().any(|i| i.mesh.index() == mesh);
         let of_mesh = |(mesh, m): (usize, &Mesh)| m.interface.filter(|_| is_placed(mesh));
@@ -260,7 +262,7 @@ impl Scene {
         self.has_interfaces = !interfaces.is_empty();
     }
 
-    /// The medium that a path is in which leaves a surface along `direction`, having come to it
+    /// Returns the medium of a path that leaves a surface along `direction` after it arrived
     /// through `before`.
     #[inline]
     pub fn medium_beyond(
@@ -281,14 +283,16 @@ impl Scene {
         }
     }
 
-    /// Whether a surface is the boundary of a medium and nothing else.
+    /// Returns true if a surface is only the boundary of a medium.
     #[inline]
     pub fn is_boundary(&self, surface: &SurfacePoint) -> bool {
         matches!(self.material_of(surface.instance).surface, Surface::Boundary)
     }
 
+    /// Checks that the medium of a camera exists.
+    ///
     /// # Errors
-    /// A camera that stands in a medium which is not of this scene.
+    /// [`Error::Option`] if the camera names a medium that is not of this scene.
     pub fn check_camera(&self, camera: &Camera) -> Result<()> {
         match camera.medium {
             Some(medium) if medium.index() >= self.media.len() => {

@@ -6,14 +6,14 @@ use super::deformation::Deformation;
 use super::{Interface, MaterialId, MeshId};
 use crate::math::{Aabb, LocalPlaces, gamma};
 
-/// A mesh as a loader hands it over: anything may be wrong with it.
+/// Mesh as a loader passes it on, before any check.
 #[derive(Clone, Debug, Default)]
 pub struct MeshData {
-    /// Name for messages.
+    /// Name that identifies it in messages.
     pub name: String,
     /// Vertex positions (m, object space), relative to `origin`.
     pub positions: Vec<Vec3>,
-    /// Origin of the positions in object space (m): see [`MeshData::place`].
+    /// Origin of the positions in object space (m), see [`MeshData::place`].
     pub origin: DVec3,
     /// Vertex normals: none, or one a vertex. Need not be unit vectors; zero or non-finite ones are
     /// replaced by the normal of the face.
@@ -25,24 +25,25 @@ pub struct MeshData {
 }
 
 impl MeshData {
-    /// Sets the positions to places of object space (m), about zero unless they are far from it.
+    /// Sets the positions to points of object space (m), relative to zero unless they are far from
+    /// it.
     pub fn place(&mut self, places: &[DVec3]) {
         LocalPlaces { origin: self.origin, places: self.positions } = LocalPlaces::of(places);
     }
 
-    /// Turns it inside out.
+    /// Turns the mesh inside out.
     pub fn turn_around(&mut self) {
         self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         self.normals.iter_mut().for_each(|n| *n = -*n);
     }
 
-    /// Turns the direction of `v` over.
+    /// Replaces each `v` by `1 − v`.
     pub fn flip_v(&mut self) {
         self.uvs.iter_mut().for_each(|uv| uv.y = 1.0 - uv.y);
     }
 }
 
-/// A sound mesh: finite vertices, indices in range, no degenerate triangle, unit normals.
+/// Validated mesh: finite vertices, indices in range, no degenerate triangle, unit normals.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     pub(super) name: String,
@@ -51,15 +52,16 @@ pub struct Mesh {
     pub(super) uvs: Vec<Vec2>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) bounds: Aabb,
-    /// While the shutter is open, if it does; the vertices are those of the middle then.
+    /// Deformation while the shutter is open, if any; the vertices are those of the middle of that
+    /// time.
     pub(super) deformation: Option<Box<Deformation>>,
     /// Material of all its triangles.
     pub material: MaterialId,
-    /// What is on either side of it, if that is said.
+    /// Media on its two sides, if the file specifies them.
     pub interface: Option<Interface>,
 }
 
-/// What [`Mesh::repair`] had to leave out or replace.
+/// Numbers of items that [`Mesh::repair`] omitted or replaced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct MeshRepairs {
     /// Triangles with a vertex that is not finite.
@@ -77,13 +79,13 @@ pub(super) struct MeshRepairs {
 /// `8 γ₄ ‖e₁‖·‖e₂‖`.
 const MIN_SINE: f32 = 16.0 * crate::math::GAMMA_4;
 
-/// Whether a triangle's normal is known well enough to tell its sides apart.
+/// Returns true if a triangle's normal is accurate enough to distinguish its sides.
 pub fn has_normal(v: &[Vec3; 3]) -> bool {
     let (e1, e2) = (v[1] - v[0], v[2] - v[0]);
-    // Edges of length about 1, so that no square leaves the range of `f32`.
+    // Edges are scaled to lengths around 1, so that no square leaves the range of `f32`.
     let (m1, m2) = (e1.abs().max_element(), e2.abs().max_element());
     let (a, b) = (e1 / m1, e2 / m2);
-    // Beyond this the tracer's products of three lengths would leave it.
+    // With other lengths, the tracer's products of three lengths would leave that range.
     let in_range = (m1 * m2).is_normal() && (m1.max(m2) * m1 * m2).is_finite();
     in_range && a.cross(b).length() >= MIN_SINE * a.length() * b.length()
 }
@@ -109,7 +111,7 @@ impl Mesh {
         &self.triangles
     }
 
-    /// Bytes held.
+    /// Size of the mesh in memory (bytes).
     pub fn bytes(&self) -> u64 {
         let bytes = size_of_val(&self.positions[..])
             + size_of_val(&self.normals[..])
@@ -118,12 +120,12 @@ impl Mesh {
         bytes as u64 + self.deformation.as_ref().map_or(0, |deformation| deformation.bytes())
     }
 
-    /// Name for messages.
+    /// Name of the mesh for messages.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Box around the vertices that triangles use (m, object space), at all times.
+    /// Bounding box of the vertices that triangles use (m, object space), at all times.
     pub fn bounds(&self) -> Aabb {
         self.bounds
     }
@@ -134,13 +136,14 @@ impl Mesh {
         self.triangles[triangle as usize].map(|i| self.positions[i as usize])
     }
 
-    /// Takes over `data`, leaving out what cannot be rendered; indices must be in range.
+    /// Takes over `data` without the triangles that cannot be rendered; indices must be in range.
     pub(super) fn repair(data: MeshData, material: MaterialId) -> (Self, MeshRepairs) {
         Self::repair_with(data, material, |_| [])
     }
 
-    /// The same of triangles with other corners at other times, by their indices: one is left out
-    /// where any of all corners is not finite, or it never has an area.
+    /// Like [`Self::repair`], for triangles with other corners at other times, which `others`
+    /// returns for vertex indices. A triangle is omitted if any of its corners is not finite, or if
+    /// it has no area at any time.
     pub(super) fn repair_with<const N: usize>(
         data: MeshData,
         material: MaterialId,
@@ -171,13 +174,14 @@ impl Mesh {
         (Self { name, positions, normals, uvs, triangles, bounds, deformation, material, interface }, repairs)
     }
 
-    /// Makes normals unit vectors, or zero where they have no direction; how many are that.
+    /// Normalises normals, sets those without direction to zero, and returns the number of the
+    /// latter.
     pub(super) fn repair_normals(normals: &mut [Vec3]) -> u64 {
         let mut lost = 0;
         for n in normals {
             let unit = n.normalize_or_zero();
             lost += u64::from(unit == Vec3::ZERO || !unit.is_finite());
-            // A zero normal stands for the face's, see `Scene::surface_point`.
+            // A zero normal stands for the face normal, see `Scene::surface_point`.
             *n = if unit.is_finite() { unit } else { Vec3::ZERO };
         }
         lost
@@ -187,45 +191,47 @@ impl Mesh {
 /// A mesh placed in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Instance {
-    /// What is placed.
+    /// The mesh that is placed.
     pub mesh: MeshId,
-    /// Object to world; of one that moves, in the middle of the time that the shutter is open.
+    /// Transform from object to world; for a moving instance, in the middle of the time that the
+    /// shutter is open.
     pub to_world: Affine3A,
-    /// World to object.
+    /// Inverse of `to_world`.
     pub(crate) to_object: Affine3A,
-    /// Whether `to_world` turns the orientation of triangles around.
+    /// True if `to_world` reverses the orientation of triangles.
     pub(crate) mirrored: bool,
     /// See [`Instance::is_baked`].
     pub(crate) baked: bool,
-    /// Which of the scene's motions it follows, if it moves.
+    /// Index of its motion among the scene's, if it moves.
     pub(crate) motion: Option<u32>,
 }
 
 impl Instance {
-    /// Whether object and world coordinates are the same.
+    /// Returns true if object and world coordinates are equal.
     pub fn is_identity(&self) -> bool {
         self.to_world == Affine3A::IDENTITY
     }
 
-    /// Whether its surface is that of the world corners, each transformed and rounded once, as it
-    /// is for meshes that are placed once; otherwise it is the mesh's own, met by transforming
-    /// rays.
+    /// Returns true if its surface is made of world-space corners, each transformed and rounded
+    /// once, as for meshes that are placed once. Otherwise rays are transformed into the space of
+    /// the mesh.
     pub fn is_baked(&self) -> bool {
         self.baked
     }
 
-    /// World to object.
+    /// Transform from world to object, the inverse of [`Self::to_world`].
     #[inline]
     pub fn to_object(&self) -> Affine3A {
         self.to_object
     }
 
-    /// Upper bound of the rounding error of world points (m), by component, to the world and back.
+    /// Upper bound on the rounding error (m, by component) of points that are transformed to the
+    /// world and back.
     ///
-    /// Rays are transformed into the space of an instance, so that its surface in the world is that of
-    /// the inverse transform. With `y = |M| size + |t|` for `x ↦ M x + t`, and `x ↦ M′ x + t′` for
-    /// the inverse, the bound is `γ₆ (y + |M| (|M′| y + |t′|))`: an entry of a matrix, a product and
-    /// three sums are at most six roundings.
+    /// Rays are transformed into the space of an instance, so that its surface in the world is that
+    /// of the inverse transform. With `y = |M| size + |t|` for `x ↦ M x + t`, and `x ↦ M′ x + t′`
+    /// for the inverse, the bound is `γ₆ (y + |M| (|M′| y + |t′|))`: an entry of a matrix, a
+    /// product and three sums are at most six roundings.
     ///
     /// * `size`: upper bounds of the absolute components of points of the object (m).
     pub fn rounding(&self, size: Vec3) -> Vec3 {

@@ -1,10 +1,9 @@
-//! The scene: what is there, what it is made of, where the light comes from, who looks.
+//! The scene: geometry, materials, light sources and cameras.
 //!
-//! A [`Scene`] is immutable. It is put together by a [`SceneBuilder`], which validates and, where
-//! that is safe, repairs what it is given: past [`SceneBuilder::build`] every number is finite,
-//! every index is in range and no triangle is degenerate. What was repaired, approximated or added
-//! is kept as
-//! [`Note`]s, so that the program can say so.
+//! A [`Scene`] is immutable. It is put together by a [`SceneBuilder`], which validates its input
+//! and, where that is safe, repairs it: past [`SceneBuilder::build`] every number is finite, every
+//! index is in range and no triangle is degenerate. Repairs, approximations and additions are
+//! recorded as [`Note`]s, which the program reports.
 //!
 //! Units: lengths in metres, radiance in W·m⁻²·sr⁻¹, intensity in W·sr⁻¹, irradiance in W·m⁻².
 
@@ -85,7 +84,8 @@ macro_rules! id {
         pub struct $name(u32);
 
         impl $name {
-            /// The one at a position in the scene's list, which must have as many.
+            /// Returns the id of the item at `index` in the scene's list, which must be longer than
+            /// that.
             #[inline]
             pub const fn at(index: u32) -> Self {
                 Self(index)
@@ -101,49 +101,49 @@ macro_rules! id {
 }
 
 id!(
-    /// A mesh of a scene.
+    /// Index of a mesh of a scene.
     MeshId
 );
 id!(
-    /// An instance of a scene.
+    /// Index of an instance of a scene.
     InstanceId
 );
 id!(
-    /// A material of a scene.
+    /// Index of a material of a scene.
     MaterialId
 );
 id!(
-    /// An image of a scene.
+    /// Index of an image of a scene.
     ImageId
 );
 id!(
-    /// A texture of a scene.
+    /// Index of a texture of a scene.
     TextureId
 );
 id!(
-    /// A set of tiles of a scene.
+    /// Index of a set of tiles of a scene.
     TileSetId
 );
 id!(
-    /// A medium of a scene.
+    /// Index of a medium of a scene.
     MediumId
 );
 
-/// An immutable scene.
+/// Immutable scene, as [`SceneBuilder::build`] returns it.
 #[derive(Debug)]
 pub struct Scene {
     name: String,
     meshes: Vec<Mesh>,
     instances: Vec<Instance>,
-    /// Of those instances that move.
+    /// Motions of the moving instances.
     motions: Vec<Motion>,
     object_names: ObjectNames,
     materials: Vec<Material>,
-    /// For each material whether it is glass, or a mix with glass.
+    /// True for each material that is glass or a mix with glass.
     glassy: Vec<bool>,
-    /// Whether any material is solid glass.
+    /// True if any material is solid glass.
     refracts: bool,
-    /// For each material whether its facets have a direction, or a mix has such a part.
+    /// True for each material with anisotropic facets, or a mix with such a part.
     brushed: Vec<bool>,
     images: Vec<Image>,
     textures: Vec<Texture>,
@@ -154,57 +154,57 @@ pub struct Scene {
     environment: Option<Environment>,
     cameras: Vec<Camera>,
     media: Vec<Medium>,
-    /// Whether any of them is met, and does something to light.
+    /// True if any medium is used, and absorbs or scatters light.
     has_media: bool,
-    /// Whether any mesh that is placed has an interface.
+    /// True if any mesh with an instance has an interface.
     has_interfaces: bool,
     bounds: Aabb,
     /// Origin of all coordinates, in the coordinates of the file (m).
     origin: DVec3,
-    /// Left out of its meshes: they are in no picture.
+    /// Number of triangles without area that were omitted from the meshes; they would be invisible.
     triangles_without_area: u64,
     notes: Notes,
     digest: Option<u64>,
-    /// What its user asked for in place of what the file says.
+    /// Changes by the user to the file's lights, in the words of the request.
     changes: Vec<String>,
     has_default_light: bool,
-    /// True if the file has lights, which may be off at the time of the scene.
+    /// True if the file has lights that may be off at the time of the scene.
     is_dark_now: bool,
     turned_away: TurnedAway,
-    /// When the first and the last thing of the file moves (s).
+    /// Times of the first and the last motion in the file (s).
     animated: Option<[f64; 2]>,
-    /// When it is, if anything in it moves and a time was asked for (s).
+    /// Time of the scene (s), if one was requested and anything in the file moves.
     time: Option<f64>,
 }
 
 impl Scene {
-    /// The same scene, made of what has this digest.
+    /// Returns the scene with this digest.
     pub fn with_digest(self, digest: u64) -> Self {
         Self { digest: Some(digest), ..self }
     }
 
-    /// A number of the files that it was made of, or of its contents; none of scenes that come with
-    /// the program.
+    /// Hash of the files that the scene was loaded from, or of its contents; `None` for built-in
+    /// scenes.
     pub fn digest(&self) -> Option<u64> {
         self.digest
     }
 
-    /// How many triangles without area were left out: no picture shows them.
+    /// Number of triangles without area that were omitted; they would be invisible.
     pub fn triangles_without_area(&self) -> u64 {
         self.triangles_without_area
     }
 
-    /// From when to when anything in the file that it was made of moves (s), if anything does.
+    /// Interval of time in which anything in the file of the scene moves (s), if anything does.
     pub fn animated_seconds(&self) -> Option<[f64; 2]> {
         self.animated
     }
 
-    /// The same scene, said to be as it is at a time (s).
+    /// Returns the scene with a time (s) recorded as its own; nothing is moved.
     pub fn with_time(self, seconds: f64) -> Self {
         Self { time: Some(seconds), ..self }
     }
 
-    /// When it is as it is (s), if a time was asked for and anything in the file moves.
+    /// Time of the scene (s), if one was requested and anything in the file moves.
     pub fn time(&self) -> Option<f64> {
         self.time
     }
@@ -214,24 +214,24 @@ impl Scene {
         &self.name
     }
 
-    /// All meshes.
+    /// All meshes, in the order of their ids.
     #[inline]
     pub fn meshes(&self) -> &[Mesh] {
         &self.meshes
     }
 
-    /// All instances; a mesh without one is not in the picture.
+    /// All instances; a mesh without an instance is invisible.
     #[inline]
     pub fn instances(&self) -> &[Instance] {
         &self.instances
     }
 
-    /// What the instances are called by, in order.
+    /// Ids of the instances, in order.
     pub fn instance_ids(&self) -> impl ExactSizeIterator<Item = InstanceId> + use<> {
         (0..self.instances.len() as u32).map(InstanceId)
     }
 
-    /// All materials.
+    /// All materials, in the order of their ids.
     #[inline]
     pub fn materials(&self) -> &[Material] {
         &self.materials
@@ -242,13 +242,13 @@ impl Scene {
         &self.images
     }
 
-    /// The images, and the textures made of them.
+    /// Images, sets of tiles, and the textures made of them.
     #[inline]
     pub fn textures(&self) -> Textures<'_> {
         Textures { images: &self.images, nodes: &self.textures, tile_sets: &self.tile_sets }
     }
 
-    /// The maps by which emitters of images shine.
+    /// Intensity maps of the image emitters.
     #[inline]
     pub fn intensity_maps(&self) -> &[AimedMap] {
         &self.intensity_maps
@@ -261,18 +261,18 @@ impl Scene {
         &self.emitters
     }
 
-    /// What is seen where no surface is, if it emits.
+    /// Environment light, seen where a ray meets no surface, if it emits.
     #[inline]
     pub fn environment(&self) -> Option<&Environment> {
         self.environment.as_ref()
     }
 
-    /// All cameras; never empty.
+    /// All cameras; never empty. The first is the default.
     pub fn cameras(&self) -> &[Camera] {
         &self.cameras
     }
 
-    /// The camera of that name.
+    /// Returns the camera with that name.
     pub fn camera(&self, name: &str) -> Option<&Camera> {
         self.cameras.iter().find(|c| c.name == name)
     }
@@ -283,7 +283,7 @@ impl Scene {
         self.bounds
     }
 
-    /// What was repaired, approximated, ignored or added.
+    /// Notes of repairs, approximations, ignored input and additions.
     pub fn notes(&self) -> &Notes {
         &self.notes
     }
@@ -309,22 +309,22 @@ impl Scene {
         &self.materials[self.mesh_of(instance).material.index()]
     }
 
-    /// Bytes that the meshes take up.
+    /// Size of the meshes in memory (bytes).
     pub fn mesh_bytes(&self) -> u64 {
         self.meshes.iter().map(Mesh::bytes).sum()
     }
 
-    /// Triangles held in memory: each mesh once.
+    /// Number of triangles in memory: those of each mesh count once.
     pub fn stored_triangles(&self) -> u64 {
         self.meshes.iter().map(|m| m.triangles().len() as u64).sum()
     }
 
-    /// Triangles in the picture: each mesh once an instance.
+    /// Number of triangles in the scene: those of each mesh count once per instance.
     pub fn instanced_triangles(&self) -> u64 {
         self.instances.iter().map(|i| self.meshes[i.mesh.index()].triangles().len() as u64).sum()
     }
 
-    /// Instances whose material emits, with their emission.
+    /// Instances whose material has an emission, with the emission.
     pub fn area_emitters(&self) -> impl Iterator<Item = (InstanceId, &Emission)> {
         self.instances.iter().enumerate().filter_map(|(i, instance)| {
             let material = &self.materials[self.meshes[instance.mesh.index()].material.index()];

@@ -1,17 +1,18 @@
-//! What is where while the shutter is open.
+//! Motion of cameras and instances while the shutter is open.
 //!
-//! A camera or an instance that moves has a [`Motion`]. All times of the shutter count the same, and
-//! are told as *shares*: 0 when it opens, 1 when it closes. A path has one time: what it meets is
-//! where it is then, whatever the camera's place.
+//! A camera or an instance that moves has a [`Motion`]. All times of the shutter have equal weight
+//! and are given as *shares*: 0 when it opens, 1 when it closes. A path has one time, at which it
+//! meets all instances, whatever the motion of the camera.
 //!
-//! A moving instance is its mesh's own surface, met by transforming rays as of their time; its
-//! corners never lie in world space, as those of [baked](Instance::is_baked) ones do. What asks
-//! without a time (a box, a list) has it in the middle of the time. An instance of a mesh that
-//! [deforms](super::deformation) moves too, wherever it is.
+//! The surface of a moving instance is that of its mesh: rays are transformed by its motion at
+//! their time. Its corners are never stored in world space, unlike those of
+//! [baked](Instance::is_baked) instances. Functions without a time argument use the middle of the
+//! time, except boxes, which hold all times. An instance of a mesh that
+//! [deforms](super::deformation) counts as moving even if its transform is constant.
 //!
 //! # Guarantee
-//! Past [`SceneBuilder::build`] all instances that move do so while one and the same shutter is open,
-//! can be inverted at all times, and are inside [`Scene::bounds`] at all times.
+//! Past [`SceneBuilder::build`] all moving instances have the same shutter times, can be inverted
+//! at all times, and are inside [`Scene::bounds`] at all times.
 //!
 //! # Held to this by
 //! The tests below; the suite's `moving_objects`.
@@ -23,22 +24,22 @@ use crate::error::{Error, Result};
 use crate::math::Aabb;
 use crate::math::motion::Track;
 
-/// Where something is while the shutter is open: all times of that count the same.
+/// Transform to the world while the shutter is open; all times have equal weight.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
-    /// To world.
+    /// Transform to the world by time (s).
     pub track: Track,
-    /// From when to when the shutter is open (s).
+    /// Times at which the shutter opens and closes (s).
     pub shutter: [f64; 2],
 }
 
 impl Motion {
-    /// The motion between two times (s); none if the track is the same at all of them.
+    /// Creates the motion between two times (s); `None` if the track is constant between them.
     pub fn between(track: Track, shutter: [f64; 2]) -> Option<Self> {
         track.moves_between(shutter).then_some(Self { track, shutter })
     }
 
-    /// Where it is after a share of the time that the shutter is open, 0 to 1.
+    /// Transform after a share of the time that the shutter is open, 0 to 1.
     pub fn pose(&self, share: f32) -> Affine3A {
         let [open, close] = self.shutter;
         self.track.at(open + f64::from(share) * (close - open)).as_affine3a()
@@ -49,7 +50,7 @@ impl Motion {
         open.is_finite() && close.is_finite() && open <= close && self.track.keeps_sides()
     }
 
-    /// An instance that moves so, after a share of the time.
+    /// Returns an instance with this motion, placed as after a share of the time.
     fn placed(&self, instance: &Instance, share: f32) -> Instance {
         if self.track.is_still() {
             return *instance;
@@ -59,7 +60,7 @@ impl Motion {
     }
 }
 
-/// The inverse, rounded once.
+/// Inverse of a map, computed in double precision and rounded once.
 pub(super) fn inverse(map: &Affine3A) -> Affine3A {
     let columns = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis].map(|c| c.as_dvec3());
     let [x, y, z] = columns;
@@ -68,13 +69,13 @@ pub(super) fn inverse(map: &Affine3A) -> Affine3A {
 }
 
 impl SceneBuilder {
-    /// Places a mesh that moves while the shutter is open; one that stands meanwhile is
-    /// [placed](Self::add_instance) there. What cannot be inverted at some time, or mirrors at some
-    /// times only, is left out and noted.
+    /// Places a mesh that moves while the shutter is open; if the track is constant in that time,
+    /// the instance is [static](Self::add_instance). An instance that cannot be inverted at some
+    /// time, or is mirrored only at some times, is omitted and noted.
     ///
     /// # Errors
-    /// No such mesh; a shutter that is not open from one finite time to another, or is another one
-    /// than that of instances which were added before.
+    /// No such mesh; a shutter that is not open from one finite time to another, or whose times
+    /// differ from those of instances added before, or from those of a mesh that deforms.
     pub fn add_moving_instance(
         &mut self,
         mesh: MeshId,
@@ -120,31 +121,32 @@ impl SceneBuilder {
 }
 
 impl Scene {
-    /// How an instance moves while the shutter is open, if it does.
+    /// Motion of an instance while the shutter is open, if it moves.
     #[inline]
     pub fn motion_of(&self, instance: InstanceId) -> Option<&Motion> {
         self.instances[instance.index()].motion.map(|motion| &self.motions[motion as usize])
     }
 
-    /// Whether any instance moves or deforms while the shutter is open.
+    /// Returns true if any instance moves or deforms while the shutter is open.
     #[inline]
     pub fn moves(&self) -> bool {
         !self.motions.is_empty()
     }
 
-    /// From when to when the shutter is open (s), if any instance moves meanwhile.
+    /// Times at which the shutter opens and closes (s), if any instance moves in between.
     pub fn shutter(&self) -> Option<[f64; 2]> {
         self.motions.first().map(|motion| motion.shutter)
     }
 
-    /// An instance that moves, where it is after a share of the time that the shutter is open, 0 to
-    /// 1; none if it stands.
+    /// Returns a moving instance as placed after a share of the time that the shutter is open, 0 to
+    /// 1; `None` if it is static.
     #[inline]
     pub fn moved(&self, instance: InstanceId, share: f32) -> Option<Instance> {
         Some(self.motion_of(instance)?.placed(&self.instances[instance.index()], share))
     }
 
-    /// World box of an instance at all times (m); of one that moves, whatever rounding does to it.
+    /// World box of an instance at all times (m); for a moving instance, with a margin for
+    /// rounding.
     pub fn box_of(&self, instance: &Instance) -> Aabb {
         let bounds = self.meshes[instance.mesh.index()].bounds();
         match instance.motion {

@@ -7,7 +7,7 @@
 //! bump:  n' ∝ p_u' × p_v'                p_u' = p_u + h_u n, p_v' = p_v + h_v n              (Blinn 1978)
 //! ```
 //!
-//! `h_u`, `h_v` by forward differences of [`STEP`].
+//! `h_u` and `h_v` are forward differences with the step [`STEP`].
 //!
 //! # Limits
 //! A normal that would turn away from the surface is pulled back to [`MIN_COSINE`] above it. The
@@ -42,7 +42,7 @@ impl Corners {
     }
 }
 
-/// The shading normal after perturbation.
+/// Returns the shading normal after perturbation.
 ///
 /// * `normal`: unit shading normal; `geometric`: unit geometric normal, in the same hemisphere.
 pub(super) fn perturbed(
@@ -58,7 +58,7 @@ pub(super) fn perturbed(
         NormalInput::Map { texture, scale } => {
             let t = textures.numbers(*texture, uv).0;
             let tangent = (du - normal * normal.dot(du)).normalize_or_zero();
-            // Texture coordinates run down; the map's green runs up.
+            // Texture coordinates run down; green of the map runs up.
             let up = -dv;
             let bitangent = (up - normal * normal.dot(up) - tangent * tangent.dot(up)).normalize_or_zero();
             tangent * ((2.0 * t.r - 1.0) * scale)
@@ -70,7 +70,8 @@ pub(super) fn perturbed(
             let middle = at(Vec2::ZERO);
             let slope_u = (at(Vec2::new(STEP, 0.0)) - middle) / STEP;
             let slope_v = (at(Vec2::new(0.0, STEP)) - middle) / STEP;
-            // In the tangent plane of the shading normal, so that a flat height changes nothing.
+            // In the tangent plane of the shading normal, so that a constant height changes
+            // nothing.
             let du = du - normal * normal.dot(du);
             let dv = dv - normal * normal.dot(dv);
             let turned = (du + normal * slope_u).cross(dv + normal * slope_v);
@@ -115,8 +116,8 @@ mod tests {
 
     #[test]
     fn a_slope_turns_the_normal_back_by_its_angle() {
-        // A ramp of two texels: between their centres the height rises by 0.75 · 255/255 over half
-        // the image, 1 m.
+        // A ramp of two texels: between their centres the height rises by 0.75 m over half the
+        // image, 1 m.
         let pixels = vec![[0.0; 3], [0.75; 3]];
         let image = Image { name: "ramp".into(), width: 2, height: 1, pixels: Pixels::Float(pixels) };
         let mut ramp = ImageTexture::new(ImageId(0));

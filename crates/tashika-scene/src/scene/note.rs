@@ -1,36 +1,36 @@
-//! What the program did with input that it could not take as it is.
+//! Notes of input that could not be used as it is.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use crate::error::{Location, visible};
 
-/// How the picture may differ from what the file's author saw.
+/// Kind of difference between the image and the one that the file's author intended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum NoteKind {
-    /// A file that the scene names is not there.
+    /// A file that the scene names does not exist.
     Missing,
     /// Damaged data was removed or replaced.
     Repaired,
     /// A feature was replaced by the nearest that exists here.
     Approximated,
-    /// A feature was left out.
+    /// A feature was omitted.
     Ignored,
-    /// The file does not say; a sensible value was chosen.
+    /// The file specifies no value; a default was chosen.
     Defaulted,
 }
 
-/// One thing worth telling, however often it occurred.
+/// Treatment of one kind of input, with the number of its occurrences.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
-    /// How the picture may differ.
+    /// Kind of difference in the image.
     pub kind: NoteKind,
-    /// What it is about, with what was done instead.
+    /// Description of the input and of its treatment.
     pub message: String,
-    /// Where it was met first.
+    /// Location of the first occurrence.
     pub first: Location,
-    /// How often.
+    /// Number of occurrences.
     pub count: u64,
 }
 
@@ -67,13 +67,13 @@ impl Notes {
         })
     }
 
-    /// Whether there is nothing to tell.
+    /// Returns true if there are no notes.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// The first note that says that something of the file is not in the picture as it was meant:
-    /// anything but a default.
+    /// Returns the first note of an intended feature that the image lacks or alters: any kind
+    /// except a default.
     pub fn first_departure(&self) -> Option<Note> {
         self.iter().find(|n| n.kind != NoteKind::Defaulted)
     }

@@ -1,23 +1,23 @@
-//! What the objects and lights of a scene are called: an object is one or several instances, as the
-//! file has it.
+//! Names of the objects and lights of a scene. An object is one or several instances, as in the
+//! file.
 //!
-//! Names are kept once for all instances that are added after each other, so that a thing of many
-//! meshes, or a million placements of one, costs one name.
+//! A name is stored once for all instances that are added consecutively, so that an object of many
+//! meshes, or with a million placements, costs one name.
 //!
 //! # Held to this by
-//! The tests below; `object_names` of the suite, for what the readers of files make of names.
+//! The tests below; `object_names` of the suite, for the names that file readers pass on.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::{InstanceId, Scene, SceneBuilder};
 
-/// The names, each with the first of its instances, or lights, in rising order; an empty one stands
-/// for none.
+/// Names, each with the index of the first of its instances, or lights, in rising order; an empty
+/// name stands for none.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ObjectNames(Vec<(u32, String)>);
 
-/// How often each name was given to an object that has none.
+/// Number of unnamed objects of each kind.
 #[derive(Debug, Default)]
 pub(super) struct Numbered(BTreeMap<String, u32>);
 
@@ -38,16 +38,16 @@ impl ObjectNames {
 }
 
 impl SceneBuilder {
-    /// Says that instances which are added from here on are of an object of that name, until another
-    /// begins. Objects of the same name are one. Without a name, and before any is said, instances
-    /// are called as their meshes are.
+    /// Sets the object name of all instances that are added until the next call. Objects with equal
+    /// names are one. If the name is empty, and before the first call, instances have the names of
+    /// their meshes.
     pub fn begin_object(&mut self, name: impl Into<String>) {
         let first = self.scene.instances.len() as u32;
         self.scene.object_names.begin(first, name.into());
     }
 
-    /// The same of an object to which its file gives no name: it gets that of its kind and a number
-    /// that no other of this kind has, from 1.
+    /// Like [`Self::begin_object`], for an object without a name in its file. Its name is its kind
+    /// and a number that no other object of this kind has, from 1.
     pub fn begin_unnamed_object(&mut self, kind: &str) {
         let number = self.numbered.0.entry(kind.to_owned()).or_default();
         *number += 1;
@@ -55,8 +55,8 @@ impl SceneBuilder {
         self.begin_object(name);
     }
 
-    /// Says that emitters without surface which are added from here on are called so, until another
-    /// name is said; without one, by their number.
+    /// Sets the name of all emitters without surface that are added until the next call; if it is
+    /// empty, they are named by their number.
     pub fn begin_light(&mut self, name: impl Into<String>) {
         let first = self.scene.emitters.len() as u32;
         self.scene.light_names.begin(first, name.into());
@@ -64,8 +64,7 @@ impl SceneBuilder {
 }
 
 impl Scene {
-    /// What the object is called that an instance is, or is a part of: as the file calls it, else as
-    /// its mesh is called.
+    /// Name of the object that an instance belongs to: its name in the file, else that of its mesh.
     pub fn object_name(&self, instance: InstanceId) -> &str {
         let of_mesh = || match self.mesh_of(instance).name() {
             "" => "unnamed",
@@ -74,8 +73,8 @@ impl Scene {
         self.object_names.of(instance.0).unwrap_or_else(of_mesh)
     }
 
-    /// What an emitter without surface is called, by its place among those of the scene: as the file
-    /// calls it, else `light` and its number, from 1.
+    /// Name of an emitter without surface, by its index in the scene: its name in the file, else
+    /// `light` and its number, from 1.
     pub fn light_name(&self, emitter: usize) -> Cow<'_, str> {
         let named = self.light_names.of(emitter as u32).map(Cow::Borrowed);
         named.unwrap_or_else(|| format!("light {}", emitter + 1).into())

@@ -12,8 +12,8 @@
 //! w = Σ_cameras min(1, s / distance)²          loss(origin) = Σ w ρ / Σ w
 //! ```
 //!
-//! is compared for zero, for the first cameras, for the largest object that they see, and for the
-//! middle of all objects. Zero is used unless another origin lowers the loss by a factor of
+//! is compared for these origins: zero, the first cameras, the largest object that they see, and
+//! the middle of all objects. Zero is used unless another origin lowers the loss by a factor of
 //! [`WORTH`], so that the bits of scenes near zero do not change.
 //!
 //! # Guarantee
@@ -83,7 +83,8 @@ struct Extent {
 }
 
 impl Extent {
-    /// Returns `ρ`: the largest difference of coordinates from a position, in half sizes.
+    /// Returns `ρ` for an origin: 1 plus the largest difference of coordinates from it, in half
+    /// sizes.
     fn distance(&self, place: DVec3) -> f64 {
         1.0 + (self.center - place).abs().max_element() / self.half
     }
@@ -96,7 +97,7 @@ impl Extent {
 }
 
 impl SceneBuilder {
-    /// Moves everything to the origin, and rounds positions relative to it.
+    /// Chooses the origin, makes all positions relative to it, and rounds them.
     pub(super) fn settle(&mut self) {
         let origin = self.choose_origin();
         self.note_lost(origin);
@@ -261,8 +262,8 @@ impl Scene {
 
 impl SceneBuilder {
     /// Moves the positions of a mesh, and of a second shape of it, to an origin of their own if
-    /// they are far from zero. The positions are in single precision: a note gives the distance
-    /// between neighbouring numbers where it is large beside the mesh.
+    /// they are far from zero. The positions are in single precision: if the distance between
+    /// neighbouring numbers there is large compared to the mesh, a note reports it.
     pub(super) fn localize(&mut self, data: &mut MeshData, other: Option<&mut MeshShape>) {
         if data.origin != DVec3::ZERO {
             return;

@@ -1,27 +1,27 @@
-//! The camera of a scene that has none: it shows the whole box of the scene, whatever the image's
+//! Camera of a scene that has none: it shows the whole box of the scene, for images of any
 //! proportions.
 //!
-//! It looks from the front, the right and above. With the box's corners `(x, y, z)` about the box's
-//! centre in the camera's axes, `z` towards it, and the slopes `s` of the film's sides, less the
-//! margin, all corners are inside if
+//! It looks from the front, the right and above. Let `(x, y, z)` be the box's corners relative to
+//! its centre in the camera's axes, `z` towards the camera, and `s` the slopes of the film's sides,
+//! less the margin. All corners are inside if
 //!
 //! ```text
 //! |x − a| ≤ s_x (d − z),   |y − b| ≤ s_y (d − z)
 //! ```
 //!
 //! for the camera at `(a, b, d)`. Along x these are `P ≤ s d + a` and `N ≤ s d − a` with
-//! `P = max(x + s z)` and `N = max(−x + s z)`; hence the nearest place has
+//! `P = max(x + s z)` and `N = max(−x + s z)`; hence the nearest position has
 //!
 //! ```text
 //! d = max of (P + N) / 2s over both axes,   a = (P − N) / 2
 //! ```
 //!
-//! and the axis that decides is touched on both sides. Along the other one the same holds of a
-//! smaller slope, found by bisection, since `(P + N) / 2s` falls with `s`: so the box is in the
-//! middle both ways.
+//! and the box touches the margin on both sides along the axis that decides. For the other axis,
+//! the smaller slope that needs the same `d` is found by bisection, since `(P + N) / 2s` falls with
+//! `s`. So the box is centred along both axes.
 //!
 //! # Held to this by
-//! `tests`; `request::framing` sees to it that the program and the package ask.
+//! `tests`; `request::framing` ensures that the program and the package call [`Camera::of_size`].
 
 use glam::{Mat3, Vec2, Vec3};
 
@@ -36,23 +36,24 @@ const FROM: Vec3 = Vec3::new(0.45, 0.35, 1.0);
 /// Vertical field of view (radians).
 const FOV: f32 = 0.7;
 
-/// Share of the film that is left free at each side.
+/// Share of the film that stays free at each side.
 const MARGIN: f32 = 0.025;
 
 /// Smallest distance from the centre (m), for boxes without extent.
 const NEAREST: f32 = 1e-6;
 
 impl Camera {
-    /// A camera that shows all of `bounds`, in an image of any size once [`Camera::of_size`] was
-    /// asked; before that in one that is square.
+    /// Creates a camera that shows all of `bounds` in a square image; [`Camera::of_size`] adapts it
+    /// to an image of any size.
     pub fn overview(bounds: Aabb) -> Self {
-        // Only its axes: `of_size` places it, and far from the origin both places round to one.
+        // Only the axes of this camera matter: `of_size` moves it. It looks at zero, since far from
+        // there both points of `look_at` would round to one.
         let camera = Self::look_at("overview", FROM.normalize(), Vec3::ZERO, Vec3::Y, FOV);
         Self { shows: Some(bounds), ..camera }.of_size([1, 1])
     }
 
-    /// The camera for an image of so many pixels: one that is to show a box stands where it sees
-    /// all of it, the others where they are. Only perspective cameras move.
+    /// Returns the camera for an image of `size` pixels. A camera that is to show a box is moved to
+    /// where it sees all of the box; others stay. Only perspective cameras move.
     pub fn of_size(&self, size: [u32; 2]) -> Self {
         let (Some(bounds), Projection::Perspective { vertical_fov }) = (self.shows, self.projection) else {
             return self.clone();
@@ -61,13 +62,14 @@ impl Camera {
         let slopes = Vec2::new(free * size[0] as f32 / size[1] as f32, free);
         let axes = Mat3::from(self.to_world.matrix3);
         let half = 0.5 * bounds.size();
-        // P and N of an axis: a box is its own mirror image, so that the largest is a sum.
+        // P and N of an axis: a box is symmetric, so that the maximum over its corners is a sum.
         let reach = |axis: Vec3, slope: f32| half.dot((axis + slope * axes.z_axis).abs());
         let nearest = |axis: Vec3, slope: f32| 0.5 * (reach(axis, slope) + reach(-axis, slope)) / slope;
         let both = [(axes.x_axis, slopes.x), (axes.y_axis, slopes.y)];
         let distance = both.iter().fold(NEAREST, |d, (axis, slope)| d.max(nearest(*axis, *slope)));
         let aside = both.map(|(axis, slope)| {
-            // The smallest slope that the distance is enough for: 2⁻²⁴ of the largest is none.
+            // Bisection for the smallest slope for which the distance suffices, to 2⁻²⁴ of the
+            // largest.
             let (mut low, mut high) = (0.0, slope);
             for _ in 0..24 {
                 let middle = 0.5 * (low + high);
@@ -97,8 +99,8 @@ mod tests {
         })
     }
 
-    /// Each corner is on the film and none nearer to its edge than the margin, which the longer way
-    /// across touches on both sides.
+    /// Every corner is on the film, and no nearer to its edge than the margin. Along the axis that
+    /// decides, the box touches the margin on both sides.
     #[test]
     fn the_box_fills_the_film_up_to_the_margin_in_any_proportions() {
         let boxes = [[3.0, 0.2, 0.1], [0.1, 90.0, 2.0], [1e-3, 1e-3, 5e-3], [2.0, 2.0, 2.0], [0.0, 4.0, 0.0]];

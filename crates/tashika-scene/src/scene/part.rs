@@ -1,29 +1,30 @@
-//! What a surface is at a point, for one path: a material's parts, one of them chosen at random.
+//! Parts of a surface at a point: a path follows one of them, chosen at random.
 //!
-//! Some surfaces do several things at once that no single BSDF of [`bsdf`](crate::bsdf) does:
-//! reflect like a mirror *and* diffusely (a smooth coat), scatter to both sides (a leaf), or be one
-//! of two materials. Paths and gather points follow one part:
+//! Some surfaces scatter in several ways that no single BSDF of [`bsdf`](crate::bsdf) combines:
+//! they reflect like a mirror *and* diffusely (a smooth coat), scatter to both sides (a leaf), or
+//! are one of two materials. Paths and gather points follow one part:
 //!
 //! ```text
 //! f = Σ_k f_k     is estimated by     f_k / p_k     with probability p_k
 //! ```
 //!
-//! so that everything beyond this file meets a plain [`Bsdf`] that is either specular or not.
+//! so that code outside of this file handles a plain [`Bsdf`] that is either specular or not.
 //!
 //! | surface | parts | `p_k` in proportion to |
 //! |---|---|---|
-//! | [`Surface::Coated`], `α = 0` | mirror `s F(c_o)`; the base under the coat | `s F(c_o)`; its albedo |
+//! | [`Surface::Coated`], `α = 0` | mirror `s F(c_o)`; the base under it | `s F(c_o)`; its albedo |
 //! | [`Surface::Plastic`], `α = 0` | mirror `s F(c_o)`; Lambert | `s F(c_o)`; reflectance |
 //! | [`Surface::Conductor`], `α = 0` | mirror `s F(c_o)` | 1 |
-//! | [`Surface::Translucent`] | Lambert on this side; Lambert on the other | reflectance; transmittance |
+//! | [`Surface::Translucent`] | Lambert on this side; on the other | reflectance; transmittance |
+//! | [`Surface::ThinGlass`], `α > 0` | reflecting facets; transmitting ones | their albedos |
 //! | [`Surface::Mix`] | the two materials | `1 − amount`; `amount` |
-//! | [`Surface::Sheen`], [`Surface::Clearcoat`] | those of its base, each under the layer | as there |
+//! | [`Surface::Sheen`], [`Surface::Clearcoat`] | those of its base, under the layer | as for it |
 //! | others | themselves | 1 |
 //!
 //! # Guarantee
-//! The parts' weights `1 / p_k` times their BSDFs average to the surface's; parameters are in range
-//! whatever the textures hold. `p_k` of two parts that both reflect is at least 0.1, so that no
-//! weight exceeds 10; but for mixes, whose weights are 1.
+//! The parts' BSDFs, weighted by `1 / p_k`, average to the surface's. Parameters are in range
+//! whatever the values of the textures. For two parts that both reflect, `p_k` is at least 0.1, so
+//! that no weight exceeds 10. The weights of mixes are 1.
 //!
 //! # Held to this by
 //! The tests below.
@@ -43,32 +44,32 @@ use crate::color::Rgb;
 /// One part of a surface, chosen at random.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part {
-    /// How it scatters.
+    /// Scattering of the part.
     pub bsdf: Bsdf,
-    /// One over the probability of the choice.
+    /// Reciprocal of the probability of the choice.
     pub weight: f32,
-    /// Whether it scatters to the side that it is not seen from: light arrives, or leaves, behind the
-    /// surface, as [`Part::bsdf`] says of the direction mirrored there.
+    /// True if it scatters to the side opposite to the viewer: light arrives, or leaves, behind the
+    /// surface. The direction of that light is mirrored to the near side to evaluate
+    /// [`Part::bsdf`].
     pub through: bool,
 }
 
 impl Part {
-    /// It reflects nothing.
+    /// A part that reflects nothing.
     pub const BLACK: Self =
         Self { bsdf: Bsdf::Lambert(Lambert { reflectance: Rgb::BLACK }), weight: 1.0, through: false };
 }
 
-/// Where and how a surface is looked at.
+/// Point of a surface and its direction of view.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Look<'a> {
     /// The scene's materials; those that a mix refers to are older than the mix.
     pub materials: &'a [Material],
-    /// The scene's textures.
+    /// Textures, with the scene's images.
     pub textures: Textures<'a>,
     /// Texture coordinates.
     pub uv: Vec2,
-    /// Absolute cosine between the shading normal and the direction from which the surface is seen,
-    /// 0 to 1.
+    /// Absolute cosine between the shading normal and the direction of view, 0 to 1.
     pub cos: f32,
 }
 
@@ -76,7 +77,7 @@ fn unit(c: Rgb) -> Rgb {
     c.map(|v| v.clamp(0.0, 1.0))
 }
 
-/// Two fractions, scaled where they sum to more than 1.
+/// Returns two fractions, scaled down if they sum to more than 1.
 fn limited(a: Rgb, b: Rgb) -> (Rgb, Rgb) {
     let sum = (a + b).max_channel();
     // The next number below keeps rounded sums from exceeding one.
@@ -84,7 +85,7 @@ fn limited(a: Rgb, b: Rgb) -> (Rgb, Rgb) {
     (a * scale, b * scale)
 }
 
-/// The colour, scaled to a luminance of 1; white of black.
+/// Returns a colour scaled to a luminance of 1; white for black.
 fn hue(color: Rgb) -> Rgb {
     let luminance = color.luminance();
     if luminance > 0.0 { color / luminance } else { Rgb::WHITE }
@@ -95,14 +96,14 @@ impl<'a> Look<'a> {
         unit(input.at(self.textures, self.uv))
     }
 
-    /// The facets; `None` where it is smooth.
+    /// Returns the facets; `None` where the surface is smooth.
     fn facets(&self, input: &FacetInput) -> Option<Microfacets> {
         input.at(self.textures, self.uv)
     }
 
-    /// The part of `material` that the uniform number `u` in `[0, 1)` chooses.
+    /// Returns the part of `material` that the uniform number `u` in `[0, 1)` selects.
     pub fn part(&self, mut material: &'a Material, mut u: f32) -> Part {
-        // Ends: the materials of a mix are older than the mix.
+        // Terminates: the materials of a mix are older than the mix.
         while let Surface::Mix { first, second, amount } = &material.surface {
             let amount = amount.at(self.textures, self.uv).clamp(0.0, 1.0);
             (material, u) = if u < amount {
@@ -214,7 +215,7 @@ impl<'a> Look<'a> {
                 let [metallic, roughness, specular_tint, sheen, sheen_tint, flatness, anisotropic] = inputs;
                 let hue = hue(base);
                 let opaque = 1.0 - metallic;
-                // What is Schlick's: of the metal, and of the tinted part of the rest.
+                // Share with Schlick's approximation: the metal, and the tinted part of the rest.
                 let tinted = opaque * specular_tint;
                 let schlick = metallic + tinted;
                 let f0 = base * metallic + hue * (fresnel::dielectric(1.0, *ior) * tinted);
@@ -263,7 +264,7 @@ impl<'a> Look<'a> {
         }
     }
 
-    /// The part of `base` that `u` chooses, with a layer more.
+    /// Returns the part of `base` that `u` selects, under an additional layer.
     fn under_layer(&self, base: &MaterialId, u: f32, add: impl FnOnce(&mut Layered)) -> Part {
         let part = self.part(&self.materials[base.index()], u);
         // The builder accepts no other base.
@@ -272,8 +273,8 @@ impl<'a> Look<'a> {
         Part { bsdf: Bsdf::Layered(layered), ..part }
     }
 
-    /// A pane whose facets reflect by Schlick's approximation of both faces, and send on what is left
-    /// (`KHR_materials_transmission`, Khronos).
+    /// Returns a part of a pane whose facets reflect by Schlick's approximation of both faces, and
+    /// transmit the rest (`KHR_materials_transmission`, Khronos).
     fn rough_pane(
         &self,
         ior: f32,
@@ -296,14 +297,13 @@ impl<'a> Look<'a> {
         }
     }
 
-    /// Fraction of light that passes straight through the surface where there is no hole, 0 to 1
-    /// (luminance).
+    /// Transmittance of a surface along a straight segment, outside of holes, 0 to 1 (luminance).
     ///
-    /// * `solid`: whether solid glass lets pass straight what it would refract.
+    /// * `solid`: true if solid glass transmits straight the light that it would refract.
     pub fn straight_through(&self, material: &Material, solid: bool) -> f32 {
         match &material.surface {
             Surface::Glass { .. } if !solid => 0.0,
-            // Rough glass sends hardly any straight on.
+            // Rough glass transmits hardly any light straight.
             Surface::Glass { facets, .. } if self.facets(facets).is_some() => 0.0,
             Surface::Glass { ior, transmittance, .. } => {
                 (1.0 - fresnel::dielectric(self.cos, *ior)) * unit(*transmittance).luminance()
@@ -337,7 +337,7 @@ impl<'a> Look<'a> {
 /// The largest number below 1.
 const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
-/// A mirror, or what is below it with albedo `albedo`.
+/// Selects a mirror, or the base of albedo `albedo` below it.
 fn mirror_or(mirror: Rgb, base: Bsdf, albedo: Rgb, u: f32) -> Part {
     let p = glossy_probability(mirror.max_channel(), albedo.max_channel()).unwrap_or(0.0);
     if u < p {
@@ -360,8 +360,8 @@ mod tests {
         look.part(materials.last().unwrap(), u)
     }
 
-    /// Share of `[0, 1)` on which each part is chosen, weighted: 1 for each part if weights are one
-    /// over probabilities.
+    /// Weighted share of `[0, 1)` that selects each part: 1 for each part if weights are one over
+    /// probabilities.
     fn weighted_shares(surface: Surface, of: impl Fn(&Part) -> usize) -> [f64; 2] {
         let materials = [Material::new("m", surface)];
         let mut sums = [0.0; 2];
@@ -373,7 +373,8 @@ mod tests {
         sums
     }
 
-    /// Both parts count fully, to within the two intervals of the grid at the border.
+    /// Returns true if both parts count fully, to within the two intervals of the grid at the
+    /// border.
     fn both_whole(shares: [f64; 2]) -> bool {
         shares.iter().all(|s| (s - 1.0).abs() < 2.0 * 10.0 / 10_000.0)
     }
@@ -391,7 +392,7 @@ mod tests {
         let Bsdf::Mirror(mirror) = part(&[Material::new("m", plastic)], 0.7, 0.0).bsdf else { panic!() };
         let expected = Rgb::gray(0.2) * fresnel::dielectric(0.7, ior);
         assert!((mirror.reflectance.r / expected.r - 1.0).abs() < 1e-6);
-        // The base is what a coat that is hardly rough shows where its lobe is not.
+        // The base is like a coat of the smallest roughness away from its lobe.
         let base = part(&[Material::new("m", coated_with(0.0))], 0.7, 0.99).bsdf;
         let rough = part(&[Material::new("m", coated_with(MIN_ALPHA))], 0.7, 0.99).bsdf;
         let (wo, wi) = (glam::Vec3::new(0.6, 0.0, 0.8), glam::Vec3::new(0.8, 0.0, 0.6));
@@ -405,8 +406,8 @@ mod tests {
         Surface::Coated { reflectance: ORANGE.into(), base, specular, ior: 1.5, facets: alpha.into() }
     }
 
-    /// With a proportional base the albedo below the coat is the reflectance times what the coat
-    /// lets in; the other is darker.
+    /// With a proportional base, the albedo below the coat is the reflectance times the
+    /// transmittance of the coat. A saturating base is darker.
     #[test]
     fn a_proportional_base_is_as_bright_as_its_reflectance_says() {
         let albedo = |base| {
@@ -433,7 +434,7 @@ mod tests {
         assert!(sum.max_channel() <= 1.0 && sum.r > 0.999);
     }
 
-    /// Rough panes reflect and pass on what smooth ones do, but for what facets hide.
+    /// Rough panes reflect and transmit as much as smooth ones, apart from masking by the facets.
     #[test]
     fn rough_panes_share_light_as_smooth_ones() {
         let pane = |alpha: f32| Surface::ThinGlass {

@@ -1,4 +1,4 @@
-//! Projections: which way each place of the film looks, and where a direction lies on the film.
+//! Projections: the viewing direction of each film position, and the film position of a direction.
 //!
 //! With `x` to the right and `y` up from the film's centre, in film heights, the camera looks along
 //! `−z`, `+y` up and `+x` to the right:
@@ -30,7 +30,7 @@ use glam::{Vec2, Vec3};
 use super::SphereMap;
 use crate::math::elementary::{atan2, sin_cos, tan};
 
-/// How the world is projected onto the film.
+/// Map from the world to the film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// Through a point.
@@ -43,8 +43,8 @@ pub enum Projection {
         /// Height of the film (m).
         height: f32,
     },
-    /// The equidistant fisheye: the distance from the film's centre is in proportion to the angle
-    /// with the axis. The picture is a circle that touches the film's longer sides; what lies
+    /// The equidistant fisheye: the distance from the film's centre is proportional to the angle
+    /// with the axis. The picture is a circle that touches the film's longer sides; the film
     /// outside of it is black.
     Fisheye {
         /// Angle across the circle (radians), above 0 and at most 2π.
@@ -52,9 +52,9 @@ pub enum Projection {
     },
     /// All directions, laid out over the whole film. The latitude-longitude layout looks ahead at
     /// its centre. The equal-area layout looks up at its centre, ahead in the middle of its lower
-    /// edge and down at its corners. A film has no shift.
+    /// edge and down at its corners. The film must have no shift.
     Spherical {
-        /// The layout.
+        /// Layout of the sphere on the film.
         map: SphereMap,
     },
 }
@@ -67,7 +67,7 @@ pub(super) struct FilmFrame {
 }
 
 impl FilmFrame {
-    /// A place of the film (pixels, from the top left) in film heights from the axis: x to the
+    /// Returns a film position (pixels, from the top left) in film heights from the axis: x to the
     /// right, y up.
     fn off_axis(&self, film: Vec2) -> Vec2 {
         let Self { size, shift } = self;
@@ -76,26 +76,26 @@ impl FilmFrame {
         Vec2::new(x, y)
     }
 
-    /// The inverse.
+    /// Inverse of [`Self::off_axis`].
     fn to_film(self, p: Vec2) -> Vec2 {
         let Self { size, shift } = self;
         Vec2::new(p.x * size.y + 0.5 * size.x - shift.x * size.x, (0.5 - p.y + shift.y) * size.y)
     }
 
-    /// The smaller side, in film heights.
+    /// Length of the smaller side, in film heights.
     fn smaller_side(&self) -> f32 {
         (self.size.x / self.size.y).min(1.0)
     }
 }
 
 impl Projection {
-    /// Whether rays go through a lens of some extent; the others are pinholes or parallel.
+    /// Returns true if a lens may have an extent; other projections are pinholes or parallel.
     pub(super) fn has_lens(self) -> bool {
         matches!(self, Self::Perspective { .. })
     }
 
-    /// Where a place of the film (pixels) looks from and along, in the frame of the camera; the
-    /// direction has any length. `None` where the film shows nothing.
+    /// Returns origin and direction of the ray from a film position (pixels), in the frame of the
+    /// camera. The direction has any length. `None` where the film shows nothing.
     pub(super) fn ray(self, film: Vec2, frame: &FilmFrame) -> Option<(Vec3, Vec3)> {
         let p = frame.off_axis(film);
         Some(match self {
@@ -121,15 +121,17 @@ impl Projection {
         })
     }
 
-    /// Where a place in the frame of the camera lies on the film (pixels), and the area at right
-    /// angles to the ray that a pixel covers there (m²). `None` for what the film does not show.
+    /// Returns the film position (pixels) of a point in the frame of the camera, and the area at
+    /// right angles to the ray that a pixel covers there (m²). `None` for points that the film does
+    /// not show.
     pub(super) fn project(self, p: Vec3, frame: &FilmFrame) -> Option<(Vec2, f32)> {
         match self {
             Self::Perspective { .. } | Self::Orthographic { .. } => {
                 if p.z >= 0.0 {
                     return None;
                 }
-                // Of the film where the place is (m), and the cosine at which the ray meets it.
+                // Height of the film at the distance of the point (m), and cosine of the ray with
+                // the axis.
                 let (height, cos) = match self {
                     Self::Perspective { vertical_fov } => {
                         (-p.z * 2.0 * tan(0.5 * vertical_fov), -p.z / p.length())
@@ -163,13 +165,13 @@ impl Projection {
         }
     }
 
-    /// Whether a direction has one place on the film: parallel rays all have the same one.
+    /// Returns true if each direction has one film position; parallel rays share one direction.
     pub(super) fn tells_directions_apart(self) -> bool {
         !matches!(self, Self::Orthographic { .. })
     }
 
-    /// The way from one place of the film to another (pixels): where the film meets itself, the
-    /// shorter one over its edge or not.
+    /// Returns the displacement from one film position to another (pixels): the shorter one where
+    /// the film wraps around.
     pub(super) fn way(self, from: Vec2, to: Vec2, frame: &FilmFrame) -> Vec2 {
         let mut way = to - from;
         if matches!(self, Self::Spherical { map: SphereMap::LatLong }) {
@@ -178,7 +180,7 @@ impl Projection {
         way
     }
 
-    /// Whether its numbers are in range.
+    /// Returns true if its parameters are in range.
     pub(super) fn is_valid(self) -> bool {
         match self {
             Self::Perspective { vertical_fov } => vertical_fov > 0.0 && vertical_fov < PI,
@@ -189,7 +191,7 @@ impl Projection {
     }
 }
 
-/// From the frame of a layout to that of the camera: poles are up.
+/// Transforms from the frame of a layout to that of the camera, in which the pole is up.
 fn from_map(map: SphereMap, d: Vec3) -> Vec3 {
     match map {
         SphereMap::LatLong => d,
@@ -197,7 +199,7 @@ fn from_map(map: SphereMap, d: Vec3) -> Vec3 {
     }
 }
 
-/// The inverse.
+/// Inverse of [`from_map`].
 fn to_map(map: SphereMap, d: Vec3) -> Vec3 {
     match map {
         SphereMap::LatLong => d,
@@ -226,7 +228,7 @@ mod tests {
         assert_looks(LAT_LONG, [0.0, 50.0], Vec3::Z);
         assert_looks(LAT_LONG, [77.0, 0.0], Vec3::Y);
         assert_looks(LAT_LONG, [100.0, 25.0], Vec3::new(0.0, 1.0, -1.0));
-        // Beyond the top, for wide filters: over the pole and down behind.
+        // Beyond the top, as for wide filters: over the pole and down behind.
         assert_looks(LAT_LONG, [100.0, -25.0], Vec3::new(0.0, 1.0, 1.0));
     }
 
@@ -244,13 +246,12 @@ mod tests {
         let half = |x: f32, y: f32| at(PI, x, y).map(|(_, d)| d);
         let near = |d: Option<Vec3>, e: Vec3| (d.expect("a ray") - e.normalize()).length() < 1e-5;
         assert!(near(half(100.0, 50.0), Vec3::NEG_Z));
-        // 50 pixels are 90°, half of them 45°, in all directions.
+        // 50 pixels are 90°, 25 are 45°, in all directions.
         assert!(near(half(100.0, 0.001), Vec3::new(0.0, 1.0, -3e-5)));
         assert!(near(half(125.0, 50.0), Vec3::new(1.0, 0.0, -1.0)));
         assert!(near(half(100.0, 75.0), Vec3::new(0.0, -1.0, -1.0)));
         assert!(half(151.0, 50.0).is_none() && half(137.0, 87.0).is_none() && half(100.0, -1.0).is_none());
-        // A full turn sees what is behind all along its circle.
-        // Of 180°, 0.01 pixels are 0.036°.
+        // At 360° the whole circle shows the direction behind; 0.01 pixels are 0.036°.
         let behind = at(2.0 * PI, 149.99, 50.0).expect("a ray").1;
         assert!((behind - Vec3::Z).length() < 1e-3, "{behind}");
         // A film that is higher than wide has the circle of its width.
@@ -266,8 +267,8 @@ mod tests {
         assert!((d - Vec3::NEG_Z).length() < 1e-6, "{d}");
     }
 
-    /// What a camera ray meets lies on the film where the ray came from, and all pixels together
-    /// cover what the film sees.
+    /// A point on a camera ray is projected to the ray's film position, with the area that a pixel
+    /// covers there by finite differences.
     #[test]
     fn places_are_projected_to_where_their_rays_come_from() {
         let cases = [
@@ -317,8 +318,8 @@ mod tests {
         }
     }
 
-    /// Pixels of a film that sees all directions cover the whole sphere, and those of half a turn
-    /// half of it.
+    /// Pixels of a film that shows all directions cover the whole sphere, and those of a 180°
+    /// fisheye half of it.
     #[test]
     fn pixels_cover_the_sphere_once() {
         let fisheye = |angle: f32| Projection::Fisheye { angle };

@@ -1,5 +1,5 @@
-//! Other light in a scene that is there: what its user asks for beside, or instead of, what its
-//! file says.
+//! Changes of a scene's light that its user requests: lights beside, or instead of, those of its
+//! file.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use super::{Emitter, Environment, IntensityMap, NoteKind, Scene, SceneBuilder};
 use crate::color::Rgb;
 use crate::error::{Location, Result};
 
-/// A light that is added.
+/// A light to add.
 #[derive(Clone, Debug)]
 pub enum Lamp {
     /// Emitter without a map or other data; its position is rounded to single precision.
@@ -18,32 +18,32 @@ pub enum Lamp {
     Point {
         /// Position (m, of the file).
         position: DVec3,
-        /// Intensity (W·sr⁻¹).
+        /// Intensity in every direction (W·sr⁻¹).
         intensity: Rgb,
     },
-    /// One that shines by a map: [`SceneBuilder::add_image_light`].
+    /// An emitter with an intensity map: [`SceneBuilder::add_image_light`].
     Image {
-        /// The map.
+        /// Relative intensity by direction.
         map: Arc<IntensityMap>,
         /// Position (m, of the file).
         position: DVec3,
         /// Intensity where the map has 1 (W·sr⁻¹).
         intensity: Rgb,
-        /// How it is turned.
+        /// Rotation (or reflection) from the map to the world.
         to_world: Mat3,
     },
 }
 
-/// Radiance of the sky that a scene without light gets (W·m⁻²·sr⁻¹), and irradiance of its sun
-/// (W·m⁻²).
+/// Default light of a scene without light: radiance of the sky (W·m⁻²·sr⁻¹) and irradiance of the
+/// sun (W·m⁻²).
 const DEFAULT_LIGHT: [f32; 2] = [0.5, 3.0];
 
 impl Scene {
-    /// The same scene with these lights beside its own, and with this environment instead of its
-    /// own, if there is one.
+    /// Returns the scene with these lights beside its own, and with this environment, if given,
+    /// instead of its own.
     ///
-    /// * `words`: what was asked for, for [`Self::changes`]; `digest`: a number of it, that goes
-    ///   into [`Self::digest`].
+    /// * `words`: the request, for [`Self::changes`]; `digest`: a hash of the request, which is
+    ///   combined with [`Self::digest`].
     ///
     /// # Errors
     /// As [`SceneBuilder::add_emitter`], [`SceneBuilder::add_image_light`] and
@@ -86,13 +86,12 @@ impl Scene {
         Ok(builder.into_scene())
     }
 
-    /// The lights that its user asked for in place of what the file says, in the words that were
-    /// used.
+    /// Light changes that the user requested, in the user's words.
     pub fn changes(&self) -> &[String] {
         &self.changes
     }
 
-    /// Whether anything emits light.
+    /// Returns true if anything emits light.
     pub fn has_light(&self) -> bool {
         !self.emitters.is_empty()
             || self.environment.is_some()
@@ -101,7 +100,7 @@ impl Scene {
 
     /// Returns the scene unchanged if it has light, has lights that are off at its time, or was
     /// given light changes. Otherwise adds a white sky and a sun, with a note at `at`. Programs
-    /// call it because a black image is of no use to people.
+    /// call this so that the image is not black.
     #[must_use]
     pub fn with_default_light(mut self, at: Location) -> Self {
         let is_off = self.is_dark_now && self.animated.is_some();
@@ -120,7 +119,7 @@ impl Scene {
         self
     }
 
-    /// Whether its light is that which a scene without light gets.
+    /// Returns true if its light was added by [`Self::with_default_light`].
     pub fn has_default_light(&self) -> bool {
         self.has_default_light
     }

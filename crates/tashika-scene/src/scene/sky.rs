@@ -1,4 +1,4 @@
-//! The light of a clear day: the sky and the sun behind the atmosphere.
+//! Light of a clear day: the sky, and the sun behind the atmosphere.
 //!
 //! Preetham, Shirley and Smits 1999, "A Practical Analytic Model for Daylight". The sky has the
 //! luminance and chromaticity
@@ -19,15 +19,16 @@
 //! (Rayleigh and aerosol extinction, appendix A.1), with the relative air mass
 //! `m = 1 / (cos θ_s + 0.15 (93.885° − θ_s)^(−1.253))`.
 //!
-//! Frame: `+y` is up. Radiance in W·m⁻²·sr⁻¹·nm⁻¹, averaged over the spectrum with the weights of
-//! the CIE's observer of 1931, which is the unit of Mitsuba's `sunsky`: 1 is `683 · 106.86` cd·m⁻².
+//! Frame: `+y` is up. Radiance is in W·m⁻²·sr⁻¹·nm⁻¹, averaged over the spectrum with the weights
+//! of the CIE's observer of 1931, which is the unit of Mitsuba's `sunsky`: 1 is `683 · 106.86`
+//! cd·m⁻².
 //!
 //! # Assumption
 //! Turbidity from [`MIN_TURBIDITY`] to [`MAX_TURBIDITY`]; the sun at or above the horizon. No light
-//! comes from below the horizon. Ozone, mixed gases and water vapour, which take a few percent of
-//! the visible light, are left out.
+//! comes from below the horizon. Ozone, mixed gases and water vapour, which absorb a few percent of
+//! the visible light, are ignored.
 //!
-//! Held to this by the tests below.
+//! Checked by the tests below.
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -38,9 +39,9 @@ use crate::color::Rgb;
 use crate::color::spectrum::{blackbody, rgb_of_emission};
 use crate::math::elementary::{acos, exp, powf, sin_cos, tan};
 
-/// Clearest air that the polynomials are fit for.
+/// Turbidity of the clearest air to which the polynomials were fitted.
 pub const MIN_TURBIDITY: f32 = 1.7;
-/// Haziest air that the polynomials are fit for.
+/// Turbidity of the haziest air to which the polynomials were fitted.
 pub const MAX_TURBIDITY: f32 = 10.0;
 
 /// Effective temperature of the sun (K).
@@ -80,16 +81,16 @@ const ZENITH: [[[f32; 4]; 3]; 2] = [
 pub struct Sky {
     turbidity: f32,
     to_sun: Vec3,
-    /// The sun's angle from the zenith.
+    /// Angle of the sun from the zenith (radians).
     sun_zenith: f32,
-    /// `Y` (in units of radiance), `x`, `y` at the zenith over `F(0, θ_s)`.
+    /// `Y` (in units of radiance), `x`, `y` at the zenith, divided by `F(0, θ_s)`.
     scale: [f32; 3],
     perez: [[f32; 5]; 3],
 }
 
 impl Sky {
-    /// The sky of a turbidity with the sun in a direction, `+y` up. Both are moved into the range
-    /// of the model; a sun below the horizon is moved up to it.
+    /// Creates the sky of a turbidity with the sun in a direction, `+y` up. Both are clamped to the
+    /// range of the model; a sun below the horizon is moved up to it.
     pub fn new(turbidity: f32, to_sun: Vec3) -> Self {
         let t = turbidity.clamp(MIN_TURBIDITY, MAX_TURBIDITY);
         let to_sun = Vec3::new(to_sun.x, to_sun.y.max(0.0), to_sun.z).normalize_or(Vec3::Y);
@@ -109,7 +110,7 @@ impl Sky {
         Self { turbidity: t, to_sun, sun_zenith, scale, perez }
     }
 
-    /// Radiance of the sky in a unit direction.
+    /// Radiance of the sky in a unit direction; the sun is not included.
     pub fn radiance(&self, direction: Vec3) -> Rgb {
         if direction.y < 0.0 {
             return Rgb::BLACK;
@@ -157,13 +158,13 @@ impl Sky {
     }
 }
 
-/// `F` at a cosine from the zenith and an angle from the sun.
+/// Returns `F` at a cosine from the zenith and an angle from the sun.
 fn distribution(c: &[f32; 5], cos: f32, gamma: f32) -> f32 {
     let cos_gamma = sin_cos(gamma).1;
     (1.0 + c[0] * exp(c[1] / cos)) * (1.0 + c[2] * exp(c[3] * gamma) + c[4] * cos_gamma * cos_gamma)
 }
 
-/// Linear Rec. 709 of a luminance and chromaticity (IEC 61966-2-1), without negative values.
+/// Linear Rec. 709 colour of a luminance and chromaticity (IEC 61966-2-1), without negative values.
 fn rgb_of_chromaticity(luminance: f32, x: f32, y: f32) -> Rgb {
     if !(luminance > 0.0 && y > 0.0) {
         return Rgb::BLACK;

@@ -1,10 +1,11 @@
-//! How all directions are laid out in a rectangle: maps of the sky, and cameras that see all
-//! around.
+//! Layouts of all directions in a rectangle, for environment maps and spherical cameras.
 //!
-//! | layout | frame | place `(u, v)`, `v` from the top |
-//! |---|---|---|
-//! | latitude-longitude | pole `+y` | polar angle `θ = π v`, azimuth `2π u`; `u = 0.5` looks along `−z`, `u = 0.75` along `+x` |
-//! | equal-area | pole `+z` | the octahedron of Clarberg 2008: the centre is `+z`, the corners `−z`, `+x` at `u = 1`, `+y` at `v = 1` |
+//! A direction has a place `(u, v)`, `v` from the top:
+//!
+//! * latitude-longitude, with pole `+y`: polar angle `θ = π v`, azimuth `2π u`; `u = 0.5` looks
+//!   along `−z`, `u = 0.75` along `+x`.
+//! * equal-area, with pole `+z`: the octahedron of Clarberg 2008. The centre is `+z`, the corners
+//!   `−z`, `+x` at `u = 1`, `+y` at `v = 1`.
 //!
 //! The solid angle of a small part of the rectangle is its area times
 //!
@@ -23,21 +24,21 @@ use glam::Vec3;
 use super::Wrap;
 use crate::math::elementary::{atan2, sin_cos};
 
-/// A layout of the directions.
+/// A layout of all directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SphereMap {
-    /// Rows of equal latitude, columns of equal longitude: twice as wide as high, it is true to
-    /// shape at the horizon.
+    /// Rows of equal latitude, columns of equal longitude. If the rectangle is twice as wide as
+    /// high, shapes at the horizon are not distorted.
     LatLong,
     /// Equal areas for equal solid angles, in a square.
     EqualArea,
 }
 
-/// The solid angle of a place at the poles does not quite vanish.
+/// Smallest sine of the polar angle, so that solid angles at the poles are above zero.
 const SMALLEST_SINE: f32 = 1e-5;
 
 impl SphereMap {
-    /// How an image goes on beyond its sides and beyond its top and bottom.
+    /// Continuation of an image beyond its sides, and beyond its top and bottom.
     pub(super) fn wrap(self) -> [Wrap; 2] {
         match self {
             Self::LatLong => [Wrap::Repeat, Wrap::Clamp],
@@ -53,7 +54,7 @@ impl SphereMap {
         }
     }
 
-    /// The place of a unit direction, in the frame of the layout.
+    /// Returns the place of a unit direction in the frame of the layout.
     pub(super) fn place(self, d: Vec3) -> [f32; 2] {
         match self {
             Self::LatLong => {
@@ -75,7 +76,7 @@ impl SphereMap {
         }
     }
 
-    /// The unit direction of a place.
+    /// Returns the unit direction of a place.
     pub fn direction(self, [u, v]: [f32; 2]) -> Vec3 {
         match self {
             Self::LatLong => {
@@ -99,7 +100,7 @@ impl SphereMap {
         }
     }
 
-    /// Solid angle of the sphere over the area of the rectangle, at a direction (sr).
+    /// Solid angle per area of the rectangle, whose whole area is 1, at a direction (sr).
     pub(super) fn solid_angle(self, d: Vec3) -> f32 {
         match self {
             Self::LatLong => 2.0 * PI * PI * horizontal(d).max(SMALLEST_SINE),
@@ -107,8 +108,8 @@ impl SphereMap {
         }
     }
 
-    /// The place in the rectangle of one that is a little beyond its edge, where the sphere goes
-    /// on.
+    /// Maps a place a little beyond the edge of the rectangle to the place within it where the
+    /// sphere continues.
     pub(super) fn wrapped(self, [mut u, mut v]: [f32; 2]) -> [f32; 2] {
         let beyond = |c: f32| !(0.0..=1.0).contains(&c);
         let mirrored = |c: f32| if c < 0.0 { -c } else { 2.0 - c };
@@ -121,7 +122,7 @@ impl SphereMap {
                 [u.rem_euclid(1.0), v.clamp(0.0, 1.0)]
             }
             Self::EqualArea => {
-                // Each edge is glued to itself, turned about its middle.
+                // Each edge is glued to itself, turned around its middle.
                 if beyond(u) {
                     (u, v) = (mirrored(u), 1.0 - v);
                 }
@@ -168,14 +169,14 @@ mod tests {
         let near = |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-6;
         assert!(near(place(Vec3::Z), [0.5, 0.5]) && near(place(Vec3::X), [1.0, 0.5]));
         assert!(near(place(Vec3::Y), [0.5, 1.0]) && near(place(-Vec3::X), [0.0, 0.5]));
-        // Equal areas: the upper hemisphere is the inner diamond, and 60° about the pole a half of
-        // it.
+        // Equal areas: the upper hemisphere is the inner diamond, and 60° around the pole is half
+        // of it.
         let diagonal = Vec3::new(0.5f32.sqrt() * 0.75f32.sqrt(), 0.5f32.sqrt() * 0.75f32.sqrt(), 0.5);
         let [u, v] = place(diagonal);
         assert!(((2.0 * u - 1.0 + 2.0 * v - 1.0) - 0.5f32.sqrt()).abs() < 1e-6);
     }
 
-    /// A step over an edge is a small step on the sphere, and not one back to where it came from.
+    /// A step over an edge is a small step on the sphere, and does not lead back.
     #[test]
     fn the_sphere_goes_on_beyond_the_edges() {
         const STEP: f32 = 1e-3;
@@ -194,8 +195,7 @@ mod tests {
                     let (inside, on, outside) = (at(-1.0), at(0.0), at(1.0));
                     let (before, after) = ((on - inside).length(), (outside - on).length());
                     assert!(after < 0.02, "{map:?} jumps at {edge:?}: {on} to {outside}");
-                    // On the far side of the edge; two steps apart as far as the map is smooth
-                    // there.
+                    // The steps inside and outside add up where the map is smooth at the edge.
                     assert!(
                         (outside - inside).length() > 0.6 * (before + after),
                         "{map:?} turns back at {edge:?}: {inside}, {on}, {outside}"

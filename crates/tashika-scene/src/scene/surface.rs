@@ -9,52 +9,52 @@ use super::{AlphaMode, Back, Instance, InstanceId, Material, Part, Scene};
 use crate::color::Rgb;
 use crate::math::{Frame, GAMMA_7, offset_from_surface};
 
-/// What a viewer sees where the shading normal turns away from him, as it does at the silhouettes
-/// of coarse meshes with smooth normals.
+/// Replacement of a shading normal that faces away from the viewer, as at the silhouettes of coarse
+/// meshes with smooth normals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TurnedAway {
-    /// The surface by its geometric normal, as if it were flat.
+    /// The geometric normal, as if the surface were flat.
     #[default]
     Flat,
-    /// The surface by the opposite of its shading normal: it is lit by what is before the surface
-    /// *and* behind the shading normal, so nearly black. Renderers that go by the shading normal
-    /// alone, as Mitsuba 3 and pbrt-v4 do, show this.
+    /// The opposite of the shading normal. Only light from before the surface *and* behind its
+    /// shading normal is reflected, so the surface is nearly black. Renderers that use the shading
+    /// normal alone, as Mitsuba 3 and pbrt-v4 do, show this.
     Opposite,
 }
 
 /// A point on a triangle of an instance.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
-    /// Position (m, world).
+    /// Position in the world (m), within `error`.
     pub position: Vec3,
-    /// Bound of the absolute error of each component of `position` (m).
+    /// Bound on the absolute error of each component of `position` (m).
     pub error: Vec3,
-    /// Unit geometric normal, on the front side: that of the shading normals where the mesh has
-    /// some, else the side from which the corners run counter-clockwise.
+    /// Unit geometric normal, on the front side. The front is the side of the shading normals if
+    /// the mesh has any, else the side on which the corners run counter-clockwise.
     pub geometric_normal: Vec3,
     /// Unit shading normal, in the hemisphere of the geometric one.
     pub shading_normal: Vec3,
-    /// Unit direction along which brushed facets have the first of their roughnesses, roughly in
-    /// the surface; none where the material has no such facets.
+    /// Unit tangent of brushed facets, for the first of their roughnesses, roughly in the surface;
+    /// `None` if the material has no such facets.
     pub tangent: Option<Vec3>,
     /// Texture coordinates; zero if the mesh has none.
     pub uv: Vec2,
-    /// Where it is.
+    /// Instance that contains the point.
     pub instance: InstanceId,
-    /// What stands in for the shading normal where it turns away.
+    /// Replacement of the shading normal where it faces away.
     pub turned_away: TurnedAway,
 }
 
 impl SurfacePoint {
-    /// The position moved off the surface to the side into which `direction` points: where a ray or
-    /// segment in that direction starts.
+    /// Returns the position moved off the surface to the side into which `direction` points: the
+    /// origin of a ray or segment in that direction.
     #[inline]
     pub fn leave(&self, direction: Vec3) -> Vec3 {
         let n = self.geometric_normal;
         offset_from_surface(self.position, self.error, if direction.dot(n) < 0.0 { -n } else { n })
     }
 
-    /// The frame in which the surface scatters, about a unit normal on either side.
+    /// Frame in which the surface scatters, around a unit normal on either side.
     #[inline]
     pub fn frame(&self, normal: Vec3) -> Frame {
         match self.tangent {
@@ -63,7 +63,7 @@ impl SurfacePoint {
         }
     }
 
-    /// Both normals, turned to the side of `direction`.
+    /// Geometric and shading normal, turned to the side of `direction`.
     #[inline]
     pub fn normals_towards(&self, direction: Vec3) -> (Vec3, Vec3) {
         if self.geometric_normal.dot(direction) < 0.0 {
@@ -73,8 +73,8 @@ impl SurfacePoint {
         }
     }
 
-    /// The same as whoever looks at the surface along `direction` sees them: where the shading
-    /// normal turns away, something [stands in](TurnedAway) for it.
+    /// Geometric and shading normal as seen from `direction`: a shading normal that faces away is
+    /// [replaced](TurnedAway).
     #[inline]
     pub fn normals_seen_from(&self, direction: Vec3) -> (Vec3, Vec3) {
         let (ng, ns) = self.normals_towards(direction);
@@ -87,26 +87,26 @@ impl SurfacePoint {
     }
 }
 
-/// The share of the time that what asks without one means.
+/// Share of the shutter time that functions without a time argument use.
 const MIDDLE: f32 = 0.5;
 
-/// Distance from the edges of its triangle to which a point is moved inwards, over the length of its
-/// error.
+/// Distance from its triangle's edges to which a point is moved inwards, in lengths of its error.
 ///
-/// Another wall may stand on the edge. At an angle `φ` it is `δ sin φ` from a point at the distance
-/// `δ` from the edge. A point that leaves its surface moves by at most twice its error `ε`, which
-/// takes it nearer by at most `2 ε cos φ`, and it is itself wrong by `ε`. So it stays on its side of
-/// walls that meet its own at angles of 40° and more.
+/// Another wall may meet the triangle at its edge, at an angle `φ`; it is `δ sin φ` from a point at
+/// the distance `δ` from the edge. A point that leaves its surface moves by at most twice its error
+/// `ε`, hence towards the wall by at most `2 ε cos φ`; the point itself is wrong by up to `ε`. So
+/// it stays on its side of walls that meet its own at angles of 40° and more.
 const INSET: f32 = 4.0;
 
-/// Barycentric weights `b`, of which each is so large that the point is at least [`INSET`] times its
-/// error from the edges of the triangle, or as far as a quarter of the least height.
+/// Returns the barycentric weights `b`, increased where they are so small that the point is nearer
+/// to an edge of the triangle than [`INSET`] times its error, or than a quarter of the least height
+/// if that is less.
 #[inline]
 fn inset(w: &[Vec3; 3], b: [f32; 3], error: Vec3) -> [f32; 3] {
-    // In double precision, as the fourth power of a length leaves the range of `f32`.
+    // Double precision, as the fourth power of a length leaves the range of `f32`.
     let e = [w[2] - w[1], w[0] - w[2], w[1] - w[0]].map(Vec3::as_dvec3);
     let longest = e[0].length_squared().max(e[1].length_squared()).max(e[2].length_squared()).sqrt();
-    // Over the least height.
+    // Relative to the least height.
     let share = (f64::from(INSET * error.length()) * longest / e[0].cross(e[1]).length()) as f32;
     let least = if share < 0.25 { share } else { 0.25 };
     if b[0] >= least && b[1] >= least && b[2] >= least {
@@ -118,8 +118,8 @@ fn inset(w: &[Vec3; 3], b: [f32; 3], error: Vec3) -> [f32; 3] {
     b
 }
 
-/// The unit normal on the side from which the corners run anticlockwise; in double precision, as the
-/// fourth power of a length leaves the range of `f32`.
+/// Returns the unit normal on the side on which the corners run anticlockwise. Computed in double
+/// precision, as the fourth power of a length leaves the range of `f32`.
 #[inline]
 fn unit_normal(v: &[Vec3; 3]) -> Vec3 {
     let [v0, v1, v2] = v.map(Vec3::as_dvec3);
@@ -127,7 +127,7 @@ fn unit_normal(v: &[Vec3; 3]) -> Vec3 {
 }
 
 impl Scene {
-    /// World corners of a triangle (m): the surface itself of a baked instance.
+    /// World corners of a triangle (m): the exact surface of a baked instance.
     #[inline]
     pub fn world_corners(&self, instance: InstanceId, triangle: u32) -> [Vec3; 3] {
         self.corners_of(&self.instances[instance.index()], MIDDLE, triangle)
@@ -147,8 +147,9 @@ impl Scene {
         if placed.is_identity() { corners } else { corners.map(|v| placed.to_world.transform_point3(v)) }
     }
 
-    /// The point with barycentric coordinates `b` (summing to 1) of a triangle, moved inwards where
-    /// it is so close to an edge that its error could put it behind a wall that stands there.
+    /// Returns the point with barycentric coordinates `b` (summing to 1) of a triangle. A point
+    /// close to an edge is moved inwards, so that its error cannot put it behind a wall at that
+    /// edge.
     ///
     /// The error bound is `γ₇ Σ |bᵢ wᵢ|` for the sum over world corners `wᵢ`, and
     /// [`Instance::rounding`] for the corners themselves if the instance is transformed.
@@ -156,7 +157,7 @@ impl Scene {
         self.point_on(&self.instances[instance.index()], MIDDLE, instance, triangle, b)
     }
 
-    /// The same after a share of the time that the shutter is open, 0 to 1.
+    /// Like [`Self::surface_point`], after a share of the time that the shutter is open, 0 to 1.
     #[inline]
     pub fn surface_point_at(
         &self,
@@ -171,8 +172,8 @@ impl Scene {
         }
     }
 
-    /// A point of an instance that is placed as it is after a share of the time; of meshes that do not
-    /// deform the share means nothing.
+    /// Returns a point of an instance, `placed` as after a share of the time. The share matters
+    /// only for meshes that deform.
     fn point_on(
         &self,
         placed: &Instance,
@@ -193,7 +194,7 @@ impl Scene {
         let position = at(inset(&w, b, error));
         // Normals transform with the transposed inverse.
         let normal_to_world = |n: Vec3| Vec3::from(placed.to_object.matrix3.transpose() * Vec3A::from(n));
-        // Turning corners around turns their cross product around; transforming a normal does not.
+        // Mirroring reverses the cross product of corners, but not a transformed normal.
         let mut n = if placed.baked {
             unit_normal(&w) * if placed.mirrored { -1.0 } else { 1.0 }
         } else {
@@ -245,8 +246,8 @@ impl Scene {
         mesh.triangles[triangle as usize].iter().zip(b).map(|(&i, b)| mesh.uvs[i as usize] * b).sum()
     }
 
-    /// The part of the surface at a point, seen from the unit direction `outgoing`, that the
-    /// uniform number `u` in `[0, 1)` chooses.
+    /// Returns the part of the surface at a point, seen from the unit direction `outgoing`, that
+    /// the uniform number `u` in `[0, 1)` selects.
     pub fn part(&self, point: &SurfacePoint, outgoing: Vec3, u: f32) -> Part {
         let material = self.material_of(point.instance);
         let is_back = point.geometric_normal.dot(outgoing) < 0.0;
@@ -259,10 +260,9 @@ impl Scene {
         self.part_of(material, point.uv, cos, u)
     }
 
-    /// The same for the front of one of the scene's materials.
+    /// Like [`Self::part`], for the front of one of the scene's materials.
     ///
-    /// * `cos`: absolute cosine between the shading normal and the direction from which it is seen,
-    ///   0 to 1.
+    /// * `cos`: absolute cosine between the shading normal and the direction of view, 0 to 1.
     #[inline]
     pub fn part_of(&self, material: &Material, uv: Vec2, cos: f32, u: f32) -> Part {
         self.look(uv, cos).part(material, u)
@@ -284,20 +284,21 @@ impl Scene {
         }
     }
 
-    /// Whether light may pass a material along a straight segment, through holes or glass.
+    /// Returns true if light may pass the material along a straight segment, through holes or
+    /// glass.
     #[inline]
     pub fn may_be_transparent(&self, instance: InstanceId) -> bool {
         let material = self.mesh_of(instance).material;
         self.materials[material.index()].has_holes() || self.glassy[material.index()]
     }
 
-    /// Returns true if the surface emits in full, though no ray meets it.
+    /// Returns true if the surface emits in full although no ray hits it.
     #[inline]
     pub fn shines_unseen(&self, instance: InstanceId) -> bool {
         self.material_of(instance).alpha.is_some_and(|alpha| alpha.mode == AlphaMode::Unseen)
     }
 
-    /// Fraction of a surface that is there at a point, 0 to 1: the rest is holes.
+    /// Opacity of a surface at a point, 0 to 1: 0 in holes.
     #[inline]
     pub fn opacity(&self, instance: InstanceId, triangle: u32, b: [f32; 3]) -> f32 {
         match &self.material_of(instance).alpha {
@@ -308,9 +309,9 @@ impl Scene {
 
     /// Fraction of the light along a straight segment that a surface stops at a point, 0 to 1.
     ///
-    /// * `direction`: of the segment, world, any length.
-    /// * `solid_glass`: whether solid glass lets pass straight what it would refract, or stops
-    ///   everything.
+    /// * `direction`: direction of the segment in the world, of any length.
+    /// * `solid_glass`: true if solid glass transmits straight the light that it would refract;
+    ///   false if it stops all light.
     pub fn stopped(
         &self,
         instance: InstanceId,
@@ -323,8 +324,8 @@ impl Scene {
         self.stopped_between(corners, instance, triangle, b, direction, solid_glass)
     }
 
-    /// The same after a share of the time that the shutter is open, 0 to 1, of an instance in whose
-    /// space the direction is told.
+    /// Like [`Self::stopped`], after a share of the time that the shutter is open, 0 to 1, with the
+    /// direction in the space of the instance.
     pub fn stopped_at(
         &self,
         share: f32,

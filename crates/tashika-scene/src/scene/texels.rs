@@ -1,4 +1,4 @@
-//! Images: texels, how they are stored, and lookups between them.
+//! Images: storage of texels, and lookups between them.
 
 use std::sync::LazyLock;
 
@@ -22,7 +22,7 @@ pub enum Pixels {
 }
 
 impl Pixels {
-    /// How many texels there are.
+    /// Number of texels.
     pub fn len(&self) -> usize {
         match self {
             Self::Srgb8(p) | Self::Linear8(p) => p.len(),
@@ -31,20 +31,20 @@ impl Pixels {
         }
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no texels.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 }
 
-/// A decoded image.
+/// A decoded image with a name.
 #[derive(Clone, Debug)]
 pub struct Image {
-    /// Name for messages, usually the file's.
+    /// Name that identifies it in messages, usually the file's.
     pub name: String,
-    /// Texels a row; at least 1.
+    /// Number of texels in a row; at least 1.
     pub width: u32,
-    /// Rows; at least 1.
+    /// Number of rows; at least 1.
     pub height: u32,
     /// The texels, `width · height`.
     pub pixels: Pixels,
@@ -62,39 +62,39 @@ pub enum Values {
     Numbers,
 }
 
-/// What happens outside `[0, 1]`.
+/// Continuation of an image outside `[0, 1]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
-    /// Starts again.
+    /// The image is repeated.
     #[default]
     Repeat,
-    /// The edge's texel goes on.
+    /// The texels at the edge continue.
     Clamp,
-    /// Starts again mirrored.
+    /// The image is repeated, mirrored every other time.
     Mirror,
-    /// Black and without opacity.
+    /// Black with an opacity of 0.
     Black,
 }
 
-/// How a value between texel centres is made.
+/// Interpolation between texel centres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sampling {
     /// Weighted mean of the four nearest texels.
     #[default]
     Bilinear,
-    /// The nearest texel.
+    /// Value of the nearest texel.
     Nearest,
 }
 
 static SRGB_TO_LINEAR: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|i| srgb_decode(i as f32 / 255.0)));
 
-/// The curve once for every value: 256 kB, made when the first such picture is looked at.
+/// Decoded 16-bit sRGB values: 256 kB, computed at the first lookup in such an image.
 static SRGB16_TO_LINEAR: LazyLock<Vec<f32>> =
     LazyLock::new(|| (0..=u16::MAX).map(|i| srgb_decode(f32::from(i) / 65535.0)).collect());
 
 impl Image {
-    /// Bytes held.
+    /// Size of the texels in memory (bytes).
     pub fn bytes(&self) -> usize {
         match &self.pixels {
             Pixels::Srgb8(p) | Pixels::Linear8(p) => p.len() * 4,
@@ -206,11 +206,11 @@ impl Image {
 /// Means of the bilinear interpolation over each texel, row by row: a texel mixes in an eighth of
 /// each neighbour.
 ///
-/// They are above zero wherever the interpolation is, so that a density in proportion to them
-/// leaves nothing out.
+/// They are above zero wherever the interpolation is. A density in proportion to them therefore
+/// covers all of it.
 pub(super) fn means_of_bilinear(texels: &[f64], width: usize, wrap: [Wrap; 2]) -> Vec<f64> {
     let height = texels.len() / width;
-    // The texels before and after; none where the image has ended.
+    // Indices of the texels before and after; `None` beyond the end of the image.
     let beside = |i: usize, n: usize, wrap: Wrap| {
         let (before, after) = (i.checked_sub(1), (i + 1 < n).then_some(i + 1));
         match wrap {
@@ -235,12 +235,12 @@ pub(super) fn means_of_bilinear(texels: &[f64], width: usize, wrap: [Wrap; 2]) -
     means
 }
 
-/// The two texels about coordinate `u` of a row of `n`, and the weight of the second; none where
-/// the image has ended.
+/// Returns the two texels around coordinate `u` of a row of `n`, `None` beyond the end of the
+/// image, and the weight of the second.
 fn neighbours(u: f32, n: u32, wrap: Wrap) -> (Option<u32>, Option<u32>, f32) {
     let size = n as f32;
     let u = if u.is_finite() { u } else { 0.0 };
-    // Whole turns carry no information and would cost precision.
+    // Whole periods carry no information and would cost precision.
     let u = match wrap {
         Wrap::Repeat => u - u.floor(),
         Wrap::Mirror => u - 2.0 * (u * 0.5).floor(),
@@ -321,7 +321,7 @@ mod tests {
         assert_eq!([at(0.01), at(0.24), at(0.26), at(0.99), at(1.26)], [0.0, 0.0, 50.0, 150.0, 50.0]);
     }
 
-    /// Against a fine sum over each texel, for every way to go on beyond the sides.
+    /// Compared with a fine sum over each texel, for every wrapping.
     #[test]
     fn means_of_texels_are_those_of_the_interpolation() {
         let (w, h) = (3, 2);
@@ -346,8 +346,8 @@ mod tests {
         }
     }
 
-    /// `257 v / 65535` is `v / 255`, so that the two must give the same bits; between them lie values
-    /// of their own.
+    /// `257 v / 65535` is `v / 255`, so both depths must decode to equal bits. The values in
+    /// between are checked separately.
     #[test]
     fn sixteen_bits_are_eight_bits_and_what_lies_between() {
         let image = |pixels| Image { name: "i".into(), width: 256, height: 1, pixels };
@@ -369,7 +369,7 @@ mod tests {
         let (c, a) = one(Pixels::Srgb16(pixels.clone()));
         assert_eq!((c.r, c.b, a), (1.0 / 65535.0 / 12.92, 1.0, 1.0 / 65535.0));
         let exact = ((32768.0 / 65535.0 + 0.055) / 1.055f64).powf(2.4);
-        // A rounding of the quotient, twice the exponent's, and one of the power itself.
+        // Rounding of the quotient, amplified by the exponent, and of the power itself.
         assert!((f64::from(c.g) - exact).abs() < 4.0 * exact * f64::from(f32::EPSILON), "{} {exact}", c.g);
         assert_eq!(one(Pixels::Linear16(pixels)).0, Rgb::new(1.0 / 65535.0, 32768.0 / 65535.0, 1.0));
     }

@@ -11,7 +11,7 @@
 //! | [`Texture::Tiles`] | the image of the tile that `T (u, v, 1)` is in, see [`TileSet`] |
 //! | [`Texture::Product`] | `a · b` |
 //! | [`Texture::Mix`] | `(1 − m) a + m b` |
-//! | [`Texture::Checkerboard`] | `a` where `⌊u'⌋ + ⌊v'⌋` is even, else `b`, at `(u', v') = T (u, v, 1)` |
+//! | [`Texture::Checkerboard`] | `a` if `⌊u'⌋ + ⌊v'⌋` is even, else `b`; `(u', v') = T (u, v, 1)` |
 //! | [`Texture::Power`] | `max(a, 0)ᵏ` |
 //!
 //! All nodes work channel by channel, opacity included. A texture used as a colour reads images as
@@ -37,18 +37,18 @@ impl Default for UvTransform {
 /// A lookup into an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageTexture {
-    /// The image.
+    /// Image that is looked up.
     pub image: ImageId,
-    /// Wrapping of `u` and `v`.
+    /// Wrapping along `u` and along `v`.
     pub wrap: [Wrap; 2],
-    /// Applied to the coordinates first.
+    /// Transform of the coordinates before the lookup.
     pub transform: UvTransform,
-    /// What is between texels.
+    /// Interpolation between texels.
     pub sampling: Sampling,
 }
 
 impl ImageTexture {
-    /// The whole image, repeated, interpolated.
+    /// The whole image, repeated, with bilinear interpolation.
     pub fn new(image: ImageId) -> Self {
         Self {
             image,
@@ -59,12 +59,12 @@ impl ImageTexture {
     }
 }
 
-/// A node of the graph.
+/// A node of the texture graph.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Texture {
-    /// The same everywhere, opaque.
+    /// The same colour everywhere, opaque.
     Constant(Rgb),
-    /// An image.
+    /// An image, at transformed coordinates.
     Image(ImageTexture),
     /// An image for each unit square of the coordinates.
     Tiles(TiledTexture),
@@ -72,27 +72,27 @@ pub enum Texture {
     Product(TextureId, TextureId),
     /// A blend of two textures.
     Mix {
-        /// Where the amount is 0.
+        /// Value where the amount is 0.
         first: TextureId,
-        /// Where the amount is 1.
+        /// Value where the amount is 1.
         second: TextureId,
-        /// Share of the second, 0 to 1.
+        /// Share of the second texture, 0 to 1.
         amount: TextureId,
     },
-    /// Two textures in turn.
+    /// Two textures in alternating squares.
     Checkerboard {
-        /// In the squares whose indices have an even sum.
+        /// Texture of the squares whose indices have an even sum.
         even: TextureId,
-        /// In the others.
+        /// Texture of the other squares.
         odd: TextureId,
-        /// Takes squares to unit squares.
+        /// Maps the squares to unit squares.
         transform: UvTransform,
     },
     /// A power of a texture.
     Power {
-        /// The texture; negative values count as 0.
+        /// Base of the power; negative values count as 0.
         base: TextureId,
-        /// The exponent.
+        /// Exponent `k`, the same for all channels.
         exponent: f32,
     },
 }
@@ -106,14 +106,14 @@ pub enum Channel {
     G,
     /// Blue.
     B,
-    /// Opacity; one for images without.
+    /// Opacity; 1 for images without.
     A,
-    /// Luminance of the colour.
+    /// Luminance of red, green and blue.
     Luminance,
 }
 
 impl Texture {
-    /// The textures that this one is made of.
+    /// Textures that this node is made of.
     pub fn operands(&self) -> impl Iterator<Item = TextureId> + use<> {
         let all = match *self {
             Self::Constant(_) | Self::Image(_) | Self::Tiles(_) => [None; 3],
@@ -129,11 +129,11 @@ impl Texture {
 /// The images and textures of a scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Textures<'a> {
-    /// All images.
+    /// All images, in the order of their ids.
     pub images: &'a [Image],
-    /// All textures.
+    /// All textures, in the order of their ids.
     pub nodes: &'a [Texture],
-    /// All sets of tiles.
+    /// All sets of tiles, in the order of their ids.
     pub tile_sets: &'a [TileSet],
 }
 
@@ -229,8 +229,8 @@ mod tests {
         assert_eq!(root, Rgb::new(0.5, 0.5f32.sqrt(), 1.0));
     }
 
-    /// `1 − 3 t` of a map with texels −1 and 1 is 4 and −2 as a number. As a colour it is 1 and 0:
-    /// the texel −1 counts as 0, and the result is at least 0.
+    /// A map with texels −1 and 1 yields 4 and −2 by `1 − 3 t` as a number. As a colour it yields 1
+    /// and 0: the texel −1 counts as 0, and the result is at least 0.
     #[test]
     fn colours_are_at_least_zero_and_numbers_have_a_sign() {
         let pixels = Pixels::Float(vec![[-1.0; 3], [1.0; 3]]);

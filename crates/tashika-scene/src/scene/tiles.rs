@@ -1,15 +1,15 @@
-//! Textures in tiles (UDIM): a picture for each unit square of the texture coordinates.
+//! Textures in tiles (UDIM): one image for each unit square of the texture coordinates.
 //!
-//! The square of columns `⌊u⌋`, 0 to 9, and rows `⌊1 − v⌋`, 0 to 899, counted **up** (the scene's `v`
+//! The square in column `⌊u⌋`, 0 to 9, and row `⌊1 − v⌋`, 0 to 899, counted **up** (the scene's `v`
 //! runs down), has the number
 //!
 //! ```text
 //! 1001 + ⌊u⌋ + 10 ⌊1 − v⌋
 //! ```
 //!
-//! Inside of a square its picture is looked up; beyond the picture's edge its outermost texels go
-//! on, so that tiles do not bleed into each other. Where there is no picture the value is
-//! [`NO_TILE`], which a mesh that reaches there is told of, as of a file that is missing.
+//! Lookups stay within the image of their square: beyond its edge the outermost texels continue, so
+//! that tiles do not bleed into each other. Squares without an image have the value [`NO_TILE`]; if
+//! a mesh uses one of them, a missing file is noted.
 //!
 //! # Held to this by
 //! The tests below; `suite::udim`.
@@ -25,31 +25,31 @@ use super::{
 use crate::color::Rgb;
 use crate::error::{Error, Result};
 
-/// What is seen where a tile has no picture: a middling grey.
+/// Value of squares without an image: a medium grey.
 pub const NO_TILE: Rgb = Rgb::gray(0.5);
 
-/// Pictures of tiles.
+/// Images of tiles, by their numbers.
 #[derive(Clone, Debug)]
 pub struct TileSet {
-    /// Name for messages, usually the pattern of their files' names.
+    /// Name that identifies the set in messages, usually the pattern of the files' names.
     pub name: String,
-    /// Number and picture, by number; each number once.
+    /// Numbers and images of the tiles, in the order of their numbers; each number once.
     pub tiles: Vec<(u32, ImageId)>,
 }
 
 /// A lookup into a set of tiles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TiledTexture {
-    /// The pictures.
+    /// The images, by tile.
     pub set: TileSetId,
-    /// Applied to the coordinates first.
+    /// Transform of the coordinates before the lookup.
     pub transform: UvTransform,
-    /// What is between texels.
+    /// Interpolation between texels.
     pub sampling: Sampling,
 }
 
-/// Number of the tile, and the coordinates inside it; nothing beyond columns and rows that have
-/// numbers.
+/// Returns the number of a tile and the coordinates inside it; `None` beyond the numbered columns
+/// and rows.
 fn tile(uv: Vec2) -> Option<(u32, Vec2)> {
     let square = Vec2::new(uv.x, 1.0 - uv.y).floor();
     let inside = (0.0..10.0).contains(&square.x) && (0.0..900.0).contains(&square.y);
@@ -76,14 +76,14 @@ impl TileSet {
     }
 }
 
-/// Most tiles of a set that are named in notes because they are missing; chosen.
+/// Largest number of missing tiles of a set that notes name one by one; chosen.
 const MAX_NAMED: usize = 100;
 
 impl SceneBuilder {
-    /// Adds pictures of tiles; their images must have been added before.
+    /// Adds images of tiles; they must have been added as images before.
     ///
     /// # Errors
-    /// Numbers beyond 1001 to 9999, not in order or not each once; images that are not there.
+    /// Numbers outside 1001 to 9999, not in order, or repeated; images that are not of this scene.
     pub fn add_tiles(&mut self, set: TileSet) -> Result<TileSetId> {
         let numbered = set.tiles.iter().all(|t| (1001..=9999).contains(&t.0));
         let ordered = set.tiles.is_sorted_by(|a, b| a.0 < b.0);
@@ -96,20 +96,20 @@ impl SceneBuilder {
         Ok(TileSetId(self.scene.tile_sets.len() as u32 - 1))
     }
 
-    /// Notes tiles without a picture in which meshes have the middle of a triangle.
+    /// Notes tiles without an image that contain the centre of any triangle of a mesh.
     pub(super) fn note_missing_tiles(&mut self) {
         if self.scene.tile_sets.is_empty() {
             return;
         }
         let mut missing: Vec<BTreeSet<u32>> = vec![BTreeSet::new(); self.scene.tile_sets.len()];
-        // One without coordinates reaches none.
+        // Meshes without coordinates use no tile.
         for mesh in self.scene.meshes.iter().filter(|mesh| !mesh.uvs.is_empty()) {
             for texture in self.tiled_textures(mesh) {
                 let TiledTexture { set, transform, .. } = texture;
                 let (tiles, missing) = (&self.scene.tile_sets[set.index()], &mut missing[set.index()]);
                 for triangle in &mesh.triangles {
                     let middle = triangle.iter().map(|&i| mesh.uvs[i as usize]).sum::<Vec2>() / 3.0;
-                    // Squares without a number are the business of nobody's file.
+                    // Squares without a number belong to no file.
                     let reached = tile(transform.0.transform_point2(middle));
                     missing.extend(reached.map(|t| t.0).filter(|n| tiles.picture(*n).is_none()));
                 }
@@ -129,7 +129,7 @@ impl SceneBuilder {
         }
     }
 
-    /// The textures in tiles that a mesh is painted by, each once.
+    /// Textures in tiles that the material of a mesh looks up, each once.
     fn tiled_textures(&self, mesh: &Mesh) -> Vec<TiledTexture> {
         let scene = &self.scene;
         let (mut materials, mut known) = (vec![mesh.material], BTreeSet::new());
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn every_tile_shows_its_own_picture_up_to_the_edge() {
-        // Two texels a picture, the left 10 times the tile's place, the right one more.
+        // Two texels an image: the left is 10 times the number of the image, the right one more.
         let image = |k: u8| Image {
             name: "i".into(),
             width: 2,

@@ -1,19 +1,19 @@
-//! How a medium varies from place to place: a density, and the share of light that is scattered.
+//! Variation of a medium from place to place: its density, and the share of light that it scatters.
 //!
 //! ```text
 //! σ_t(x) = σ_t D(x)          σ_s(x) = σ_s D(x), or albedo(x) σ_t(x), or a grid of its own
 //! ```
 //!
-//! with `D = 0` outside of its box. Media that vary are walked through by free flights between tentative collisions, which want an
-//! upper bound of the extinction on the way, a *majorant* (Woodcock et al. 1965). One bound for the
-//! whole box would make empty space as dear as the densest place: a [`Density`] has the least and
-//! the most value of each block of cells, and a ray is walked from block to block
-//! ([`Density::walk`]).
+//! with `D = 0` outside of its box. In media that vary, free flights are sampled by tentative
+//! collisions, which need an upper bound on the extinction along the ray, a *majorant* (Woodcock et
+//! al. 1965). With one bound for the whole box, empty space would be as expensive as the densest
+//! place. A [`Density`] therefore has the least and the largest value of each block of cells, and a
+//! ray passes from block to block ([`Density::walk`]).
 //!
 //! # Guarantee
-//! What [`Density::at`] says of a place is within the bounds of the [`Span`] that the place is in,
-//! rounding included. The spans of a walk follow each other without gaps, and end where the box
-//! ends, or the walk.
+//! [`Density::at`] is within the bounds of the [`Span`] that contains its argument, rounding
+//! included. The spans of a walk follow each other without gaps, to the end of the box or of the
+//! walk.
 //!
 //! # Held to this by
 //! The tests below; the suite's `grid_media`.
@@ -26,37 +26,37 @@ use crate::math::{DVec3, Ray};
 const MIN_SIDE: u32 = 4;
 /// Most blocks along an axis.
 const MAX_BLOCKS: u32 = 64;
-/// Bounds are wider than the values by this share: a blend of eight values is rounded by at most
-/// 7 ε, and products with coefficients by another.
+/// Share by which bounds are wider than the values: a blend of eight values is rounded by at most 7
+/// ε, and products with coefficients by another.
 const ROUNDING: f32 = 12.0 * f32::EPSILON;
 
-/// How a medium varies.
+/// Variation of a medium from place to place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variation {
     density: Option<Density>,
     scattered: Scattered,
 }
 
-/// How much of what is extinguished at a place is scattered.
+/// Share of the extinction that is scattering, by place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Scattered {
-    /// The share that is of the coefficients of the medium.
+    /// The share `σ_s / σ_t` of the medium's coefficients.
     #[default]
     Evenly,
-    /// This share of the extinction, from 0 to 1; beyond the box it is as at its edge.
+    /// This share of the extinction, from 0 to 1; outside of the box by the grid's [`VolumeEdges`].
     Albedo(VolumeGrid),
-    /// So much (m⁻¹), nowhere more than the extinction.
+    /// This scattering coefficient (m⁻¹), which must nowhere exceed the extinction.
     Coefficient(VolumeGrid),
 }
 
 impl Variation {
-    /// By a factor of the coefficients, which is zero outside of its box and else 1 everywhere, and
-    /// by what is scattered.
+    /// Creates a variation by a factor on the coefficients and the scattered share. The factor is
+    /// zero outside of its box; without a grid it is 1 everywhere.
     pub fn new(density: Option<VolumeGrid>, scattered: Scattered) -> Self {
         Self { density: density.map(Density::new), scattered }
     }
 
-    /// The factor of the coefficients; nothing where it is 1 everywhere.
+    /// Factor on the coefficients; `None` if it is 1 everywhere.
     #[inline]
     pub fn density(&self) -> Option<&Density> {
         self.density.as_ref()
@@ -72,14 +72,14 @@ impl Variation {
         }
     }
 
-    /// How much is scattered.
+    /// Share of the extinction that is scattering.
     #[inline]
     pub fn scattered(&self) -> &Scattered {
         &self.scattered
     }
 }
 
-/// A factor of the extinction that varies, with bounds.
+/// Factor on the extinction by place, with bounds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Density {
     grid: VolumeGrid,
@@ -87,26 +87,26 @@ pub struct Density {
     most: Rgb,
 }
 
-/// Bounds of the values in blocks of cells.
+/// Bounds on the values in blocks of cells.
 #[derive(Clone, Debug, PartialEq)]
 struct Blocks {
-    /// Cells along an edge.
+    /// Number of cells along an edge of a block.
     side: u32,
     counts: [u32; 3],
-    /// Least and most, that of the first axis fastest.
+    /// Least and largest values; the index along the first axis runs fastest.
     bounds: Vec<[Rgb; 2]>,
 }
 
-/// A part of a ray on which a density is bounded.
+/// A part of a ray with bounds on the density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
-    /// Where it begins (in lengths of the ray's direction).
+    /// Distance at which it begins (in lengths of the ray's direction).
     pub from: f64,
-    /// Where it ends, not before.
+    /// Distance at which it ends, at least `from`.
     pub to: f64,
-    /// No channel is less.
+    /// Lower bound, by channel.
     pub least: Rgb,
-    /// No channel is more.
+    /// Upper bound, by channel.
     pub most: Rgb,
 }
 
@@ -117,17 +117,17 @@ impl Density {
         Self { grid, blocks, most }
     }
 
-    /// Its values.
+    /// The values on a grid.
     pub fn grid(&self) -> &VolumeGrid {
         &self.grid
     }
 
-    /// No channel is more anywhere.
+    /// Upper bound on all values, by channel.
     pub fn most(&self) -> Rgb {
         self.most
     }
 
-    /// A ray in cells, as long as in the world: places on it are at the same distances.
+    /// Transforms a ray to cells; distances along it stay those of the world.
     #[inline]
     pub fn ray(&self, ray: &Ray) -> CellRay {
         let to_cells = self.grid.to_cells();
@@ -137,20 +137,20 @@ impl Density {
         }
     }
 
-    /// The factor of the coefficients at a place in cells that is in the box.
+    /// Factor on the coefficients at a point in the box, in cells.
     #[inline]
     pub fn at(&self, place: DVec3) -> Rgb {
         self.grid.at(place)
     }
 
-    /// The parts of a ray that are in the box, up to a distance that may be infinite.
+    /// Returns the parts of a ray in the box, up to a distance that may be infinite.
     #[inline]
     pub fn walk(&self, ray: &CellRay, distance: f64) -> Walk<'_> {
         Walk::new(&self.blocks, self.grid.bounds(), ray, distance)
     }
 }
 
-/// A ray in the cells of a density.
+/// A ray in the coordinates of cells.
 #[derive(Clone, Copy, Debug)]
 pub struct CellRay {
     origin: DVec3,
@@ -158,7 +158,7 @@ pub struct CellRay {
 }
 
 impl CellRay {
-    /// The place after a distance.
+    /// Returns the point at a distance.
     #[inline]
     pub fn at(&self, distance: f64) -> DVec3 {
         self.origin + self.direction * distance
@@ -185,7 +185,7 @@ impl Blocks {
     }
 }
 
-/// Bounds of what is blended in a block: of its cells, and of those around it.
+/// Bounds on the interpolated values in a block: over its cells and those around it.
 fn bounds_of(grid: &VolumeGrid, block: [u32; 3], side: u32) -> [Rgb; 2] {
     let [nx, ny, nz] = grid.counts();
     let reach =
@@ -207,14 +207,14 @@ fn bounds_of(grid: &VolumeGrid, block: [u32; 3], side: u32) -> [Rgb; 2] {
     [least * (1.0 - ROUNDING), most * (1.0 + ROUNDING)]
 }
 
-/// The [`Span`]s of a ray, one block after the other.
+/// Iterator over the [`Span`]s of a ray, one per block.
 #[derive(Clone, Debug)]
 pub struct Walk<'a> {
     blocks: &'a Blocks,
-    /// The ray, in blocks.
+    /// Origin of the ray, in blocks.
     origin: DVec3,
     direction: DVec3,
-    /// The block that the next span is in.
+    /// Block of the next span.
     block: [u32; 3],
     from: f64,
     end: f64,
@@ -238,7 +238,7 @@ impl<'a> Walk<'a> {
         let scale = f64::from(blocks.side).recip();
         let (origin, direction) = (ray.origin * scale, ray.direction * scale);
         let start = origin + direction * from;
-        // Rounded places may be just outside.
+        // Rounded positions may be just outside.
         let block = [0, 1, 2].map(|axis| (start[axis].max(0.0) as u32).min(blocks.counts[axis] - 1));
         Self { blocks, origin, direction, block, from, end }
     }
@@ -251,7 +251,7 @@ impl Iterator for Walk<'_> {
         if self.from >= self.end {
             return None;
         }
-        // The face that the ray leaves the block by.
+        // Face by which the ray leaves the block.
         let (mut exit, mut by) = (f64::INFINITY, 0);
         for axis in 0..3 {
             let d = self.direction[axis];
@@ -299,8 +299,8 @@ mod tests {
         Density::new(grid(VolumeData { counts, values, to_world: to_world.as_daffine3(), samples, edges }))
     }
 
-    /// Rays from anywhere to anywhere: spans follow each other from where the box begins to where it
-    /// ends, and bound what is on them, closely.
+    /// For rays between random points, spans follow each other from the beginning of the box to its
+    /// end, and bound the values on them closely.
     #[test]
     fn spans_cover_the_box_and_bound_what_is_in_them() {
         let mut stream = Stream::new(3, Purpose::Test, 0);
@@ -332,7 +332,7 @@ mod tests {
                         for Span { from, to, least, most } in density.walk(&ray, end) {
                             assert!(from >= 0.0 && to >= from && to <= end);
                             assert!(reached.is_none_or(|reached| reached == from), "a gap");
-                            // Not in the box before the first.
+                            // Before the first span, the ray is outside of the box.
                             assert!(reached.is_some() || from == 0.0 || !is_in(ray.at(from - 0.01)));
                             reached = Some(to);
                             spans += 1;
@@ -373,7 +373,7 @@ mod tests {
             [(1.0, 1.25, 0.0, 0.0), (1.25, 1.5, 0.0, 2.0), (1.5, 1.75, 2.0, 2.0), (1.75, 2.0, 2.0, 2.0)]
         );
         assert_eq!(density.most().r.round(), 2.0);
-        // Beside the box, away from it, and not as far.
+        // Rays beside the box, away from it, and ending before it.
         for (from, to, end) in [
             (Vec3::Y * 2.0, Vec3::X, f64::INFINITY),
             (Vec3::X * 2.0, Vec3::X, 9.0),

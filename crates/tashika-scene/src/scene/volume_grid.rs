@@ -1,18 +1,18 @@
-//! Numbers or colours on a lattice in a box, as media vary by them.
+//! Numbers or colours on a lattice in a box, by which media vary.
 //!
-//! The box is the unit cube, placed by an affine map. It has `n` cells along each of its axes, and a
-//! sample in the middle of each ([`VolumeSamples::Centers`]); between samples values are trilinear.
-//! Inside, places are counted in cells,
+//! The box is the unit cube, placed by an affine map. It has `n` cells along each of its axes, and
+//! a sample in the middle of each ([`VolumeSamples::Centers`]); between samples values are
+//! trilinear. Places are counted in cells,
 //!
 //! ```text
 //! cell(x) = n · to_world⁻¹(x)          sample k is at k + ½          k = 0 … n − 1
 //! ```
 //!
-//! so that all that is placed within, rays and blocks of cells, is in one system. What is nearer to
-//! the outside of the box than half a cell is said by [`VolumeEdges`].
+//! so that rays and blocks of cells share one coordinate system. Values beyond the outermost
+//! samples are defined by [`VolumeEdges`].
 //!
 //! # Guarantee
-//! Values are finite, at least 0, and as many as there are cells; the map can be inverted.
+//! Values are finite and at least 0; there is one for each sample. The map can be inverted.
 //!
 //! # Held to this by
 //! The tests below.
@@ -23,17 +23,17 @@ use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::math::{DAffine3, DMat3, DVec3};
 
-/// Values of a [`VolumeGrid`], that of the first axis fastest.
+/// Values of a [`VolumeGrid`]; the index along the first axis runs fastest.
 #[derive(Clone, Debug, PartialEq)]
 pub enum VolumeValues {
-    /// One for all channels.
+    /// One number per sample, for all channels.
     Numbers(Vec<f32>),
-    /// One for each.
+    /// One colour per sample.
     Colors(Vec<Rgb>),
 }
 
 impl VolumeValues {
-    /// How many there are.
+    /// Number of values.
     pub fn len(&self) -> usize {
         match self {
             Self::Numbers(values) => values.len(),
@@ -41,12 +41,12 @@ impl VolumeValues {
         }
     }
 
-    /// Whether there is none.
+    /// Returns true if there are no values.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// That of a cell, by its number.
+    /// Value of a sample, by its index.
     #[inline]
     pub fn get(&self, index: usize) -> Rgb {
         match self {
@@ -56,39 +56,39 @@ impl VolumeValues {
     }
 }
 
-/// Where the samples of a box are.
+/// Positions of the samples in the box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum VolumeSamples {
     /// In the middle of `n` cells.
     #[default]
     Centers,
-    /// At the corners of `n − 1` cells, so that the outermost are in the faces of the box; in the
-    /// middle along axes that have one alone.
+    /// At the corners of `n − 1` cells, so that the outermost samples lie on the faces of the box;
+    /// in the middle along axes that have only one.
     Corners,
 }
 
-/// What is beyond the outermost samples.
+/// Values beyond the outermost samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum VolumeEdges {
     /// The value of the nearest sample.
     #[default]
     Held,
-    /// Zero, which values fall to within a cell.
+    /// Zero, reached linearly within one cell.
     Zero,
 }
 
-/// What a [`VolumeGrid`] is made of.
+/// Input of [`VolumeGrid::new`].
 #[derive(Clone, Debug)]
 pub struct VolumeData {
     /// Samples along each axis, at least 1.
     pub counts: [u32; 3],
-    /// One value for each.
+    /// One value for each sample.
     pub values: VolumeValues,
-    /// Where the unit cube is.
+    /// Map from the unit cube to the world (m).
     pub to_world: DAffine3,
-    /// Where in it they are.
+    /// Positions of the samples in the unit cube.
     pub samples: VolumeSamples,
-    /// What is beyond them.
+    /// Values beyond the outermost samples.
     pub edges: VolumeEdges,
 }
 
@@ -98,20 +98,20 @@ pub struct VolumeGrid {
     counts: [u32; 3],
     values: VolumeValues,
     edges: VolumeEdges,
-    /// From the world to cells.
+    /// Map from the world to cells.
     to_cells: DAffine3,
     /// The box, in cells.
     bounds: [DVec3; 2],
-    /// Length of its three edges together (m): no way through it is longer.
+    /// Sum of the lengths of the box's three edges (m): no segment in the box is longer.
     longest: f64,
 }
 
 impl VolumeGrid {
-    /// The grid of `data`, of which messages say that it is `at`.
+    /// Creates the grid of `data`; `at` is the location that error messages name.
     ///
     /// # Errors
-    /// [`Error::Invalid`]: no sample, another number of values than of samples, values that are
-    /// negative or not finite, a box that has no volume.
+    /// [`Error::Invalid`] if there is no sample, if the numbers of values and samples differ, if
+    /// values are negative or not finite, or if the box has no volume.
     pub fn new(data: VolumeData, at: &Location) -> Result<Self> {
         let VolumeData { counts, values, to_world, samples, edges } = data;
         let invalid = |found: String, expected: &str| Err(Error::invalid(at.clone(), found, expected));
@@ -153,17 +153,17 @@ impl VolumeGrid {
         Ok(Self { counts, values, edges, to_cells, bounds: [shift, bounds], longest })
     }
 
-    /// Samples along each axis.
+    /// Number of samples along each axis.
     pub fn counts(&self) -> [u32; 3] {
         self.counts
     }
 
-    /// Their values.
+    /// Values of the samples, one for each.
     pub fn values(&self) -> &VolumeValues {
         &self.values
     }
 
-    /// What is beyond the outermost.
+    /// Values beyond the outermost samples.
     pub fn edges(&self) -> VolumeEdges {
         self.edges
     }
@@ -173,7 +173,7 @@ impl VolumeGrid {
         (0..self.values.len()).map(|i| self.values.get(i)).fold(Rgb::BLACK, |a, b| a.zip(b, f32::max))
     }
 
-    /// No way through the box is longer (m).
+    /// Upper bound on the length of a segment in the box (m).
     pub fn longest(&self) -> f64 {
         self.longest
     }
@@ -184,7 +184,7 @@ impl VolumeGrid {
         self.bounds
     }
 
-    /// From places in the world (m) to places in cells.
+    /// Map from the world (m) to cells.
     #[inline]
     pub fn to_cells(&self) -> &DAffine3 {
         &self.to_cells
@@ -261,7 +261,8 @@ pub(super) mod tests {
         grid.at(grid.to_cells().transform_point3(place.as_dvec3())).g
     }
 
-    /// What is linear in all three is itself between samples, wherever and however the box stands.
+    /// A function that is linear in each coordinate is reproduced between samples for every
+    /// placement of the box.
     #[test]
     fn values_are_trilinear_between_the_samples_of_the_box() {
         let slope = |x: f32, y: f32, z: f32| 1.0 + 2.0 * x + 3.0 * y + 5.0 * z + x * y * z;
@@ -279,7 +280,7 @@ pub(super) mod tests {
                 };
                 let at = move |c: [u32; 3]| slope(unit(c[0], 4), unit(c[1], 3), unit(c[2], 5));
                 let grid = grid(VolumeData { to_world, samples, ..data(counts, at) });
-                // Places that are between samples of both.
+                // Places between samples of both kinds.
                 for place in [[0.3, 0.4, 0.5], [0.2, 0.7, 0.15], [0.8, 0.5, 0.88]].map(Vec3::from) {
                     let found = value(&grid, to_world.transform_point3(place.as_dvec3()).as_vec3());
                     let expected = slope(place.x, place.y, place.z);

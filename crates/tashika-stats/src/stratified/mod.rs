@@ -1,5 +1,4 @@
-//! How wrong a stratified mean can be: intervals that are calibrated, and certificates that are
-//! proven.
+//! Error of a stratified mean: calibrated intervals, and proven certificates.
 //!
 //! A sum `L = Σ_k L_k` is estimated by `L̂ = Σ_k ȳ_k` from `n_k ≥ 2` independent samples of each
 //! stratum, with values in `[0, R_k]`, means `L_k` and variances `σ_k²`. Let
@@ -16,7 +15,7 @@
 //! H₂ = √(2 U ln(2/δ₂)) + (b/3) ln(2/δ₂)          U − V̂ − V̂ ln(U/V̂) = m ln(1/δ₃),   U ≥ V̂
 //! ```
 //!
-//! with `δ = δ₁ + δ₂ + δ₃`. No asymptotics, and no assumption on the values but that they are in
+//! with `δ = δ₁ + δ₂ + δ₃`. No asymptotics, and no assumption on the values except that they are in
 //! `[0, R_k]`.
 //!
 //! **Proof.** *H₁* fails with probability at most `δ₁`: `L̂` is a sum of independent variables
@@ -38,10 +37,10 @@
 //! sub-gamma kind with scale `b/3`) gives the `1/3` above. It fails with probability at most `δ₂`,
 //! and `V ≤ U` fails with at most `δ₃`. ∎
 //!
-//! # Several looks
-//! Whoever looks at the data more than once and stops when satisfied has to pay for every look.
-//! Where it is known beforehand that there are at most `J` looks, a share of `δ/J` for each keeps
-//! the chance that any of the intervals fails below `δ`.
+//! # Interim analyses
+//! If data are analysed several times, until the result is good enough, each analysis adds to the
+//! chance of failure. If at most `J` analyses are planned beforehand, a share of `δ/J` for each
+//! keeps the chance that any of the intervals fails below `δ`.
 //!
 //! # The calibrated interval
 //!
@@ -50,25 +49,26 @@
 //! ```
 //!
 //! The first term is Student's, with the degrees of freedom of Satterthwaite 1946 corrected for
-//! estimated variances (`E S² = σ⁴ (1 + 2/ν_k)` for normal samples). The second is what Bernstein's
-//! inequality has for a single rare and large value, with a smaller factor, [`KAPPA`]: samples that
-//! are all alike, all in shadow say, are no certainty. `R'` is what a stratum is expected to reach
-//! (`importance_range`), at most `R`: `q R √p` if about the share `p` of it is visible and the root
-//! mean square of what is visible is about `q R`, since the mean square of a term is `p (q R)²`
-//! then. It is about the largest stratum; where hundreds are in shadow and each may have some
-//! light, their sum counts: `σ'² = p (1 − p) (q R)²` is the variance that a stratum is expected to
-//! have (`importance_variance`), of which the share [`GAMMA`] is granted even where no sample shows
-//! any. The interval is an estimate: measured, not proven.
+//! estimated variances (`E S² = σ⁴ (1 + 2/ν_k)` for normal samples). The second is the term of
+//! Bernstein's inequality for a single rare and large value, with a smaller factor, [`KAPPA`]:
+//! samples that are all equal, such as all in shadow, do not prove that a stratum has no variance.
+//! `R'` is the value that a stratum is expected to reach (`importance_range`), at most `R`:
+//! `q R √p` if about the share `p` of it is visible and the root mean square of the visible values
+//! is about `q R`, since the mean square of a term is `p (q R)²` then. That term depends on the
+//! largest stratum alone; where hundreds are in shadow and each may have some light, their sum
+//! counts. The expected variance of a stratum is `σ'² = p (1 − p) (q R)²` (`importance_variance`),
+//! of which the share [`GAMMA`] is added even where no sample shows any. The interval is an
+//! estimate: measured, not proven.
 
 use super::student_t_two_sided;
 use crate::math::elementary::ln_f64;
 
-/// `κ`. The factor in Bernstein's inequality is 1/3; lower values cost fewer rays and promise less.
-/// Set by `tashika coverage`; see the record.
+/// Factor `κ` of the range term. It is 1/3 in Bernstein's inequality; lower values cost fewer rays
+/// and promise less. Set by `tashika coverage`; see the record.
 pub const KAPPA: f64 = 0.2;
 
-/// `γ`. Visibility is much the same throughout most strata, so that they vary far less than what is
-/// expected of each; but it is not in all of them. Set by the same measurements as [`KAPPA`].
+/// Share `γ` of the expected variance. Visibility is nearly constant in most strata, so that they
+/// vary far less than expected; but not in all of them. Set by the same measurements as [`KAPPA`].
 pub const GAMMA: f64 = 0.001;
 
 /// Share of `δ` that goes to `H₁`.
@@ -76,34 +76,35 @@ const HOEFFDING_SHARE: f64 = 0.05;
 /// Share of the rest that goes to the variance.
 const VARIANCE_SHARE: f64 = 0.3;
 
-/// Newton's steps from a bound that is at most twice too large: the last is smaller than rounding.
+/// Number of Newton's steps from a bound at most twice too large: the last is smaller than
+/// rounding.
 const NEWTON_STEPS: usize = 6;
 
-/// What one stratum says.
+/// Summary of the samples of one stratum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stratum {
     /// Number of samples `n`, at least 2.
     pub samples: u32,
     /// Upper bound `R` of a sample.
     pub upper: f64,
-    /// About the largest sample that is to be expected, at most `R`; not proven.
+    /// Expected largest sample, roughly, at most `R`; not proven.
     pub importance_range: f64,
-    /// Sample variance `s²`.
+    /// Unbiased variance `s²` of the samples.
     pub variance: f64,
-    /// Variance `σ'²` that is to be expected; not proven.
+    /// Expected variance `σ'²`; not proven.
     pub importance_variance: f64,
 }
 
-/// What all strata say together.
+/// Summary of all strata: the sums and maxima that intervals need.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spread {
-    /// `V̂`.
+    /// Estimated variance `V̂` of the sum.
     pub variance: f64,
     /// `Σ S_k²/(ν_k + 2)`.
     fourth: f64,
     /// `b`.
     largest: f64,
-    /// The same of what is expected to be the range.
+    /// `b'`.
     importance_largest: f64,
     /// `m`.
     largest_squared: f64,
@@ -114,7 +115,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of these strata.
+    /// Collects the sums and maxima of strata.
     pub fn of(strata: impl IntoIterator<Item = Stratum>) -> Self {
         let mut spread = Self::default();
         for Stratum { samples, upper, importance_range, variance, importance_variance } in strata {
@@ -131,13 +132,13 @@ impl Spread {
         spread
     }
 
-    /// `V̂ + γ E`: the variance that calibrated intervals reckon with.
+    /// `V̂ + γ E`: the variance that calibrated intervals use.
     #[inline]
     pub fn reckoned_variance(&self) -> f64 {
         self.variance + GAMMA * self.importance_variance
     }
 
-    /// `b'`: about the largest contribution that no sample may have shown.
+    /// `b'`: roughly the largest contribution that samples may have missed.
     #[inline]
     pub fn importance_largest(&self) -> f64 {
         self.importance_largest
@@ -149,8 +150,8 @@ impl Spread {
         if self.fourth > 0.0 { (self.variance * self.variance / self.fourth - 2.0).max(1.0) } else { 1.0 }
     }
 
-    /// Half-width of Student's interval of this confidence, in (0, 1): knows only of what was
-    /// sampled.
+    /// Half-width of Student's interval of this confidence, in (0, 1); it depends on the samples
+    /// alone.
     pub fn student(&self, confidence: f64) -> f64 {
         student_t_two_sided(confidence, self.freedom()) * self.variance.sqrt()
     }
@@ -162,7 +163,7 @@ impl Spread {
             + KAPPA * self.importance_largest * ln_f64(2.0 / (1.0 - confidence))
     }
 
-    /// Half-width that `|L̂ − L|` does not exceed, but for a probability of `delta`, in (0, 1).
+    /// Half-width that `|L̂ − L|` exceeds with a probability of at most `delta`, in (0, 1).
     pub fn certified(&self, delta: f64) -> f64 {
         let hoeffding = (0.5 * self.squares * ln_f64(2.0 / (HOEFFDING_SHARE * delta))).sqrt();
         let rest = (1.0 - HOEFFDING_SHARE) * delta;
@@ -171,14 +172,14 @@ impl Spread {
         hoeffding.min((2.0 * upper * log).sqrt() + self.largest * log / 3.0)
     }
 
-    /// `U`, which `V` does not exceed, but for a probability of `delta`.
+    /// Bound `U`, which `V` exceeds with a probability of at most `delta`.
     fn upper_variance(&self, delta: f64) -> f64 {
         let (v, target) = (self.variance, self.largest_squared * ln_f64(1.0 / delta));
         if v <= 0.0 {
             return target;
         }
-        // The left side is at least `(U − V̂)²/(2 U)`, and convex: from where that is large enough,
-        // Newton's steps stay above the root.
+        // The left side is convex, and at least `(U − V̂)²/(2 U)`: started where that is large
+        // enough, Newton's steps stay above the root.
         let mut upper = v + target + (target * (target + 2.0 * v)).sqrt();
         for _ in 0..NEWTON_STEPS {
             let left = upper - v - v * ln_f64(upper / v);

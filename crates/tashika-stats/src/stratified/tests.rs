@@ -1,10 +1,10 @@
-//! Intervals and certificates on strata whose truth is known, many times over; and mistakes that
-//! these tests have to notice.
+//! Intervals and certificates on strata of known truth, many times over; and planted mistakes that
+//! these tests have to detect.
 
 use super::*;
 use crate::rng::{Purpose, Stream};
 
-/// Strata of skewed values: the largest value with some probability, else zero, as light that is
+/// Strata of skewed values: the largest value with some probability, else zero, like light that is
 /// mostly in shadow.
 #[derive(Clone, Copy, Debug)]
 struct Skewed {
@@ -23,8 +23,8 @@ impl Skewed {
         self.upper * self.upper * self.share * (1.0 - self.share) / f64::from(self.samples)
     }
 
-    /// The mean of some values, and what they say of the stratum, whose bound is said to be `told`
-    /// times what it is.
+    /// Draws values and returns their mean and the summary of the stratum, its bound multiplied by
+    /// `told`.
     fn draw(&self, told: f64, s: &mut Stream) -> (f64, Stratum) {
         let lit = (0..self.samples).filter(|_| s.uniform_f64() < self.share).count() as f64;
         let n = f64::from(self.samples);
@@ -48,7 +48,7 @@ fn same(upper: f64, share: f64, samples: u32, count: usize) -> Vec<Skewed> {
     vec![Skewed { upper, share, samples }; count]
 }
 
-/// Share of `runs` in which `fails(mean, spread)`.
+/// Fraction of `runs` in which `fails(mean, spread)` is true.
 fn share(strata: &[Skewed], told: f64, runs: u32, fails: impl Fn(f64, &Spread) -> bool) -> f64 {
     let mut s = Stream::new(3, Purpose::Test, 0);
     let mut all = Vec::new();
@@ -95,8 +95,8 @@ fn certificates_hold() {
     }
 }
 
-/// Strata that are so rarely lit that their variance is `units` of `m ln(1/δ)`, of which `U` is 1
-/// if nothing is seen.
+/// Strata that are so rarely lit that their variance is `units` times `m ln(1/δ)`; in this unit `U`
+/// is 1 if all samples are zero.
 fn hardly_lit(units: f64, delta: f64) -> Vec<Skewed> {
     let count = 400;
     // V = count · share (1 − share)/2, m = 1/4.
@@ -112,9 +112,9 @@ fn variance_missed(units: f64, delta: f64, told: f64) -> f64 {
     share(&strata, told, 30_000, |_, spread| spread.upper_variance(delta) < truth)
 }
 
-/// The bound of the variance is as tight as it can be where it matters: it fails nearly as often as
-/// it may, so that bounds of samples that are 10 % too small are noticed. 30,000 runs have a
-/// standard error of 0.0013 about 0.05.
+/// The bound of the variance is tight where it matters: it fails nearly as often as it may, so that
+/// bounds of samples that are 10 % too small are detected. 30,000 runs have a standard error of
+/// 0.0013 around 0.05.
 #[test]
 fn the_bound_of_the_variance_holds_and_just_so() {
     let delta = 0.05;
@@ -127,7 +127,8 @@ fn the_bound_of_the_variance_holds_and_just_so() {
     assert!(planted > 1.3 * delta, "bounds that are 10 % too small go unnoticed: {planted}");
 }
 
-/// What `looks` looks at new samples fail together, each with the probability `delta`.
+/// Probability that any of `looks` analyses fails, each on new samples and with the probability
+/// `delta`.
 fn any_look_fails(looks: u32, delta: f64) -> f64 {
     1.0 - (1.0 - variance_missed(1.02 / ln_f64(1.0 / 0.05) * ln_f64(1.0 / delta), delta, 1.0))
         .powi(looks as i32)
@@ -154,7 +155,7 @@ fn variances_are_bounded_by_more_than_they_are_estimated_at() {
     }
 }
 
-/// Certificates without the bound of what was not seen would miss where light is rare; the plain
+/// Certificates without the bound of unseen values would miss where light is rare, as the plain
 /// interval of Student does.
 #[test]
 fn rare_light_is_what_intervals_miss() {
@@ -164,16 +165,16 @@ fn rare_light_is_what_intervals_miss() {
     assert_eq!(missed(&rare, 4000, |spread| spread.certified(0.05)), 0.0);
 }
 
-/// Nine times of ten nothing is seen of the large stratum: the term for what is rare and bright is
-/// all that keeps the interval honest.
+/// Nine times of ten no sample of the large stratum is lit: only the term for rare and bright
+/// values keeps the interval honest.
 #[test]
 fn calibrated_intervals_know_of_what_is_rare_and_bright() {
     let missed = missed(&one_rarely_lit(), 20_000, |spread| spread.calibrated(0.95));
     assert!(missed <= 0.05, "{missed}");
 }
 
-/// Hundreds of strata, each with a little chance of some light that no sample has met: the term for
-/// the largest of them knows nothing of their sum.
+/// Hundreds of strata, each with a small chance of some light that no sample has met: the term for
+/// the largest of them ignores their sum.
 #[test]
 fn calibrated_intervals_know_of_many_strata_in_shadow() {
     let visibility: f64 = 0.02;
@@ -185,11 +186,11 @@ fn calibrated_intervals_know_of_many_strata_in_shadow() {
         importance_variance: visibility * (1.0 - visibility),
     };
     let width = |count: usize| Spread::of(vec![dark; count]).calibrated(0.95);
-    // In proportion to the root of their number, once they are many.
+    // Widths grow with the root of the number of strata, once there are many.
     assert!(width(40_000) > 1.8 * width(10_000) && width(10_000) > 2.0 * width(1));
 }
 
-/// Of many strata of comparable size the certificate is within a small factor of the normal
+/// With many strata of comparable size the certificate is within a small factor of the normal
 /// interval.
 #[test]
 fn certificates_are_tight_where_strata_are_many() {
@@ -213,14 +214,14 @@ fn certificates_are_tight_where_strata_are_many() {
 fn many_strata_of_one_kind_have_the_calibrated_coverage() {
     for confidence in [0.5, 0.8, 0.95] {
         let missed = missed(&same(1.0, 0.5, 2, 300), 20_000, |spread| spread.calibrated(confidence));
-        // The term for rare values only adds; five standard errors.
+        // The term for rare values only widens the interval; the limit adds five standard errors.
         let allowed = 1.0 - confidence + 5.0 * (confidence * (1.0 - confidence) / 20_000.0_f64).sqrt();
         assert!(missed <= allowed && missed > 0.5 * (1.0 - confidence), "{confidence}: {missed}");
     }
 }
 
-/// A row of terms, a tenth of them lit in runs, that is halved 40 times as a cut is, with two
-/// samples kept in each part. Parts are split by their size, or by the variance of their own
+/// A row of terms, of which a tenth is lit, in runs. The row is halved 40 times as a cut is, with
+/// two samples in each part. Parts are split by their size, or by the variance of their own
 /// samples.
 fn halved(s: &mut Stream, by_own_samples: bool) -> (f64, Spread) {
     const TERMS: usize = 4096;
@@ -272,8 +273,8 @@ fn halved(s: &mut Stream, by_own_samples: bool) -> (f64, Spread) {
     (told.iter().map(|(mean, _)| mean).sum::<f64>() / truth, Spread::of(told.iter().map(|(_, of)| *of)))
 }
 
-/// The mistake that inheriting samples invites: parts whose samples differ are split and their
-/// variance vanishes, those whose samples are alike are left as they are.
+/// A mistake that inherited samples invite: parts whose samples differ are split until their
+/// variance vanishes, and parts whose samples are alike are never split.
 #[test]
 fn refining_by_ones_own_samples_is_noticed() {
     let runs = 4000;

@@ -20,8 +20,8 @@ const SPECS: &[PlaneSpec] = &[
     spec("stop", &["id"], SampleKind::U32),
 ];
 
-/// A film in which no two pixels are equally certain, so that the least certain one does not depend
-/// on the order of choosing.
+/// A film whose pixels all differ in certainty, so that the least certain one does not depend on
+/// the order of choosing.
 pub(crate) fn film(window: Window) -> Film {
     let size = [window.x + window.width + 4, window.y + window.height + 2];
     let mut film = Film::new(size, window, SPECS).unwrap();
@@ -36,7 +36,7 @@ pub(crate) fn film(window: Window) -> Film {
     film
 }
 
-/// The film as a file in a folder that lasts as long as its handle.
+/// Writes the film to a file in a folder, which exists as long as its handle.
 pub(crate) fn written(film: &Film) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("film.exr");
@@ -97,7 +97,7 @@ fn assert_shows(shown: &dyn Shown, film: &Film) {
     assert!(matches!(shown.pixel(window.x, window.y + window.height), Err(Refusal::Outside(_))));
 }
 
-/// A window that neither tiles nor blocks divide.
+/// A window whose sides are no multiples of those of tiles and blocks.
 const WINDOW: Window = Window { x: 3, y: 5, width: 601, height: 333 };
 
 #[test]

@@ -1,8 +1,8 @@
-//! How long the truth is path-traced, and which of its pixels are good enough to judge by.
+//! Stopping rule of path-traced truths, and the choice of pixels precise enough to judge by.
 //!
 //! A path-traced truth has errors of its own. With a standard error of `e` and a tolerance of `τ`,
-//! an estimate that is within `τ` is judged rightly but where it is within about `2 e` of the
-//! border. Pixels with `e > τ/4` are left out, whatever they would say.
+//! the judgement of an estimate is right unless the estimate is within about `2 e` of the border.
+//! Pixels with `e > τ/4` are omitted, whatever their estimates.
 //!
 //! Held to this by `experiment::tests`.
 
@@ -10,15 +10,15 @@ use crate::film::{Film, Plane, Stop, planes};
 use crate::integrator::{ControlOptions, PathStop};
 use crate::report::Tolerance;
 
-/// Share of the tolerance that the standard error of the truth may have.
+/// Largest standard error of the truth, over the tolerance.
 const SHARE: f64 = 0.25;
 /// Confidence of an interval of one standard error.
 const ONE_SIGMA: f64 = 0.682_689_492;
-/// Paths from which a truth may be taken for converged: fewer may not have met what is rare.
+/// Fewest paths of a converged truth: fewer may not have met rare light.
 const FIRST_PATHS: u32 = 4096;
 
-/// When a pixel has paths enough for its truth to judge such a promise, `most` at most: at a
-/// standard error of a quarter of the tolerance.
+/// Returns the rule by which a pixel's truth is precise enough to judge a promise: a standard error
+/// of a quarter of the tolerance, with at most `most` paths.
 pub fn until_converged(promise: &ControlOptions, most: u32) -> PathStop {
     let options = ControlOptions {
         error: promise.error * SHARE,
@@ -29,8 +29,8 @@ pub fn until_converged(promise: &ControlOptions, most: u32) -> PathStop {
     PathStop::Until { options, first: FIRST_PATHS.min(most), most }
 }
 
-/// The film without the pixels whose standard error is above a quarter of the tolerance: they count
-/// as not rendered.
+/// Returns the film without the pixels whose standard error is above a quarter of the tolerance:
+/// they count as not rendered.
 ///
 /// # Panics
 /// If it is not a film of [`render`](crate::render) in luminance.

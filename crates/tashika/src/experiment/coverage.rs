@@ -1,8 +1,7 @@
-//! How often a method keeps to its tolerance and to its own intervals, measured on chosen pixels.
+//! Shares of chosen pixels within the tolerance of a method, and of intervals that hold.
 //!
 //! For each seed `s = 1, …, n` the method renders all pixels with seed `s`; gather points and VPLs,
-//! and with them the truth, stay the same. What comes of it is pooled over pixels and seeds
-//! ([`Pool`]).
+//! and with them the truth, stay the same. The results are pooled over pixels and seeds ([`Pool`]).
 //!
 //! # Guarantee
 //! The same numbers for any number of threads.
@@ -17,31 +16,31 @@ use crate::render::Progress;
 use crate::report::Tolerance;
 use crate::tree::LightSet;
 
-/// What methods are held against each other on.
+/// Common ground on which methods are compared.
 #[derive(Clone, Copy, Debug)]
 pub struct Ground<'a> {
-    /// The world and the gather points.
+    /// Scene, camera and gather points.
     pub setting: Setting<'a>,
-    /// The VPLs.
+    /// VPLs of the sum.
     pub lights: &'a LightSet,
-    /// The pixels.
+    /// Pixels on which methods are run.
     pub pixels: &'a Pixels,
-    /// Their exact sums.
+    /// Film of the exact sums of the pixels.
     pub reference: &'a Film,
-    /// Groups of them that are told of by themselves, too.
+    /// Groups of the pixels that have pools of their own.
     pub groups: &'a [Group],
 }
 
 /// One method with one setting.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
-    /// The method.
+    /// Method that the cell runs.
     pub method: SumMethod,
-    /// What it is told; the seed is replaced.
+    /// Options of the method; the seed is replaced.
     pub options: ControlOptions,
-    /// Relative tolerance by which it is judged.
+    /// Relative tolerance for judging the method.
     pub tolerance: f64,
-    /// Times that each pixel is rendered, with the seeds 1, 2, ….
+    /// Number of times that each pixel is rendered, with the seeds 1, 2, ….
     pub seeds: u64,
 }
 
@@ -68,31 +67,31 @@ impl Cell {
         cells
     }
 
-    /// What it is judged by.
+    /// Tolerance for judging the method.
     pub fn allowed(&self) -> Tolerance {
         Tolerance { relative: self.tolerance, absolute: self.options.absolute_error }
     }
 
-    /// The confidence that it is told, if it states an interval.
+    /// Confidence of the method, if it states an interval.
     pub fn confidence(&self) -> Option<f64> {
         self.method.states_interval().then_some(self.options.confidence)
     }
 }
 
-/// Whom a run tells of itself, and listens to.
+/// Callbacks of a run.
 #[derive(Clone, Copy)]
 pub struct Watch<'a> {
-    /// Called now and then, with trials for pixels.
+    /// Called now and then with the progress, which counts trials as pixels.
     pub progress: &'a (dyn Fn(&Progress) + Sync),
-    /// When it becomes true, nothing more is begun.
+    /// Cancels the run when it becomes true.
     pub cancel: &'a AtomicBool,
     /// Seconds since any moment.
     pub clock: &'a (dyn Fn() -> f64 + Sync),
 }
 
 impl Ground<'_> {
-    /// Runs all seeds of a cell: what they say together, first of all pixels, then of each group;
-    /// and the seconds that rendering took. Nothing if it was cancelled.
+    /// Runs all seeds of a cell. Returns the pool of all pixels, then that of each group; and the
+    /// seconds that rendering took. `None` if cancelled.
     ///
     /// # Errors
     /// As [`Pixels::render`] and [`Pool::add`].

@@ -3,7 +3,7 @@
 //! | by | groups |
 //! |---|---|
 //! | brightness | quarters of the pixels, by the luminance of their exact sums; black ones apart |
-//! | material | what the weight of a pixel's gather points lies on: diffuse surfaces, others, some of both, or nothing |
+//! | material | surfaces of a pixel's gather points: diffuse, others, both, or none |
 //!
 //! # Held to this by
 //! `experiment::tests`.
@@ -14,17 +14,17 @@ use crate::bsdf::Bsdf;
 use crate::film::{Film, Plane, RenderFilm, Stop, planes};
 use crate::integrator::Setting;
 
-/// What pixels are grouped by.
+/// Property by which pixels are grouped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Grouping {
-    /// How bright they are.
+    /// Luminance of their exact sums.
     Brightness,
-    /// What they show.
+    /// Materials of their gather points.
     Material,
 }
 
 impl Grouping {
-    /// All of them.
+    /// All groupings, by brightness and by material.
     pub const ALL: [Self; 2] = [Self::Brightness, Self::Material];
 }
 
@@ -37,19 +37,19 @@ impl fmt::Display for Grouping {
     }
 }
 
-/// Some of the pixels.
+/// Some of the pixels, with a common property.
 #[derive(Clone, Debug)]
 pub struct Group {
-    /// What they have in common.
+    /// Name of the common property.
     pub name: &'static str,
-    /// How many.
+    /// Number of pixels in the group.
     pub pixels: u64,
-    /// Their exact sums; other pixels count as not rendered.
+    /// Film of their exact sums; other pixels count as not rendered.
     pub reference: Film,
 }
 
 impl Grouping {
-    /// The groups of the pixels of a reference that have any, in order.
+    /// Returns the non-empty groups of the pixels of a reference, in order.
     ///
     /// # Panics
     /// If the film is not of [`render`](crate::render).

@@ -1,23 +1,23 @@
-//! Experiments: methods held against the exact sum of chosen pixels.
+//! Experiments: methods compared with the exact sum of chosen pixels.
 //!
 //! The truth of every experiment is `L = B + Σ_j Σ_i w_j M_ji G_ji V_ji I_i` of one pixel: one
-//! given set of VPLs and one given set of gather points. It does not depend on a method's seed, so
-//! that it is computed once ([`Pixels::render`] with the exact integrator) and the methods are run
-//! against it as often as is asked for.
+//! given set of VPLs and one given set of gather points. It does not depend on a method's seed. So
+//! it is computed once ([`Pixels::render`] with the exact integrator), and any number of methods
+//! are compared with it.
 //!
 //! * [`Pixels`]: all of a window, or some of it at random.
 //! * [`Ground`]: setting, lights, pixels and their truth; it runs a [`Cell`], one method with one
 //!   setting and several seeds.
-//! * [`Group`]: pixels that have something in common, judged by themselves.
-//! * [`converged()`]: which pixels of a path-traced truth can be judged by, where the truth is
-//!   light transport.
-//! * [`OtherSet`]: by how much another set of VPLs would change a picture.
-//! * [`Pool`]: what all seeds and pixels say together.
-//! * [`Row`]: the same as it is written down, and [`Table`] as it is shown.
-//! * [`Search`]: the setting at which a method just does what is asked of it.
+//! * [`Group`]: pixels with a common property, judged by themselves.
+//! * [`converged()`]: the pixels of a path-traced truth that are precise enough to judge by, where
+//!   the truth is light transport.
+//! * [`OtherSet`]: differences between a picture and one by another set of VPLs.
+//! * [`Pool`]: results of all seeds and pixels together.
+//! * [`Row`]: the stored form of a pool, and [`Table`] the shown one.
+//! * [`Search`]: the setting at which a method just reaches a goal.
 //!
-//! Seconds are told by a clock of the caller's, since the library reads none; no other number
-//! depends on it.
+//! Seconds come from a clock of the caller, since the library reads none; no other number depends
+//! on that clock.
 //!
 //! # Held to this by
 //! `experiment::tests`.

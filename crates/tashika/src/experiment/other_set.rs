@@ -1,5 +1,5 @@
-//! What one set of VPLs is worth: by how much another, traced with another seed, would change the
-//! picture.
+//! Effect of the choice of one set of VPLs: differences to pixels by another set, traced with
+//! another seed.
 
 use std::sync::atomic::AtomicBool;
 
@@ -16,25 +16,25 @@ use crate::vpl::{VplOptions, VplSet};
 
 /// Pixels that are rendered with the other set.
 const PIXELS: u64 = 64;
-/// Of the seed of these pixels.
+/// Offset of the seed of these pixels.
 const SEED: u64 = 0x07e5;
 
-/// How pixels at random differ between two sets.
+/// Differences of random pixels between two sets.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct OtherSet {
-    /// How many pixels were held against each other.
+    /// Number of pixels that were compared.
     pub pixels: u64,
-    /// Median of their relative differences.
+    /// Median of the relative differences.
     pub median: f64,
-    /// What one in ten of them exceeds.
+    /// Relative difference that one in ten pixels exceeds.
     pub one_in_ten: f64,
 }
 
 impl OtherSet {
-    /// Renders pixels at random of a finished film with as many VPLs by another seed; none if
+    /// Renders random pixels of a finished film with as many VPLs by another seed; `None` if
     /// cancelled.
     ///
-    /// * `method`, `options`: the film's; `lights`: how its VPLs were traced.
+    /// * `method`, `options`: the film's; `lights`: options by which its VPLs were traced.
     ///
     /// # Errors
     /// Options out of range.
@@ -60,7 +60,7 @@ impl OtherSet {
         Ok(Some(Self { pixels: pool.trials(), median: pool.quantile(50), one_in_ten: pool.quantile(90) }))
     }
 
-    /// The same for people.
+    /// Description for people.
     pub fn words(&self) -> String {
         let [median, one_in_ten] = [self.median, self.one_in_ten].map(percent_of_error);
         format!(

@@ -1,13 +1,13 @@
-//! An experiment on one sheet: what was run, the images of all methods, the table, plots.
+//! An experiment on one page: its settings, the images of all methods, the table, plots.
 
 use super::{Row, Table};
 use crate::report::{Images, Measured, Page, Plot, Shown, count, percent_of_error, percent_of_tolerance};
 
-/// The page of an experiment.
+/// Returns the page of an experiment.
 ///
 /// * `above`, `below`: sentences about the rows.
-/// * `images`: one a method, with its reference, all of the same window; none where only some
-///   pixels were rendered.
+/// * `images`: one for each method, with its reference, all of the same window; none where only
+///   some pixels were rendered.
 pub fn page<'a>(
     title: &str,
     above: Vec<String>,
@@ -27,8 +27,8 @@ pub fn page<'a>(
     page
 }
 
-/// What can be seen of the rows: shares against errors, claims against what they promise, quality
-/// against cost, cost against size.
+/// Returns plots of the rows: shares against errors, claims against promises, quality against cost,
+/// cost against size.
 pub fn plots(rows: &[Row]) -> Vec<Plot> {
     let mut plots = Vec::new();
     let whole: Vec<&Row> = rows.iter().filter(|row| row.group.is_none()).collect();

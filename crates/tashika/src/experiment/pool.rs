@@ -1,4 +1,4 @@
-//! What several seeds say of the same pixels, together.
+//! Results of several seeds for the same pixels, together.
 //!
 //! A trial is one pixel with one seed. Of all trials of a pool, with the error
 //! `e = |L − L_r| / L_r` of the luminance:
@@ -14,8 +14,8 @@
 //! # Assumption
 //! The interval takes trials for independent. With one seed it is about the image from which the
 //! pixels were drawn. With more seeds it is about *these pixels*: their trials are independent, and
-//! that some are harder than others only makes the interval too wide; but the pixels not chosen may
-//! be other than these, by about what a pool of one seed says.
+//! different difficulties only make the interval too wide. The other pixels of the image may differ
+//! from these by about as much as the interval of a pool of one seed shows.
 //!
 //! # Held to this by
 //! `experiment::tests`.
@@ -27,28 +27,28 @@ use crate::film::{Film, RenderFilm, Stop, keys};
 use crate::report::{Claims, Comparison, Named, Tolerance, compare};
 use crate::stats::{Interval, clopper_pearson};
 
-/// Trials that did, of those that could.
+/// Number of trials with a property, among those that could have it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Share {
-    /// How many did.
+    /// Number of trials with the property.
     pub count: u64,
-    /// How many could.
+    /// Number of trials that could have the property.
     pub of: u64,
 }
 
 impl Share {
-    /// The share; none if there were no trials.
+    /// Share of the trials; `None` without trials.
     pub fn value(&self) -> Option<f64> {
         (self.of > 0).then(|| self.count as f64 / self.of as f64)
     }
 
-    /// Clopper–Pearson interval at [`Claims::CONFIDENCE`].
+    /// Clopper–Pearson interval of the share at [`Claims::CONFIDENCE`].
     pub fn interval(&self) -> Interval {
         clopper_pearson(self.count, self.of, Claims::CONFIDENCE)
     }
 }
 
-/// Trials, and what became of them.
+/// Trials of a cell, with their errors, claims and costs.
 #[derive(Clone, Debug)]
 pub struct Pool {
     tolerance: Tolerance,
@@ -61,7 +61,7 @@ pub struct Pool {
 }
 
 impl Pool {
-    /// A pool without trials, for that tolerance.
+    /// Returns a pool without trials, for a tolerance.
     pub fn new(tolerance: Tolerance) -> Self {
         let none = Share { count: 0, of: 0 };
         Self {
@@ -75,7 +75,7 @@ impl Pool {
         }
     }
 
-    /// Adds the pixels that both films hold; returns how they compare.
+    /// Adds the pixels that both films have. Returns their comparison.
     ///
     /// # Errors
     /// As [`compare`](crate::report::compare()).
@@ -107,12 +107,12 @@ impl Pool {
         Ok(comparison)
     }
 
-    /// How many trials there are.
+    /// Number of trials: pixels times seeds.
     pub fn trials(&self) -> u64 {
         self.errors.len() as u64
     }
 
-    /// Trials within the tolerance.
+    /// Number of trials within the tolerance, of all trials.
     pub fn within(&self) -> Share {
         let count = self.errors.iter().filter(|error| **error <= self.tolerance.relative).count() as u64;
         Share { count, of: self.trials() }

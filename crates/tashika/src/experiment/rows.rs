@@ -1,55 +1,55 @@
-//! What is written down of one cell of an experiment.
+//! Stored results of one cell of an experiment.
 
 use serde::Serialize;
 
 use super::{Cell, Pool};
 
-/// What a cell was run on.
+/// Scene, sum and pixels that a cell was run on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Subject {
-    /// Name of the scene.
+    /// Name of the scene that was rendered.
     pub scene: String,
-    /// VPLs.
+    /// Number of VPLs in the sum.
     pub vpls: u64,
-    /// Gather points a pixel.
+    /// Number of gather points a pixel.
     pub gather: u32,
-    /// Pixels that were held against their exact sums.
+    /// Number of pixels compared with their exact sums.
     pub pixels: u64,
-    /// What they have in common, if they are not all.
+    /// Common property of the pixels, if they are not all.
     pub group: Option<&'static str>,
 }
 
-/// One row. Shares are in 0 to 1, errors relative; infinite errors become `null` in JSON. All
-/// counts and means are over the trials: `pixels` times `seeds`.
+/// Results of one cell. Shares are in 0 to 1, errors relative; infinite errors become `null` in
+/// JSON. All counts and means are over the trials: `pixels` times `seeds`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
-    /// Method.
+    /// Name of the method that was run.
     pub method: &'static str,
-    /// Name of the scene.
+    /// Name of the scene that was rendered.
     pub scene: String,
-    /// What the pixels have in common, if they are not all.
+    /// Common property of the pixels, if they are not all.
     pub group: Option<&'static str>,
-    /// VPLs.
+    /// Number of VPLs in the sum.
     pub vpls: u64,
-    /// Gather points a pixel.
+    /// Number of gather points a pixel.
     pub gather: u32,
-    /// Tolerance by which it is judged.
+    /// Relative tolerance for judging the method.
     pub error: f64,
-    /// Error that the method was told.
+    /// Relative error that the method received.
     pub method_error: f64,
-    /// Confidence that the method was told, if it states an interval.
+    /// Confidence that the method received, if it states an interval.
     pub confidence: Option<f64>,
-    /// Largest cut that the method was told, if not its own default.
+    /// Largest cut that the method received, if not its own default.
     pub max_pairs: Option<u64>,
-    /// Pixels.
+    /// Number of pixels that were compared.
     pub pixels: u64,
-    /// Times that each was rendered.
+    /// Number of times that each pixel was rendered.
     pub seeds: u64,
     /// Share of the trials within the tolerance.
     pub within_tolerance: f64,
     /// Lower end of its Clopper–Pearson interval at 95 %.
     pub low: f64,
-    /// Upper end.
+    /// Upper end of that interval.
     pub high: f64,
     /// Mean of the finite errors.
     pub mean: f64,
@@ -57,40 +57,40 @@ pub struct Row {
     pub median: f64,
     /// Error that 95 % of the trials do not exceed.
     pub p95: f64,
-    /// Largest error.
+    /// Largest error of a trial.
     pub worst: f64,
-    /// Trials that claimed an interval.
+    /// Number of trials that claimed an interval.
     pub claims: u64,
-    /// Share of the claims whose interval holds the exact sum; none if nothing was claimed.
+    /// Share of the claims whose interval covers the exact sum; `None` without claims.
     pub claims_kept: Option<f64>,
     /// Lower end of its Clopper–Pearson interval at 95 %.
     pub claims_low: Option<f64>,
-    /// Upper end.
+    /// Upper end of that interval.
     pub claims_high: Option<f64>,
-    /// Trials that ran out of budget.
+    /// Number of trials that ran out of budget.
     pub budget_hit: u64,
     /// Mean number of rays of a trial.
     pub rays_per_pixel: f64,
     /// Mean number of pairs of a trial.
     pub pairs_per_pixel: f64,
-    /// Seconds that the method took for everything that it rendered.
+    /// Seconds that the method took for all of its renders.
     pub seconds: f64,
 }
 
-/// What was run, and what it was told.
+/// Method of a run, with its options.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Told {
-    /// Name of the method.
+    /// Name of the method that was run.
     pub method: &'static str,
-    /// Tolerance by which it is judged.
+    /// Relative tolerance for judging the method.
     pub tolerance: f64,
-    /// Error that it was told.
+    /// Relative error that the method received.
     pub error: f64,
-    /// Confidence that it was told, if it states an interval.
+    /// Confidence that the method received, if it states an interval.
     pub confidence: Option<f64>,
-    /// Largest cut that it was told.
+    /// Largest cut that the method received.
     pub max_pairs: Option<u64>,
-    /// Times that each pixel was rendered.
+    /// Number of times that each pixel was rendered.
     pub seeds: u64,
 }
 
@@ -108,7 +108,7 @@ impl From<&Cell> for Told {
 }
 
 impl Row {
-    /// The row of what was run on that subject, in so many seconds.
+    /// Returns the row of a run on a subject, which took `seconds`.
     pub fn new(subject: &Subject, told: Told, pool: &Pool, seconds: f64) -> Self {
         let (within, claims) = (pool.within(), pool.claims());
         let claimed = (claims.of > 0).then(|| claims.interval());

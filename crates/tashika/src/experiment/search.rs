@@ -1,21 +1,21 @@
-//! The largest setting with which a method still does what is asked of it.
+//! Search for the largest setting with which a method reaches a goal.
 //!
-//! What is asked: that a share of the pixels is within the tolerance. The setting is the error `ε`
-//! that the method is told. The search begins with the tolerance itself, doubles `ε` while that
-//! succeeds or halves it until it does, and then bisects:
+//! The goal is a share of the pixels within the tolerance. The setting is the error `ε` that the
+//! method receives. The search begins with the tolerance itself, doubles `ε` while that succeeds or
+//! halves it until it does, and then bisects:
 //!
 //! ```text
 //! ε = √(ε_reached · ε_missed)          until ε_missed ≤ 1.1 ε_reached
 //! ```
 //!
 //! # Assumption
-//! A smaller `ε` does better. Where that holds only about, what is found is *a* setting that did
-//! it, beside a larger one that did not.
+//! A smaller `ε` does better. Where that holds only approximately, the result is *a* setting that
+//! succeeded, close to a larger one that failed.
 //!
 //! # Held to this by
 //! `experiment::tests`.
 
-/// A search that is told of each trial how it went.
+/// A search that receives the outcome of each trial.
 #[derive(Clone, Debug)]
 pub struct Search {
     start: f64,
@@ -29,16 +29,16 @@ const CLOSE: f64 = 1.1;
 const MOST_HALVINGS: i32 = 10;
 
 impl Search {
-    /// A search that begins with that setting, above 0 and at most 1.
+    /// Returns a search that begins with the given setting, above 0 and at most 1.
     pub fn new(start: f64) -> Self {
         Self { start, reached: None, missed: None }
     }
 
-    /// The setting to try next; none if the search has ended.
+    /// Next setting to try; `None` if the search has ended.
     pub fn next_trial(&self) -> Option<f64> {
         match (self.reached, self.missed) {
             (None, None) => Some(self.start),
-            // 1 is all that a method can be told.
+            // 1 is the largest error that a method takes.
             (Some(reached), None) => (reached < 1.0).then(|| (2.0 * reached).min(1.0)),
             (None, Some(missed)) => {
                 let least = self.start / f64::from(1 << MOST_HALVINGS);
@@ -48,12 +48,12 @@ impl Search {
         }
     }
 
-    /// Tells how the trial of that setting went.
+    /// Records whether a setting reached the goal.
     pub fn tell(&mut self, setting: f64, reached: bool) {
         *if reached { &mut self.reached } else { &mut self.missed } = Some(setting);
     }
 
-    /// The largest setting known to do what is asked.
+    /// Largest setting known to reach the goal.
     pub fn found(&self) -> Option<f64> {
         self.reached
     }

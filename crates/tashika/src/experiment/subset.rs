@@ -1,8 +1,8 @@
-//! Which pixels an experiment looks at.
+//! Choice of the pixels of an experiment.
 //!
-//! `n` of the `N` pixels of a window, every subset of that size equally probable. Pixels are gone
-//! through row by row, and each is taken with the probability that what is left of the quota gives
-//! it (selection sampling):
+//! `n` of the `N` pixels of a window, every subset of that size equally probable. Pixels are
+//! visited row by row, and each is taken with the probability that the rest of the quota requires
+//! (selection sampling):
 //!
 //! ```text
 //! P(pixel t is taken) = (n − taken)/(N − t)        t = 0, 1, …, N − 1
@@ -22,13 +22,13 @@ use crate::integrator::{Integrator, Setting};
 use crate::render::{Progress, RenderOptions, Rendered, TileShare, render, render_pixels};
 use crate::rng::{Purpose, Stream};
 
-/// Tells this choice from others that are made with the same seed.
+/// Key that separates this choice from others with the same seed.
 const STREAM: u64 = 1;
 
-/// `count` different pixels of the window at random, row by row, in coordinates of the full image.
+/// Draws `count` different pixels of the window, row by row, in coordinates of the full image.
 ///
 /// # Errors
-/// [`Error::Option`] naming `pixels` if there are not that many, or none is asked for.
+/// [`Error::Option`] naming `pixels` if there are not that many, or `count` is zero.
 pub fn subset(count: u64, window: &Window, seed: u64) -> Result<Vec<[u32; 2]>> {
     let of = window.area();
     if count == 0 || count > of {
@@ -53,12 +53,12 @@ pub fn subset(count: u64, window: &Window, seed: u64) -> Result<Vec<[u32; 2]>> {
 pub enum Pixels {
     /// Every pixel of a window.
     All(Window),
-    /// These, each once.
+    /// Some pixels, each once.
     Chosen(Vec<[u32; 2]>),
 }
 
 impl Pixels {
-    /// That many of the window at random, or all of them.
+    /// Returns `count` random pixels of the window, or all of them.
     ///
     /// # Errors
     /// As [`subset()`].
@@ -69,7 +69,7 @@ impl Pixels {
         })
     }
 
-    /// How many.
+    /// Number of pixels to render.
     pub fn count(&self) -> u64 {
         match self {
             Self::All(window) => window.area(),
@@ -77,7 +77,7 @@ impl Pixels {
         }
     }
 
-    /// Renders them; `progress` and `cancel` as in [`render`].
+    /// Renders the pixels; `progress` and `cancel` as in [`render`].
     ///
     /// # Errors
     /// As [`render`] and [`render_pixels`].

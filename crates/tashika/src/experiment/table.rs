@@ -5,47 +5,47 @@ use std::fmt::Write;
 use super::Row;
 use crate::report::{Sheet, count, percent_of_error, percent_of_share, percent_of_tolerance};
 
-/// What a column tells.
+/// Quantity that a column shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Column {
-    /// Method.
+    /// Name of the method that was run.
     Method,
-    /// Which of the pixels.
+    /// Group of the pixels, or "all".
     Group,
-    /// How many trials.
+    /// Number of trials: pixels times seeds.
     Trials,
-    /// VPLs.
+    /// Number of VPLs in the sum.
     Vpls,
-    /// Gather points a pixel.
+    /// Number of gather points a pixel.
     Gather,
-    /// Tolerance.
+    /// Relative tolerance for judging the method.
     Error,
-    /// Error that the method was told.
+    /// Relative error that the method received.
     MethodError,
-    /// Confidence that the method was told.
+    /// Confidence that the method received.
     Confidence,
     /// Share of the trials within the tolerance, with its interval.
     Within,
-    /// Share of the claims that were kept, with its interval.
+    /// Share of the claims that cover the truth, with its interval.
     Claims,
-    /// Median error.
+    /// Median of the relative errors.
     Median,
-    /// Error that 95 % do not exceed.
+    /// Relative error that 95 % of the trials do not exceed.
     P95,
-    /// Largest error.
+    /// Largest relative error of a trial.
     Worst,
     /// Share of the trials that ran out of budget.
     Budget,
-    /// Rays a pixel.
+    /// Mean number of rays a pixel.
     Rays,
-    /// Pairs a pixel.
+    /// Mean number of pairs a pixel.
     Pairs,
-    /// Seconds.
+    /// Seconds of the whole cell.
     Seconds,
 }
 
 impl Column {
-    /// What stands above it.
+    /// Text of the column's head.
     fn head(self) -> &'static str {
         match self {
             Self::Method => "method",
@@ -68,7 +68,7 @@ impl Column {
         }
     }
 
-    /// What a row says.
+    /// Text of a row in the column.
     fn cell(self, row: &Row) -> String {
         match self {
             Self::Method => row.method.to_owned(),
@@ -115,14 +115,14 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table of these columns.
+    /// Returns a table of the given columns.
     pub fn new(rows: &[Row], columns: &[Column]) -> Self {
         let head = columns.iter().map(|column| column.head().to_owned()).collect();
         let cells = rows.iter().map(|row| columns.iter().map(|column| column.cell(row)).collect());
         Self { lines: std::iter::once(head).chain(cells).collect() }
     }
 
-    /// As Markdown: the first column to the left, numbers to the right.
+    /// Table as Markdown: the first column to the left, numbers to the right.
     pub fn markdown(&self) -> String {
         let columns = self.lines[0].len();
         let width = |column: usize| {
@@ -147,7 +147,7 @@ impl Table {
         out
     }
 
-    /// For a page.
+    /// Table for a page.
     pub fn sheet(&self) -> Sheet {
         Sheet { head: self.lines[0].clone(), lines: self.lines[1..].to_vec() }
     }

@@ -62,7 +62,7 @@ const fn plane(name: &'static str, channels: &'static [&'static str], kind: Samp
     PlaneSpec { name, channels, unit: "1", kind, doc: "" }
 }
 
-/// What a pool looks at.
+/// Planes that a pool reads.
 const SPECS: &[PlaneSpec] = &[
     plane("", &["R", "G", "B"], SampleKind::F32),
     plane("half_width", &["Y"], SampleKind::F32),
@@ -93,14 +93,14 @@ fn film(pixels: &[Made]) -> Film {
 #[test]
 fn trials_of_all_seeds_are_pooled() {
     let reference = film(&[(1.0, 0.0, 1, 1, 9.0, 9.0); 4]);
-    // By pixel: off by 1 % and kept; off by 3 %, not kept; out of budget; not rendered.
+    // By pixel: off by 1 % and covered; off by 3 %, not covered; out of budget; not rendered.
     let first = film(&[
         (1.01, 0.02, 2, 3, 10.0, 5.0),
         (0.97, 0.02, 2, 3, 20.0, 7.0),
         (2.0, 0.0, 0, 4, 30.0, 9.0),
         (0.0, 0.0, 0, 0, 0.0, 0.0),
     ]);
-    // Exact; off by 2.5 % and kept; not finite; off by 1.5 % and kept.
+    // Exact; off by 2.5 % and covered; not finite; off by 1.5 % and covered.
     let second = film(&[
         (1.0, 0.0, 2, 1, 2.0, 1.0),
         (1.025, 0.03, 2, 3, 4.0, 2.0),
@@ -163,7 +163,7 @@ fn methods_without_intervals_have_no_confidence() {
 }
 
 /// The tiny scene, with few lights and a loose tolerance, so that single methods are quick and miss
-/// it now and then.
+/// the tolerance now and then.
 fn on_ground<T>(pixels: &Pixels, work: impl FnOnce(&Ground<'_>) -> T) -> T {
     let tracer = Tracer::new(Arc::new(builtin::tiny()));
     let lights = VplOptions { count: 300, ..VplOptions::default() };
@@ -185,7 +185,7 @@ fn a_cell_is_what_its_renders_are() {
         let options = ControlOptions { error: 0.2, confidence: 0.5, ..ControlOptions::default() };
         let cell = Cell { method: SumMethod::Iwasaki2019, options, tolerance: 0.05, seeds: 2 };
         let told = std::sync::Mutex::new(Progress::default());
-        // A clock that moves on by a second whenever it is looked at.
+        // A clock that advances by a second at each reading.
         let looks = AtomicU32::new(0);
         let watch = Watch {
             progress: &|p| *told.lock().unwrap() = *p,
@@ -241,8 +241,8 @@ fn the_exact_method_is_always_within() {
     });
 }
 
-/// The share of trials within, of all pixels and of each group, for pixels of a box that the sky
-/// shows around.
+/// Share of the trials within, of all pixels and of each group, for pixels of a box surrounded by
+/// sky.
 #[test]
 fn groups_hold_every_pixel_once_and_are_judged_by_themselves() {
     let all = Pixels::of(Window::full([24, 16]), None, 5).unwrap();
@@ -268,7 +268,7 @@ fn groups_hold_every_pixel_once_and_are_judged_by_themselves() {
     });
 }
 
-/// Runs a search for a method that does it up to `limit`; what was found, and the settings that
+/// Searches with a method that succeeds up to `limit`. Returns the result, and the settings that
 /// were tried.
 fn searched(start: f64, limit: f64) -> (Option<f64>, Vec<f64>) {
     let (mut search, mut tried) = (Search::new(start), Vec::new());

@@ -1,4 +1,4 @@
-//! Finished tiles that a render keeps in a checkpoint while it goes on, if it is to keep them.
+//! Finished tiles that a render stores in a checkpoint while it goes on, if requested.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -8,8 +8,8 @@ use crate::error::Result;
 use crate::film::Film;
 use crate::render::{Begun, Finished};
 
-/// A checkpoint that need not be there: without a path, or after a file that took no more, nothing
-/// is kept and the render goes on.
+/// An optional checkpoint. Without a path, or after a failed write, no tiles are stored and the
+/// render goes on.
 #[derive(Debug, Default)]
 pub struct KeptTiles {
     path: Option<PathBuf>,
@@ -17,18 +17,18 @@ pub struct KeptTiles {
 }
 
 impl KeptTiles {
-    /// Keeps tiles in that file, or none.
+    /// Stores tiles in the file at `path`, or nowhere without one.
     pub fn new(path: Option<PathBuf>) -> Self {
         Self { path, checkpoint: Mutex::default() }
     }
 
-    /// The file.
+    /// Path of the checkpoint's file, if any.
     pub fn path(&self) -> Option<&Path> {
         self.path.as_deref()
     }
 
-    /// Opens the checkpoint of the render that begins with this film: what the render goes on from,
-    /// and what was wrong with the rest of the file.
+    /// Opens the checkpoint of the render that begins with this film. Returns the finished tiles
+    /// from which the render goes on, and a description of any damage to the rest of the file.
     ///
     /// # Errors
     /// As [`Checkpoint::open`].
@@ -39,10 +39,11 @@ impl KeptTiles {
         Ok((Begun { film: resumed.film, tiles: resumed.tiles }, resumed.damage))
     }
 
-    /// Keeps a finished tile.
+    /// Stores a finished tile.
     ///
     /// # Errors
-    /// As [`Checkpoint::add`], once: from then on nothing is kept, and what was stays.
+    /// As [`Checkpoint::add`], once: after an error no tiles are stored, and those in the file
+    /// stay.
     pub fn add(&self, done: &Finished<'_>) -> Result<()> {
         let mut checkpoint = self.checkpoint.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(Err(trouble)) = checkpoint.as_mut().map(|c| c.add(done.film, done.tile)) else {
@@ -52,7 +53,7 @@ impl KeptTiles {
         Err(trouble)
     }
 
-    /// Whether tiles are being kept.
+    /// Returns true if tiles are being stored.
     pub fn is_open(&self) -> bool {
         self.checkpoint.lock().unwrap_or_else(PoisonError::into_inner).is_some()
     }

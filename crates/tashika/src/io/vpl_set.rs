@@ -4,7 +4,7 @@
 //! provenance as JSON, number of VPLs (u64), then 48 bytes each, instant by instant: position,
 //! direction, intensity (3 × f32), kind (u32: 0 omni, 1 oriented, 2 spot, 3 directional, 4, 5 and 7
 //! spots with other fall-offs, 6 image, 8 in a medium), cosines of the inner and outer cone (f32,
-//! zero unless spot; of an image the number of its map as u32, and the cosine; in a medium the
+//! zero unless spot; for an image the number of its map as u32, and the cosine; in a medium the
 //! asymmetry of its phase function, and zero). The maps are those of the scene: a set belongs to
 //! the scene in which it was traced. Positions are in the coordinates of the scene's file less
 //! `origin` of the provenance, three numbers (m) that default to zero. The length must be exact.
@@ -27,13 +27,13 @@ use crate::scene::{Beam, Falloff, FalloffShape};
 use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
 
 const MAGIC: &[u8; 8] = b"TASHIKAV";
-/// Of sets of one instant, and of others.
+/// Versions of sets with one instant, and with several.
 const VERSIONS: [u32; 2] = [1, 2];
 const RECORD: usize = 48;
 /// Longest provenance that is read (bytes).
 const MAX_PROVENANCE: u32 = 1 << 20;
 
-/// The provenance as it is written.
+/// Provenance as stored in the file.
 #[derive(Serialize, Deserialize)]
 struct Head {
     #[serde(flatten)]
@@ -73,8 +73,8 @@ pub fn save_vpls(path: &Path, set: &VplSet) -> Result<()> {
 /// Reads a VPL set.
 ///
 /// # Errors
-/// [`Error::Io`] if the file cannot be read, [`Error::Invalid`] if it is not a VPL set, of another version, cut off, or holds
-/// numbers that no VPL has.
+/// [`Error::Io`] if the file cannot be read; [`Error::Invalid`] if it is not a VPL set, has another
+/// version, is truncated, or holds numbers that no VPL has.
 pub fn load_vpls(path: &Path) -> Result<VplSet> {
     let io = |e| Error::io(path, e);
     let file = File::open(path).map_err(io)?;
@@ -163,7 +163,7 @@ pub fn load_vpls(path: &Path) -> Result<VplSet> {
 const SPOT_SHAPES: [FalloffShape; 4] =
     [FalloffShape::Squared, FalloffShape::Smoothstep, FalloffShape::LinearInAngle, FalloffShape::Fourth];
 
-/// The kind of a record of a spot light.
+/// Kind of the record of a spot light.
 fn spot_code(shape: FalloffShape) -> u32 {
     match shape {
         FalloffShape::Squared => 2,
@@ -178,7 +178,7 @@ fn record(l: &Vpl) -> [u8; RECORD] {
         VplKind::Omni => (0u32, 0.0, 0.0),
         VplKind::Oriented => (1, 0.0, 0.0),
         VplKind::Spot(f) => (spot_code(f.shape), f.cos_inner, f.cos_outer),
-        // The bits of the number, as they are.
+        // Bits of the number of the map, unchanged.
         VplKind::Image(beam) => (6, f32::from_bits(beam.map), beam.cos_outer),
         VplKind::Directional => (3, 0.0f32, 0.0f32),
         VplKind::Volume(phase) => (8, phase.asymmetry, 0.0),
@@ -301,8 +301,8 @@ mod tests {
             let mut bytes = whole.clone();
             bytes[i] ^= 0xff;
             std::fs::write(&path, &bytes).unwrap();
-            // Some bytes may hold any value; what must not happen is a panic or a number that is
-            // not finite.
+            // Some bytes may hold any value; only a panic, or a number that is not finite, is a
+            // fault.
             if let Ok(set) = load_vpls(&path) {
                 assert!(
                     set.lights().iter().all(|l| l.position.is_finite() && l.intensity.is_valid()),

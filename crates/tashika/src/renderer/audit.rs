@@ -1,4 +1,4 @@
-//! The audit of a render: the truth of pixels at random, and how many are within the tolerance.
+//! Audit of a render: the truth of random pixels, and the number of pixels within the tolerance.
 
 use serde::Serialize;
 
@@ -9,37 +9,37 @@ use crate::film::{Film, Metadata, keys};
 use crate::integrator::{ControlOptions, Integrator, Setting};
 use crate::report::{Claims, Tolerance};
 
-/// What an audit found.
+/// Result of an audit of random pixels.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Audit {
-    /// Pixels within the tolerance.
+    /// Number of audited pixels within the tolerance.
     pub within: u64,
-    /// The same, by its name in earlier versions.
+    /// Equal to `within`: its name in earlier versions.
     pub kept: u64,
-    /// Pixels that were looked at.
+    /// Number of pixels that were audited.
     pub of: u64,
-    /// Lower end of the Clopper–Pearson interval of the share.
+    /// Lower end of the Clopper–Pearson interval of the share within the tolerance.
     pub low: f64,
-    /// Upper end.
+    /// Upper end of that interval.
     pub high: f64,
-    /// Confidence of that interval.
+    /// Confidence of that Clopper–Pearson interval.
     pub confidence: f64,
     /// Largest relative error found; none if infinite.
     pub worst: f64,
-    /// Of the pixels that were looked at, those that claim something within their budget.
+    /// Number of audited pixels that claim something within their budget.
     pub claiming: u64,
-    /// Of these, pixels within the tolerance.
+    /// Number of claiming pixels within the tolerance.
     pub claiming_within: u64,
-    /// Whether these are fewer than the confidence of the claims allows: the whole interval of
-    /// their share is below it. Where nothing is claimed, nothing is contradicted.
+    /// True if the claiming pixels within the tolerance are fewer than the confidence of the claims
+    /// allows: the whole interval of their share is below it. False if nothing is claimed.
     pub contradicts: bool,
 }
 
 impl Audit {
-    /// Paths at which the truth of a pixel is given up.
+    /// Number of paths after which the truth of a pixel is given up.
     pub const MOST_PATHS: u32 = 1 << 20;
 
-    /// Writes into a film's metadata what was found.
+    /// Writes the result to a film's metadata.
     pub fn describe(&self, metadata: &mut Metadata) {
         metadata.set(keys::AUDIT_WITHIN, self.within);
         metadata.set(keys::AUDIT_KEPT, self.within);
@@ -47,7 +47,7 @@ impl Audit {
     }
 }
 
-/// Audits `count` pixels; none if cancelled.
+/// Audits `count` pixels; `None` if cancelled.
 pub(super) fn of(
     film: &Film,
     count: u64,
@@ -56,9 +56,9 @@ pub(super) fn of(
     promise: &ControlOptions,
     observer: &dyn Observer,
 ) -> Result<Option<Audit>> {
-    // Of a small image all pixels are enough: a refusal would come after the work.
+    // For a small image all pixels are enough: a refusal would come after the work.
     let count = count.min(film.window().area());
-    // Pixels are drawn apart from anything that the render has drawn.
+    // The draw of the pixels is independent of all random numbers of the render.
     let pixels = Pixels::of(film.window(), Some(count), promise.seed.wrapping_add(0x5eed))?;
     let phase = Phase::Audit { by: truth.name(), pixels: pixels.count() };
     let known = during(observer, phase, || {

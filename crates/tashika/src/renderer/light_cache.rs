@@ -1,4 +1,4 @@
-//! Guided VPLs that are kept for the next render of the same view.
+//! Guided VPLs that are stored for the next render of the same view.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -8,8 +8,8 @@ use crate::integrator::{GuidedLights, Truth};
 use crate::scene::Camera;
 use crate::vpl::VplOptions;
 
-/// The guided VPLs of the last render: the next with the same options, truth, camera, size and
-/// filter has them without tracing, to the same bits. For one scene only.
+/// Guided VPLs of the last render. The next render with the same options, truth, camera, size and
+/// filter uses them without tracing, to the same bits. For one scene only.
 #[derive(Debug, Default)]
 pub struct LightCache(Mutex<Option<Traced>>);
 
@@ -19,11 +19,11 @@ struct Traced {
     lights: Arc<GuidedLights>,
 }
 
-/// Everything that guided VPLs are a function of, beyond the scene.
+/// All inputs of guided VPLs, except for the scene.
 type Key = (VplOptions, Truth, Camera, [u32; 2], Filter);
 
 impl LightCache {
-    /// The lights that are kept for this, or those that `trace` gives.
+    /// Returns the stored lights for these inputs, or those of `trace`.
     pub(super) fn lights(
         &self,
         options: &VplOptions,

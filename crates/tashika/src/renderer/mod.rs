@@ -1,8 +1,8 @@
-//! From a scene and a request to a film, and what can be said about it: the one pipeline.
+//! The pipeline from a scene and a request to a film, and to judgements of that film.
 //!
-//! [`Renderer`] takes what is asked for, [`Renderer::prepare`] traces the lights of one view,
-//! [`Prepared`] renders them and judges what was rendered. Program, Python package, experiments and
-//! benchmarks translate into this and do nothing of it themselves.
+//! [`Renderer`] holds the request, [`Renderer::prepare`] traces the lights of one view, and
+//! [`Prepared`] renders the view and judges the film. The program, the Python package, experiments
+//! and benchmarks translate into these calls and do none of the work themselves.
 //!
 //! ```text
 //! Renderer ── prepare ─► Prepared ── render ─► Rendered { film, totals }
@@ -52,10 +52,10 @@ use crate::scene::{Camera, LightGrouping, LightGroups, Scene};
 use crate::tree::LightSet;
 use crate::vpl::{Clamp, VplSet};
 
-/// A scene, and what is asked for.
+/// A scene, and the options of its render.
 ///
-/// What is not said is the default of [`Request`]: light transport by our own method, without an
-/// error, as a picture in minutes. Values are checked by [`prepare`](Self::prepare), all at once.
+/// Unset options have the defaults of [`Request`]: a picture of light transport in minutes, by our
+/// own method, without a requested error. [`prepare`](Self::prepare) checks all values at once.
 /// Work runs on the current thread pool ([`with_threads`](crate::render::with_threads) makes
 /// another).
 ///
@@ -86,12 +86,12 @@ pub struct Renderer<'a> {
 }
 
 impl<'a> Renderer<'a> {
-    /// A renderer of this scene; builds the tree for rays.
+    /// Returns a renderer of a scene; builds the tree for rays.
     pub fn new(scene: impl Into<Arc<Scene>>) -> Self {
         Self::on(&Tracer::new(scene.into()))
     }
 
-    /// A renderer on a tree for rays that is there; they share it.
+    /// Returns a renderer that shares an existing tree for rays.
     pub fn on(tracer: &Tracer) -> Self {
         Self {
             tracer: tracer.clone(),
@@ -110,207 +110,209 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// What is told of the work, and who may end it. Default: nobody.
+    /// Sets the observer, which receives progress and may cancel the work. Default: none.
     #[must_use]
     pub fn observer(self, observer: &'a dyn Observer) -> Self {
         Self { observer, ..self }
     }
 
-    /// What makes smooth pictures of noisy ones, if a picture is audited. Default: our own.
+    /// Sets the smoother of audited pictures. Default: our own.
     #[must_use]
     pub fn smoother(self, smoother: Arc<dyn Smoother>) -> Self {
         Self { smoother: Some(smoother), ..self }
     }
 
-    /// Everything that is asked for, but for what is given by [`lights`](Self::lights).
+    /// Sets all options at once, except for the lights of [`lights`](Self::lights).
     #[must_use]
     pub fn request(self, request: Request) -> Self {
         Self { request, ..self }
     }
 
-    /// Who looks. Default: the scene's first camera.
+    /// Sets the camera. Default: the scene's first camera.
     #[must_use]
     pub fn camera(self, camera: Camera) -> Self {
         Self { camera: Some(camera), ..self }
     }
 
-    /// What of the camera is to be another.
+    /// Sets changes to the camera.
     #[must_use]
     pub fn camera_change(self, change: CameraChange) -> Self {
         Self { change, ..self }
     }
 
-    /// Size of the image and the part of it that is rendered.
+    /// Sets the size of the image and its rendered part.
     #[must_use]
     pub fn framing(self, framing: Framing) -> Self {
         Self { framing, ..self }
     }
 
-    /// Size of the whole image: width, height (pixels). Default: the camera's, or 640×360.
+    /// Sets the size of the full image: width, height (pixels). Default: the camera's, or 640×360.
     #[must_use]
     pub fn size(mut self, size: [u32; 2]) -> Self {
         self.framing.size = Some(size);
         self
     }
 
-    /// The part of the image that is rendered (pixels). Default: all.
+    /// Sets the rendered part of the image (pixels). Default: all.
     #[must_use]
     pub fn crop(mut self, window: Window) -> Self {
         self.framing.crop = Some(window);
         self
     }
 
-    /// The shares of its tiles that are rendered, for several machines. Default: all.
+    /// Sets the share of the tiles that is rendered, for several machines. Default: all.
     #[must_use]
     pub fn tiles(self, share: TileShare) -> Self {
         Self { share, ..self }
     }
 
-    /// Adds mattes of objects and materials to the film, of so many ranks (1 to
+    /// Adds mattes of objects and materials to the film, with `ranks` ranks (1 to
     /// [`Matte::MOST_RANKS`]): see [`add_mattes`](crate::render::add_mattes). Default: none.
     #[must_use]
     pub fn mattes(self, ranks: u32) -> Self {
         Self { mattes: Some(ranks), ..self }
     }
 
-    /// Adds the plane `motion`: how far what a pixel shows goes on the film while the shutter is open;
-    /// see [`add_motion`](crate::render::add_motion). Default: none.
+    /// Adds the plane `motion`: displacement on the film of the surfaces that a pixel shows, while
+    /// the shutter is open; see [`add_motion`](crate::render::add_motion). Default: none.
     #[must_use]
     pub fn motion_vectors(self) -> Self {
         Self { motion: true, ..self }
     }
 
-    /// Adds planes of what each group of lights gives, by path tracing (see
-    /// [`PathTracer::with_groups`](crate::integrator::PathTracer::with_groups)): by the paths of the
-    /// pixels, or, with the default method, by [others](Request::paths_of_groups) beside what claims.
-    /// Default: none.
+    /// Adds planes of the radiance of each group of lights, by path tracing (see
+    /// [`PathTracer::with_groups`](crate::integrator::PathTracer::with_groups)). The planes use the
+    /// paths of the pixels or, with the default method, [paths of their
+    /// own](Request::paths_of_groups). Default: none.
     #[must_use]
     pub fn light_groups(self, grouping: LightGrouping) -> Self {
         Self { groups: Some(grouping), ..self }
     }
 
-    /// How pixels are computed.
+    /// Sets the method. Default: our own.
     #[must_use]
     pub fn method(mut self, method: impl Into<MethodName>) -> Self {
         self.request.method = method.into();
         self
     }
 
-    /// Relative error `ε` that a pixel may have; in (0, 1].
+    /// Sets the relative error `ε` allowed in a pixel; in (0, 1].
     #[must_use]
     pub fn error(mut self, error: f64) -> Self {
         self.request.error = Some(error);
         self
     }
 
-    /// Error that is enough where it is dark (W·m⁻²·sr⁻¹); at least 0.
+    /// Sets the absolute error that suffices in dark pixels (W·m⁻²·sr⁻¹); at least 0.
     #[must_use]
     pub fn absolute(mut self, error: f64) -> Self {
         self.request.absolute = Some(error);
         self
     }
 
-    /// What the error is the error of.
+    /// Sets the error metric.
     #[must_use]
     pub fn control(mut self, controlled: Controlled) -> Self {
         self.request.control = Some(controlled);
         self
     }
 
-    /// Confidence of the intervals; in (0, 1).
+    /// Sets the confidence of the intervals; in (0, 1).
     #[must_use]
     pub fn confidence(mut self, confidence: f64) -> Self {
         self.request.confidence = Some(confidence);
         self
     }
 
-    /// What is claimed: of each pixel, by measurement or by a theorem, or of the picture as a whole.
+    /// Sets the claim: about each pixel, by measurement or by a theorem, or about the picture as a
+    /// whole.
     #[must_use]
     pub fn claim(mut self, claim: impl Into<ClaimName>) -> Self {
         self.request.claim = Some(claim.into());
         self
     }
 
-    /// How good the picture is to be, in one word; what was said before stays.
+    /// Fills the unset claim and error from a quality; given options stay.
     #[must_use]
     pub fn quality(mut self, quality: Quality) -> Self {
         self.request = self.request.of_quality(quality);
         self
     }
 
-    /// What the error is the distance from.
+    /// Sets the quantity that the error is measured from.
     #[must_use]
     pub fn truth(mut self, truth: Truth) -> Self {
         self.request.truth = Some(truth);
         self
     }
 
-    /// Largest cut (pairs of clusters); at least 1.
+    /// Sets the largest cut (pairs of clusters); at least 1.
     #[must_use]
     pub fn max_pairs(mut self, pairs: u64) -> Self {
         self.request.max_pairs = Some(pairs);
         self
     }
 
-    /// Paths a pixel, of path tracing.
+    /// Sets the paths a pixel of path tracing.
     #[must_use]
     pub fn paths(mut self, paths: u64) -> Self {
         self.request.paths = Some(paths);
         self
     }
 
-    /// About how many VPLs are traced.
+    /// Sets the approximate number of VPLs to trace.
     #[must_use]
     pub fn vpls(mut self, count: u64) -> Self {
         self.request.vpls = Some(count);
         self
     }
 
-    /// VPLs that are there already. The truth is then the sum over them, unless another is said.
+    /// Sets given VPLs. The default truth is then the sum over these.
     #[must_use]
     pub fn lights(self, lights: impl Into<Arc<LightSet>>) -> Self {
         Self { lights: Some(lights.into()), ..self }
     }
 
-    /// Where guided VPLs are looked for before they are traced, and kept for the next render.
+    /// Sets a cache of guided VPLs, which is searched before VPLs are traced, and stores them for
+    /// the next render.
     #[must_use]
     pub fn light_cache(self, cache: &'a LightCache) -> Self {
         Self { cache: Some(cache), ..self }
     }
 
-    /// Distance below which a VPL grows no brighter.
+    /// Sets the distance below which the contribution of a VPL is clamped.
     #[must_use]
     pub fn clamp(mut self, clamp: Clamp) -> Self {
         self.request.clamp = Some(clamp);
         self
     }
 
-    /// Gather points a pixel; 1 to 1024.
+    /// Sets the gather points a pixel; 1 to 1024.
     #[must_use]
     pub fn gather_points(mut self, points: u64) -> Self {
         self.request.gather = Some(points);
         self
     }
 
-    /// The pixel filter.
+    /// Sets the pixel filter. Default: the box.
     #[must_use]
     pub fn filter(mut self, filter: Filter) -> Self {
         self.request.filter = Some(filter);
         self
     }
 
-    /// Seed of all random numbers.
+    /// Sets the seed of all random numbers.
     #[must_use]
     pub fn seed(mut self, seed: u64) -> Self {
         self.request.seed = seed;
         self
     }
 
-    /// Makes what a render needs: the camera, the lights, and the trees over these.
+    /// Prepares the camera, the lights, and the light trees of a render.
     ///
     /// # Errors
-    /// [`Error::Option`] naming what is out of range or does not go with the rest, as a method does
-    /// not that renders no media with a scene that has some; lights of another scene.
+    /// [`Error::Option`] naming an option that is out of range or contradicts the others or the
+    /// scene, as a method without motion in a scene that moves; lights of another scene.
     pub fn prepare(&self) -> Result<Prepared<'a>> {
         let (resolved, framed) = self.resolve()?;
         let Resolved { method, gather, unused } = resolved;
@@ -343,7 +345,7 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// Prepares and renders.
+    /// Prepares the view and renders it.
     ///
     /// # Errors
     /// As [`prepare`](Self::prepare).
@@ -351,11 +353,11 @@ impl<'a> Renderer<'a> {
         self.prepare()?.render()
     }
 
-    /// The set of VPLs that [`prepare`](Self::prepare) would trace, alone: in a file, it spares those
-    /// who share a picture the tracing.
+    /// Traces the set of VPLs of [`prepare`](Self::prepare) alone, which the parts of a picture can
+    /// share as a file.
     ///
     /// # Errors
-    /// As [`prepare`](Self::prepare), and a method that traces none.
+    /// As [`prepare`](Self::prepare), and for a method that traces no VPLs.
     pub fn trace_lights(&self) -> Result<VplSet> {
         let (Resolved { method, gather, .. }, Framed { camera, size, .. }) = self.resolve()?;
         let view = View { camera: &camera, size, gather, seed: self.request.seed };
@@ -386,7 +388,7 @@ impl<'a> Renderer<'a> {
         Ok((resolved, framed))
     }
 
-    /// The groups of the scene's lights, for a method that can tell what each of them gives.
+    /// Groups of the scene's lights, for a method that can separate their contributions.
     fn grouped(&self, grouping: &LightGrouping, method: &Method) -> Result<Grouped> {
         let paths = match method {
             Method::Path { .. } => None,
@@ -401,7 +403,7 @@ impl<'a> Renderer<'a> {
         Ok(Grouped { grouping: grouping.clone(), groups, paths })
     }
 
-    /// The lights that the method needs.
+    /// Lights that the method needs.
     fn light(&self, method: &Method, view: &View<'_>) -> Result<Lights> {
         let tracer = &self.tracer;
         Ok(match (method, &self.lights) {

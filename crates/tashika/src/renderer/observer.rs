@@ -1,76 +1,77 @@
-//! Who is told of the work, and may end it.
+//! Observers, which receive the progress of a render and may cancel it.
 
 use std::sync::atomic::AtomicBool;
 
 use crate::film::Window;
 use crate::render::{Finished, Progress};
 
-/// A part of the work.
+/// A phase of the work.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Phase {
-    /// Tracing VPLs.
+    /// Tracing VPLs from the emitters.
     Vpls {
-        /// About how many.
+        /// Approximate number of VPLs.
         count: u64,
     },
     /// Building the tree over given or traced VPLs.
     LightTree,
-    /// Rendering.
+    /// Rendering the pixels of the window.
     Pixels {
-        /// Name of the method.
+        /// Name of the method that renders.
         method: &'static str,
-        /// The part of the image.
+        /// Part of the image.
         window: Window,
-        /// Whether it is a sum over one set of VPLs.
+        /// True if pixels are sums over one set of VPLs.
         is_of_a_sum: bool,
-        /// Whether pixels may claim something.
+        /// True if pixels may claim something.
         promises: bool,
     },
-    /// Making a picture of the estimates.
+    /// Reconstructing a picture from the estimates.
     Reconstruction,
-    /// Adding mattes to a film that is rendered.
+    /// Adding mattes to a rendered film.
     Mattes,
-    /// Adding planes of what camera rays meet first to a film that is rendered: motion vectors, times and
-    /// what media leave of light.
+    /// Adding planes of first surfaces to a rendered film: motion vectors, times and
+    /// transmittances.
     FirstSurfaces,
-    /// Computing the truth of pixels at random.
+    /// Computing the truth of random pixels.
     Audit {
-        /// Name of what computes it.
+        /// Name of the method that computes truths.
         by: &'static str,
-        /// How many.
+        /// Number of pixels that are audited.
         pixels: u64,
     },
-    /// Rendering pixels at random with another set of VPLs.
+    /// Rendering random pixels with another set of VPLs.
     OtherSet,
 }
 
-/// Is told of the work, from any thread, one call at a time but for [`cancel`](Self::cancel).
+/// Receives the progress of the work, from any thread, one call at a time except for
+/// [`cancel`](Self::cancel).
 ///
-/// The library reads no clock: who wants to know how long a phase took looks at one at its begin
-/// and at its end.
+/// The library reads no clock: to measure the duration of a phase, observers read a clock at its
+/// beginning and end.
 pub trait Observer: Sync {
-    /// A phase begins. Phases do not nest.
+    /// Called when a phase begins. Phases do not nest.
     fn begin(&self, _phase: &Phase) {}
 
-    /// A phase has ended, by an error too.
+    /// Called when a phase has ended, even by an error.
     fn end(&self, _phase: &Phase) {}
 
-    /// A tile was finished. Other threads wait with theirs meanwhile.
+    /// Called when a tile is finished. Other threads wait with their tiles meanwhile.
     fn tile(&self, done: &Finished<'_>) {
         self.progress(&done.progress);
     }
 
-    /// So far is the phase.
+    /// Called with the progress of the phase.
     fn progress(&self, _progress: &Progress) {}
 
-    /// Seconds that are left for the work, if there is an end; read between parts of the work of
-    /// pictures that are audited. Without one, they have so many paths at most.
+    /// Seconds left for the work, if there is a time limit; read between parts of the work of
+    /// audited pictures. Without a limit, the number of their paths is limited.
     fn seconds_left(&self) -> Option<f64> {
         None
     }
 
-    /// Becomes true when the work is to end: nothing more is begun, and what is finished is
+    /// Becomes true when the work is to end. No work is begun after that, and the finished part is
     /// returned.
     fn cancel(&self) -> &AtomicBool {
         static NEVER: AtomicBool = AtomicBool::new(false);
@@ -78,13 +79,13 @@ pub trait Observer: Sync {
     }
 }
 
-/// Nobody is told.
+/// Observer that ignores everything.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 
 impl Observer for Silent {}
 
-/// Does `work`, and tells when it begins and ends.
+/// Does `work`, and reports its beginning and end.
 pub(super) fn during<T>(observer: &dyn Observer, phase: Phase, work: impl FnOnce() -> T) -> T {
     observer.begin(&phase);
     let result = work();

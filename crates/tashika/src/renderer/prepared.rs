@@ -26,7 +26,7 @@ use crate::vpl::{Provenance, VplOptions};
 /// The lights of a render, as its method needs them.
 #[derive(Clone, Debug)]
 pub enum Lights {
-    /// Emitters alone: paths find them.
+    /// Emitters alone, which paths sample.
     Emitters,
     /// One set of VPLs, in a tree if the method needs one.
     Set(Arc<LightSet>),
@@ -35,7 +35,7 @@ pub enum Lights {
 }
 
 impl Lights {
-    /// Where the VPLs come from, if there are any.
+    /// Origin of the VPLs, if there are any.
     pub fn provenance(&self) -> Option<&Provenance> {
         match self {
             Self::Emitters => None,
@@ -45,17 +45,17 @@ impl Lights {
     }
 }
 
-/// Groups of lights, of which planes tell what they give.
+/// Groups of lights with planes of their contributions.
 #[derive(Clone)]
 pub(super) struct Grouped {
     pub grouping: LightGrouping,
     pub groups: LightGroups,
-    /// Paths of a pixel that tell it, if those of the pixel itself do not.
+    /// Paths a pixel for these planes, unless they use the paths of the pixel.
     pub paths: Option<u32>,
 }
 
-/// One view of a scene with its lights, ready to be rendered: what
-/// [`Renderer::prepare`](super::Renderer::prepare) gives.
+/// One view of a scene with its lights, ready to be rendered: the result of
+/// [`Renderer::prepare`](super::Renderer::prepare).
 ///
 /// ```
 /// use tashika::{Renderer, scene::builtin};
@@ -87,41 +87,41 @@ pub struct Prepared<'a> {
 }
 
 impl Prepared<'_> {
-    /// Scene, rays and view.
+    /// Scene with its tree for rays, and view.
     pub fn setting(&self) -> Setting<'_> {
         let Self { camera, size, gather, seed, .. } = self;
         Setting { tracer: &self.tracer, view: View { camera, size: *size, gather: *gather, seed: *seed } }
     }
 
-    /// The part of the image that is rendered.
+    /// Part of the image that is rendered.
     pub fn window(&self) -> Window {
         self.window
     }
 
-    /// How pixels are computed: what was asked for, over so many lights, for an image of this size.
+    /// Method of the pixels, for the lights of this view and an image of this size.
     pub fn method(&self) -> &Method {
         &self.method
     }
 
-    /// The lights.
+    /// Lights of the view, as the method needs them.
     pub fn lights(&self) -> &Lights {
         &self.lights
     }
 
-    /// Names of what was asked for and means nothing to the method (see
+    /// Names of the given options that have no effect on the method (see
     /// [`Resolved::unused`](crate::request::Resolved::unused)).
     pub fn unused(&self) -> &[&'static str] {
         &self.unused
     }
 
-    /// The same, with rays from another tracer of this scene: one that is
-    /// [listened to](Tracer::with_listener), or the [scalar twin](Tracer::plain).
+    /// Returns the view with another tracer of this scene: one with a
+    /// [listener](Tracer::with_listener), or the [scalar twin](Tracer::plain).
     #[must_use]
     pub fn on(&self, tracer: &Tracer) -> Self {
         Self { tracer: tracer.clone(), ..self.clone() }
     }
 
-    /// What computes the pixels of this view.
+    /// Returns the integrator of this view.
     ///
     /// # Errors
     /// Options out of range.
@@ -154,14 +154,15 @@ impl Prepared<'_> {
         })
     }
 
-    /// The same in this view, which tells our own interval what is dark.
+    /// Returns the rule with the absolute error for this view, if our own interval decides.
     fn in_view(&self, stop: PathStop) -> Result<PathStop> {
         let PathStop::Calibrated { options, most } = stop else { return Ok(stop) };
         let brightness = self.path_tracer(PathStop::Count(1))?.importance_brightness(&self.setting());
         Ok(PathStop::Calibrated { options: options.in_view_of(brightness), most })
     }
 
-    /// What a pixel of an audited picture would be by path tracing, if it were to keep the promise alone.
+    /// Stopping rule by which single pixels of an audited picture would meet the tolerance by path
+    /// tracing.
     pub(super) fn of_audited(&self, options: &ControlOptions) -> Result<PathStop> {
         const MOST_PATHS: u32 = 1 << 17;
         self.in_view(PathStop::Calibrated { options: *options, most: MOST_PATHS })
@@ -171,7 +172,7 @@ impl Prepared<'_> {
         PathTracer::new(&self.tracer, stop, VplOptions::default().path_depth())
     }
 
-    /// Renders; a finished whole is [reconstructed](Method::finish) if it is a picture.
+    /// Renders the view; a complete picture is [reconstructed](Method::finish).
     ///
     /// # Errors
     /// Options out of range.
@@ -179,12 +180,12 @@ impl Prepared<'_> {
         self.render_from(|film| Ok(Begun { film, tiles: Vec::new() }))
     }
 
-    /// Renders what is not finished: `begin` takes the film with which this render begins, by whose
-    /// metadata it is known, and gives it back with the tiles that are there, as
+    /// Renders the tiles that are not finished. `begin` receives the film with which the render
+    /// begins, identified by its metadata, and returns that film with the finished tiles, as
     /// [`KeptTiles::begin`](crate::io::KeptTiles::begin) does.
     ///
     /// # Errors
-    /// Options out of range; what `begin` fails with.
+    /// Options out of range; any error of `begin`.
     pub fn render_from(&self, begin: impl FnOnce(Film) -> Result<Begun>) -> Result<Rendered> {
         let mut rendered = self.render_radiance(begin)?;
         if let Some(ranks) = self.mattes {
@@ -212,8 +213,8 @@ impl Prepared<'_> {
         Ok(rendered)
     }
 
-    /// Camera samples of a pixel's mattes, time and transmittance: those of its gather points, if it is
-    /// made of them.
+    /// Number of camera samples of a pixel's mattes, time and transmittance: those of its gather
+    /// points, if the method has any.
     fn seen_samples(&self) -> u32 {
         const OF_PATHS: u32 = 64;
         match self.method {
@@ -254,15 +255,15 @@ impl Prepared<'_> {
         Ok(rendered)
     }
 
-    /// Returns true if something is promised of each pixel that [`audit`](Self::audit) can judge.
+    /// Returns true if there is a promise about each pixel that [`audit`](Self::audit) can judge.
     pub fn can_be_audited(&self) -> bool {
         self.promise(None).is_some()
     }
 
     /// Computes the truth of `count` random pixels of a finished film of this view, and counts the
     /// pixels within the error. The truths are exact sums if the promise is about a sum, and
-    /// otherwise path-traced with random numbers that the film did not use. In the dark the error
-    /// is the absolute error of the film. None if nothing is promised that could be judged, or if
+    /// otherwise path-traced with random numbers that the film did not use. In dark pixels the
+    /// tolerance is the absolute error of the film. `None` if there is no promise to judge, or if
     /// the audit was cancelled.
     ///
     /// # Errors
@@ -274,9 +275,8 @@ impl Prepared<'_> {
         audit::of(film, count, &setting, truth.as_ref(), &promise, self.observer)
     }
 
-    /// By how much another set of as many VPLs would change a finished film of this view; none if
-    /// its VPLs were given or stand for all sets, if only a part was rendered, or if it was
-    /// cancelled.
+    /// Compares a finished film of this view with one by another set of as many VPLs. `None` if the
+    /// VPLs were given or stand for all sets, if only a part was rendered, or if cancelled.
     ///
     /// # Errors
     /// A film of another view.
@@ -296,7 +296,8 @@ impl Prepared<'_> {
 
     /// Returns the promised distance from the truth, if there is one.
     ///
-    /// * `absolute`: error that is permitted in the dark, if a film states one (W·m⁻²·sr⁻¹).
+    /// * `absolute`: absolute error that suffices in dark pixels, if a film states one
+    ///   (W·m⁻²·sr⁻¹).
     pub(super) fn promise(&self, absolute: Option<f64>) -> Option<ControlOptions> {
         let options = match &self.method {
             Method::Sum { options, .. } | Method::Transport { options, .. } => options,

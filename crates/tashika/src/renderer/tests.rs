@@ -23,7 +23,7 @@ fn samples<'f>(film: &'f Film, plane: &str) -> &'f [f32] {
     film.plane(plane).and_then(Plane::f32_samples).expect("a plane of every film")
 }
 
-/// Writes down which phases there were, and can ask the work to end after so many tiles.
+/// Records the phases, and can cancel the work after `most` tiles.
 #[derive(Default)]
 struct Witness {
     phases: Mutex<Vec<String>>,
@@ -72,7 +72,7 @@ impl Observer for Witness {
     }
 }
 
-/// What the pipeline renders is what its parts give when a stranger puts them together.
+/// The pipeline renders the film of its parts put together by hand.
 #[test]
 fn films_are_those_of_the_parts() {
     let tracer = Tracer::new(Arc::new(builtin::tiny()));
@@ -101,7 +101,7 @@ fn films_are_those_of_the_parts() {
     assert_eq!(tiny().error(0.3).render().unwrap().film, transport);
 }
 
-/// A picture is made of a whole alone, and only where nobody asked for an error.
+/// Only a whole without a requested error is reconstructed.
 #[test]
 fn pictures_are_reconstructed() {
     let has =
@@ -137,7 +137,7 @@ fn observers_are_told_of_every_phase_and_can_end_it() {
     assert!(share.other_set(&share.render().unwrap()).unwrap().is_none(), "of a share");
 }
 
-/// What is finished is not rendered again, and the film is the same.
+/// Finished tiles are not rendered again, and the film is the same.
 #[test]
 fn renders_go_on_from_finished_tiles() {
     let renderer = tiny().size([64, 40]).method(SumMethod::Exact).vpls(50);
@@ -169,7 +169,7 @@ fn renders_go_on_from_finished_tiles() {
     assert!(failed.unwrap_err().to_string().contains("expected another"));
 }
 
-/// Lights of a view are kept for the next render of it, and of no other.
+/// Lights of a view are stored for the next render of that view, and of no other.
 #[test]
 fn cached_lights_are_those_of_the_view() {
     let (cache, told) = (LightCache::default(), Witness::default());
@@ -187,7 +187,7 @@ fn cached_lights_are_those_of_the_view() {
     }
 }
 
-/// A set that was traced for others gives them the same image.
+/// A set that was traced alone gives the same image.
 #[test]
 fn lights_alone_are_those_of_the_render() {
     let transport = tiny().error(0.5);

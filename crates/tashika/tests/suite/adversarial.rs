@@ -1,8 +1,8 @@
-//! Scenes made to break the published rule, and what our own method promises on them.
+//! Scenes made to break the published rule, and the claims of our own method on them.
 //!
 //! Light is rare here: most pairs of a gather point and a light carry nothing, and a few of them
-//! carry the pixel. Samples that all say "dark" agree with each other, and an interval that is made
-//! of their spread alone is narrow around the wrong value.
+//! carry the pixel. Samples that are all dark agree with each other, and an interval from their
+//! spread alone is narrow around the wrong value.
 
 use std::sync::Arc;
 
@@ -22,16 +22,16 @@ use crate::cases::{builder, cuboid, lambert, parallelogram, place};
 
 const CALIBRATED: SumMethod = SumMethod::Tashika(Promise::Calibrated);
 const CERTIFIED: SumMethod = SumMethod::Tashika(Promise::Certified);
-/// Gather points a pixel.
+/// Number of gather points a pixel.
 const POINTS: u32 = 4;
-/// Distance from which lights are not brighter any more (m), as traced sets have one.
+/// Distance below which lights grow no brighter (m), as in traced sets.
 const CLAMP: f32 = 0.05;
 /// 95 % less five standard errors of 160 trials: there are 210 to 480 pixels, and neighbours and
-/// seeds share what is hard about one.
+/// seeds share the difficulty of a pixel.
 const LEAST: f64 = 0.95 - 5.0 * 0.0172;
 
-/// A share that the published rule stays below where it breaks, if it says 95 %: it keeps 39 to 62
-/// %, by more than four standard errors of 160 trials less than this.
+/// Limit of the share of intervals that hold by the published rule, at 95 %, where it breaks: 39 to
+/// 62 % hold, which is below the limit by more than four standard errors of 160 trials.
 const BROKEN: f64 = 0.8;
 
 /// A scene and its lights.
@@ -76,12 +76,12 @@ struct Judged {
     truth: Vec<f64>,
 }
 
-/// Shares of all pixels of some seeds that get any light.
+/// Shares of the lit pixels of some seeds.
 #[derive(Clone, Copy, Debug, Default)]
 struct Kept {
-    /// Whose interval holds.
+    /// Share of pixels whose interval holds.
     holds: f64,
-    /// Whose error is within what was asked for.
+    /// Share of pixels whose error is within the requested one.
     within: f64,
     /// Mean number of rays of a pixel.
     rays: f64,
@@ -94,7 +94,7 @@ impl Judged {
         Self { world, truth }
     }
 
-    /// Pixels that get nothing have to be estimated at nothing, and do not count.
+    /// Pixels without light have to be estimated at zero, and do not count.
     fn kept(&self, method: SumMethod, options: &ControlOptions, seeds: u64) -> Kept {
         let mut kept = Kept::default();
         let mut lit = 0.0;
@@ -120,16 +120,16 @@ impl Judged {
         Kept { holds: kept.holds / lit, within: kept.within / lit, rays: kept.rays / lit }
     }
 
-    /// Certificates hold on any scene, and every inequality in them gives something away: of the
-    /// 2600 lit pixels below not one misses, which makes misses about as rare as one in a thousand,
-    /// or rarer (the rule of three). Ten times that is no bad luck.
+    /// Certificates hold on any scene, and every inequality in them is conservative: not one of the
+    /// 2600 lit pixels below misses, so that misses are as rare as one in a thousand, or rarer (the
+    /// rule of three). A rate ten times as high would not be bad luck.
     fn certificates_hold(&self) {
         let options = ControlOptions { error: 0.1, confidence: 0.8, ..ControlOptions::default() };
         let kept = self.kept(CERTIFIED, &options, 2);
         assert!(kept.holds >= 0.99 && kept.within >= 0.99, "{kept:?}");
     }
 
-    /// At 95 %, for errors of 5 %.
+    /// Shares at 95 %, for errors of 5 %.
     fn calibrated(&self) -> Kept {
         let options = ControlOptions { error: 0.05, confidence: 0.95, ..ControlOptions::default() };
         self.kept(CALIBRATED, &options, 3)
@@ -140,7 +140,7 @@ impl Judged {
         assert!(kept.holds >= LEAST && kept.within >= LEAST, "{kept:?}");
     }
 
-    /// The scene is a hard one: the published rule keeps far less than the 95 % that it says.
+    /// The scene is a hard one: the published rule's intervals of 95 % hold far less often.
     fn published_intervals_do_not_hold(&self) {
         let options = ControlOptions { error: 0.05, confidence: 0.95, ..ControlOptions::default() };
         let kept = self.kept(SumMethod::Iwasaki2019, &options, 2);
@@ -152,17 +152,17 @@ fn luminance(e: &PixelRecord) -> f64 {
     f64::from(e.radiance.luminance())
 }
 
-/// Something gray.
+/// Adds a gray mesh.
 fn put(b: &mut SceneBuilder, mesh: MeshData) {
     place(b, mesh, Material::new("gray", lambert(0.6)));
 }
 
-/// A gray parallelogram.
+/// Adds a gray parallelogram.
 fn sheet(b: &mut SceneBuilder, corner: [f32; 3], e: [f32; 3], f: [f32; 3]) {
     put(b, parallelogram(corner.into(), e.into(), f.into()));
 }
 
-/// A gray block.
+/// Adds a gray block.
 fn slab(b: &mut SceneBuilder, lo: [f32; 3], hi: [f32; 3]) {
     put(b, cuboid(lo.into(), hi.into(), false));
 }
@@ -171,7 +171,7 @@ fn stream(index: u64) -> Stream {
     Stream::new(17, Purpose::Test, index)
 }
 
-/// Lights of one intensity, of all directions, in a box.
+/// Lights of one intensity, in all directions, inside a box.
 fn omni(count: usize, lo: [f32; 3], hi: [f32; 3], intensity: f32, s: &mut Stream) -> Vec<Vpl> {
     let (lo, hi) = (Vec3::from(lo), Vec3::from(hi));
     let at = |s: &mut Stream| lo + Vec3::from(s.uniform_3()) * (hi - lo);
@@ -204,8 +204,8 @@ fn on_walls(count: usize, lo: [f32; 3], hi: [f32; 3], intensity: f32, s: &mut St
         .collect()
 }
 
-/// A room of 2 m whose ceiling has a hole of 12 cm. Each point of it sees a few of 3000 lights of a
-/// sky, and a small patch the sun.
+/// A room of 2 m whose ceiling has a hole of 12 cm. Each point of the room sees a few of 3000
+/// lights of a sky, and a small patch sees the sun.
 fn pinhole() -> World {
     let mut b = builder();
     slab(&mut b, [-0.1, -0.1, -0.1], [2.1, 0.0, 2.1]);
@@ -248,8 +248,8 @@ fn keyhole() -> World {
     World::new(b, [1.7, 1.2, 1.6], [0.2, 0.8, 0.7], 1.1, lights)
 }
 
-/// Slivers of 50 cm × 2 cm, along two axes, in many layers between lights and a floor: what a point
-/// sees says nothing of its neighbour.
+/// Slivers of 50 cm × 2 cm, along two axes, in many layers between lights and a floor: visibility
+/// at a point is unrelated to that at its neighbour.
 fn wires() -> World {
     let mut b = builder();
     slab(&mut b, [-2.0, -0.1, -2.0], [2.0, 0.0, 2.0]);
@@ -267,7 +267,7 @@ fn wires() -> World {
     World { size: [12, 8], ..World::new(b, [0.0, 0.6, 1.8], [0.0, 0.0, 0.2], 1.0, lights) }
 }
 
-/// Half of the light is that of one of 20,000 lights, behind slats.
+/// Half of the light comes from one of 20,000 lights, behind slats.
 fn one_of_many() -> World {
     let mut b = builder();
     put(&mut b, cuboid(Vec3::ZERO, Vec3::splat(2.0), true));
@@ -296,8 +296,8 @@ fn glossy_peak() -> World {
     World::new(b, [0.0, 1.0, 2.0], [0.0, 0.0, 0.2], 0.7, lights)
 }
 
-/// Of 5020 lights, 5000 are behind a thin wall that is looked at: near, so that their bounds are
-/// the largest, and all in shadow.
+/// A thin wall in view hides 5000 of 5020 lights: near ones, so that their bounds are the largest,
+/// and all in shadow.
 fn hidden() -> World {
     let mut b = builder();
     put(&mut b, cuboid(Vec3::ZERO, Vec3::splat(2.0), true));
@@ -317,8 +317,8 @@ fn light_through_a_pinhole_is_not_overlooked() {
 }
 
 /// Hundreds of strata are all in shadow and might each have some light. The calibrated interval
-/// reckons with a small part of their sum: 87 % of the intervals hold, though 98 % of the errors
-/// are as small as was asked for. Four standard errors of 160 trials below that.
+/// includes a small part of their sum: 87 % of the intervals hold, though 98 % of the errors are as
+/// small as requested. The limit is four standard errors of 160 trials below that.
 #[test]
 fn behind_a_keyhole_errors_are_as_asked_for_but_calibrated_intervals_are_too_narrow() {
     let scene = Judged::new(keyhole());
@@ -336,8 +336,8 @@ fn shadows_of_thousands_of_wires_are_no_surprise() {
     scene.published_intervals_do_not_hold();
 }
 
-/// The published rule finds this light, too, and keeps 92 % of its claims: where bounds are large
-/// it refines first.
+/// The published rule finds this light, too, and 92 % of its intervals hold: it refines first where
+/// bounds are large.
 #[test]
 fn one_bright_light_of_very_many_is_found() {
     let scene = Judged::new(one_of_many());
@@ -353,8 +353,8 @@ fn a_glossy_peak_that_hardly_a_light_meets_is_found() {
     scene.published_intervals_do_not_hold();
 }
 
-/// The published rule keeps about 80 % of its claims of 95 % here: too near to what the others are
-/// told by to be asserted.
+/// About 80 % of the published rule's intervals of 95 % hold here: too near to the limit of the
+/// other scenes to be asserted.
 #[test]
 fn lights_that_are_nearly_all_hidden_do_not_mislead() {
     let scene = Judged::new(hidden());
@@ -396,8 +396,8 @@ fn pixels_that_see_the_sky_alone_are_exact_and_cost_nothing() {
                 sky += 1;
                 assert_eq!((e.radiance, e.pairs, e.standard_error), (Rgb::gray(0.5), 0, 0.0), "{method}");
                 assert_eq!((e.claim, e.stop), (Claim::Exact, Stop::Complete), "{method}");
-                // A pixel pays its share of its cell's pilot, wherever that looks; cells of sky
-                // have none.
+                // A pixel pays its share of the pilot of its cell, wherever the pilot looks; cells
+                // of sky have none.
                 assert!(e.rays == 0 || (method == CALIBRATED && number >= 16 * 32), "{method}: {e:?}");
             }
         }
@@ -416,7 +416,7 @@ fn black_surfaces_are_exact_and_cost_nothing() {
     }
 }
 
-/// Bounds are of the largest channel, and know of no colours: they are positive where every term is
+/// Bounds are of the largest channel, and ignore colours: they are positive where every term is
 /// zero.
 #[test]
 fn a_green_floor_in_a_red_mirror_is_found_to_be_black() {
@@ -427,7 +427,7 @@ fn a_green_floor_in_a_red_mirror_is_found_to_be_black() {
     place(&mut b, quad(0.0), Material::new("green", green));
     place(&mut b, quad(3.0), Material::new("red", red));
     let lights = omni(2000, [-1.0, 1.0, -1.0], [1.0, 2.0, 1.0], 1.0, &mut stream(9));
-    // Narrow enough that all the mirror shows is floor.
+    // Narrow enough that the mirror shows nothing but floor.
     let world = World::new(b, [0.0, 1.0, 0.0], [0.0, 3.0, 0.1], 0.4, lights);
     for method in [CALIBRATED, CERTIFIED] {
         for e in world.estimate(method, &ControlOptions::default()) {
@@ -449,8 +449,8 @@ fn lights_all_at_one_place_are_no_trouble() {
     }
 }
 
-/// Some of the lights are gather points themselves, as where a light path ends in what the eye
-/// sees. Without a clamp nothing bounds what comes from there.
+/// Some of the lights are gather points themselves, as where a light path ends at a visible point.
+/// Without a clamp nothing bounds their contribution.
 #[test]
 fn lights_where_light_is_gathered_are_no_trouble() {
     let scene = World::new(barred(), ABOVE[0], ABOVE[1], 1.0, Vec::new());

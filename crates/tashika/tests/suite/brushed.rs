@@ -1,4 +1,4 @@
-//! The direction in which brushed materials are brushed, as each format lays it.
+//! The direction in which brushed materials are brushed, by the rules of each format.
 
 use serde_json::json;
 use tashika::math::Vec3;
@@ -11,8 +11,8 @@ use crate::pbrt;
 const BRUSHED: &str = "<bsdf type=\"roughconductor\"><float name=\"alpha_u\" value=\"0.1\"/>\
     <float name=\"alpha_v\" value=\"0.4\"/></bsdf>";
 
-/// The first axis of the frame about the shading normal in the middle of a triangle; none where the
-/// surface needs no tangent.
+/// Position in the middle of a triangle, and the first axis of the frame around the shading normal
+/// there; none where the surface needs no tangent.
 fn tangent(scene: &Scene, triangle: u32) -> Option<(Vec3, Vec3)> {
     let point = scene.surface_point(scene.instance_ids().next().unwrap(), triangle, [0.3, 0.3, 0.4]);
     point.tangent.map(|_| (point.position, point.frame(point.shading_normal).t))
@@ -34,7 +34,7 @@ fn rectangles_of_mitsuba_are_brushed_along_u() {
     }
     let even = BRUSHED.replace("0.4", "0.1");
     assert!(tangent(&mitsuba(&format!("<shape type=\"rectangle\">{even}</shape>")), 0).is_none());
-    // A mix asks for it if a part does.
+    // A mix needs a tangent if a part does.
     let mix = format!(
         "<shape type=\"rectangle\"><bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.5\"/>\
          <bsdf type=\"diffuse\"/>{BRUSHED}</bsdf></shape>"
@@ -59,7 +59,7 @@ fn round_shapes_of_mitsuba_are_brushed_along_u() {
     }
 }
 
-/// Without texture coordinates, in the frame that Mitsuba builds about the geometric normal.
+/// Without texture coordinates, in the frame that Mitsuba builds around the geometric normal.
 #[test]
 fn meshes_without_texture_coordinates_have_some_direction() {
     let ply =

@@ -1,4 +1,4 @@
-//! Small scenes made for tests, and ways to look at them.
+//! Small scenes made for tests, and functions that render them.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -16,7 +16,7 @@ use tashika::render::{RenderOptions, TileShare, render};
 use tashika::request::{ClaimName, Method, MethodName};
 use tashika::scene::{Camera, Emission, Material, MeshData, Scene, SceneBuilder, Surface};
 
-/// Reads scenes that name files that are not there.
+/// Options for scenes that name missing files.
 pub fn lenient() -> LoadOptions {
     LoadOptions { allow_missing: true, ..LoadOptions::default() }
 }
@@ -86,7 +86,7 @@ pub fn diffuse_room() -> SceneBuilder {
     b
 }
 
-/// The same without a camera.
+/// The room of [`diffuse_room`] without a camera.
 pub fn diffuse_walls() -> SceneBuilder {
     let mut b = builder();
     let colors = [Rgb::new(0.7, 0.7, 0.7), Rgb::new(0.6, 0.2, 0.1), Rgb::new(0.1, 0.3, 0.6)];
@@ -132,12 +132,12 @@ pub fn film_of(tracer: &Tracer, integrator: &dyn Integrator, view: View<'_>) -> 
     render(&setting, integrator, &options, &|_| (), &AtomicBool::new(false)).unwrap().film
 }
 
-/// Luminances of the image.
+/// Luminance of each pixel, row by row.
 pub fn luminances(film: &Film) -> Vec<f64> {
     film.colors().unwrap().map(|c| f64::from(c.luminance())).collect()
 }
 
-/// Of a scene with media or motion, what the default promises is kept by path tracing, but for
+/// In a scene with media or motion, path tracing makes the claims of the default method, except
 /// certificates, which are about sums.
 pub fn paths_keep_what_the_default_promises(tracer: &Tracer) {
     let renderer = || Renderer::on(tracer).size([4, 4]);

@@ -1,5 +1,5 @@
-//! Light of small lamps over a mirror and through water, against closed forms: it is found, claims about
-//! it hold, and the account of light paths has it.
+//! Light of small lamps over a mirror and through water, against closed forms: it is found, claims
+//! about it hold, and the account of light paths has it.
 
 use std::f64::consts::PI;
 
@@ -17,10 +17,10 @@ use tashika::vpl::VplOptions;
 use crate::cases::{builder, cuboid, glowing, lambert, luminances, parallelogram, place, tracer, view};
 
 const SIZE: [u32; 2] = [6, 6];
-/// Reflectance of the floor: little, as the closed forms are without light that it sends back to
+/// Reflectance of the floor: low, since the closed forms ignore light that the floor sends back to
 /// itself.
 const REFLECTANCE: f64 = 0.02;
-/// Error that is asked for.
+/// Relative error requested for each pixel.
 const ERROR: f64 = 0.1;
 /// Side (m) and radiance of the lamps.
 const LAMP: (f32, f32) = (0.002, 1e6);
@@ -51,7 +51,7 @@ fn render(tracer: &Tracer, seed: u64) -> Film {
     Renderer::on(tracer).size(SIZE).vpls(2000).error(ERROR).seed(seed).render().unwrap().film
 }
 
-/// Asserts that nearly all pixels claim, that their claims hold, and the mean.
+/// Asserts that nearly all pixels claim, that their claims hold, and that the mean is right.
 fn assert_radiance(scene: SceneBuilder, expected: f64) {
     let tracer = tracer(scene);
     let (mut claims, mut kept, mut pixels) = (0.0, 0.0, Moments::default());
@@ -76,8 +76,8 @@ fn assert_radiance(scene: SceneBuilder, expected: f64) {
     assert!((of_audited / expected - 1.0).abs() < 0.5 * ERROR, "audited: {of_audited} of {expected}");
 }
 
-/// A lamp of two millimetres that shines at a mirror: its image is three metres above the floor. Of
-/// directions by the BSDF, one in seven million meets it.
+/// A lamp of two millimetres that shines at a mirror: its image is three metres above the floor.
+/// One in seven million directions drawn by the BSDF meets it.
 #[test]
 fn a_lamp_over_a_mirror_is_found() {
     let mut b = floor(Vec3::new(0.0, 0.8, 0.0), Vec3::ZERO);
@@ -89,8 +89,8 @@ fn a_lamp_over_a_mirror_is_found() {
     assert_radiance(b, REFLECTANCE / PI * intensity() * height * height / (squared * squared));
 }
 
-/// A lamp above water: of what a small cone about the vertical holds, an area `(h + s/n)²` times its
-/// solid angle is lit at the depth `s`, and radiance that leaves the water is `n²` times less.
+/// A lamp above water. The light in a small cone around the vertical covers an area `(h + s/n)²`
+/// times its solid angle at the depth `s`, and radiance that leaves the water is `n²` times less.
 #[test]
 fn a_lamp_above_water_is_found() {
     const IOR: f64 = 1.33;

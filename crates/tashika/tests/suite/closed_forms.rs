@@ -14,7 +14,7 @@ use crate::cases::{builder, cuboid, lambert, parallelogram, place, tracer, view}
 
 const REFLECTANCE: f32 = 0.6;
 
-/// The plane y = 0, seen from above; with a block in the air if asked for.
+/// The plane y = 0, seen from above; optionally with a block in the air.
 fn plane(with_block: bool) -> Tracer {
     let mut b = builder();
     let floor = parallelogram(Vec3::new(-50.0, 0.0, -50.0), Vec3::Z * 100.0, Vec3::X * 100.0);
@@ -34,15 +34,15 @@ fn light(kind: VplKind, direction: Vec3) -> Vpl {
     Vpl { position: Vec3::new(0.3, 2.0, -0.4), direction, intensity: Rgb::new(3.0, 5.0, 7.0), kind }
 }
 
-/// The estimate of each pixel of an 8×8 image, with the place on the floor that it sees (one gather
-/// point a pixel).
+/// The estimate of each pixel of an 8×8 image, with the point on the floor that the pixel sees (one
+/// gather point a pixel).
 fn pixels(tracer: &Tracer, lights: Vec<Vpl>, clamp_distance: f32) -> Vec<(Vec3, PixelRecord)> {
     let set = VplSet::new(lights, Provenance { clamp_distance, ..Provenance::default() });
     let view = view(tracer.scene(), [8, 8], 1, 1);
     let setting = Setting { tracer, view };
     let estimates = FullSum::new(&set).estimate(&setting, &Window::full([8, 8]));
     let places = (0..64).map(|i| {
-        // The camera ray met with the plane by hand, rather than by the tracer.
+        // The camera ray is intersected with the plane by hand, rather than by the tracer.
         let ray = view.camera_ray([i % 8, i / 8], 0).0.unwrap();
         ray.at(-ray.origin.y / ray.direction.y)
     });
@@ -128,7 +128,7 @@ fn shadows_fall_where_geometry_says() {
         let mut counts = [0; 2];
         for (x, e) in pixels(&tracer, vec![l], 0.0) {
             let towards = if l.kind == VplKind::Directional { -l.direction } else { l.position - x };
-            // Where the segment passes the block's layers.
+            // Points where the segment passes the block's layers.
             let at = |y: f32| x.x + towards.x / towards.y * y;
             let (a, b) = (at(1.0), at(1.2));
             if a.min(b) > 1e-4 || (a.max(b) < -1e-4) {

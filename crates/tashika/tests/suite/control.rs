@@ -1,4 +1,4 @@
-//! Our method: what it promises, on lights that are kind and on lights that are not.
+//! Claims of our method, on lights that are kind and on lights that are not.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ struct World {
 }
 
 impl World {
-    /// Lit by its own VPLs, after `change`.
+    /// Lit by its own VPLs, changed by `change`.
     fn new(vpls: u64, change: impl FnOnce(&mut Vec<Vpl>)) -> Self {
         let tracer = Tracer::new(Arc::new(builtin::tiny()));
         let options = VplOptions { count: vpls, seed: 4, ..VplOptions::default() };
@@ -59,7 +59,7 @@ fn the_finest_cut_is_the_whole_sum_and_says_so() {
         let mut complete = 0;
         for (a, b) in world.estimate(method, &options, 3).iter().zip(&world.exact(3)) {
             assert_eq!(a.stop == Stop::Complete, a.claim == Claim::Exact, "{method}");
-            // Where what is left has bounds of next to nothing, the rule is met before.
+            // Where the remaining bounds are nearly zero, the rule is met before.
             assert_ne!(a.stop, Stop::Budget, "{method}");
             complete += u32::from(a.stop == Stop::Complete);
             let allowed = 8.0 * f64::from(f32::EPSILON) * luminance(b);
@@ -116,7 +116,7 @@ fn kept(world: &World, method: SumMethod, options: &ControlOptions, seeds: u64) 
     [holds, within].map(|n| n as f64 / f64::from(all as u32))
 }
 
-/// Lights that intervals are fooled by.
+/// Lights that mislead intervals.
 fn unkind() -> Vec<(&'static str, World)> {
     let gray = |light: &mut Vpl, factor: f32| light.intensity *= factor;
     vec![
@@ -138,8 +138,8 @@ fn certificates_hold_whatever_the_lights() {
     for (name, world) in worlds {
         let options = ControlOptions { error: 0.1, confidence: 0.8, ..ControlOptions::default() };
         let [holds, within] = kept(&world, CERTIFIED, &options, 3);
-        // 480 pixels at 80 %: what is proven is hardly ever missed, since every inequality gives
-        // something away.
+        // 480 pixels at 80 %: proven intervals hardly ever miss, since every inequality is
+        // conservative.
         assert!(holds >= 0.97 && within >= 0.97, "{name}: {holds} hold, {within} within");
     }
 }

@@ -69,8 +69,8 @@ fn the_finest_cut_is_the_whole_sum() {
         let mut complete = 0;
         for (a, b) in finest.iter().zip(&exact) {
             assert_ne!(a.stop, Stop::Budget, "{method}");
-            // An interval of zero width, where all samples are alike, is no whole sum; a bound of
-            // nothing is nothing.
+            // An interval of zero width, where all samples are alike, does not make a whole sum; a
+            // bound of zero does.
             if a.stop == Stop::RuleMet && WITH_INTERVAL.contains(&method) {
                 continue;
             }
@@ -79,8 +79,8 @@ fn the_finest_cut_is_the_whole_sum() {
             // multiplied in again.
             let allowed = 8.0 * f64::from(f32::EPSILON) * luminance(b);
             assert!((luminance(a) - luminance(b)).abs() <= allowed, "{method}: {a:?} {b:?}");
-            // Of variances that were added and taken away again a rounding is left, 10⁻¹⁶ of the
-            // largest; as an error, its root. Methods without samples know none.
+            // Variances that were added and subtracted again leave a rounding, 10⁻¹⁶ of the
+            // largest; as an error, its root. Methods without samples state none.
             let is_unknown = a.standard_error.is_nan() && !WITH_INTERVAL.contains(&method);
             assert!(is_unknown || f64::from(a.standard_error) <= 1e-6 * luminance(b), "{method}: {a:?}");
         }
@@ -90,9 +90,9 @@ fn the_finest_cut_is_the_whole_sum() {
     assert!(exact.iter().map(luminance).sum::<f64>() > 0.0);
 }
 
-/// Means over many seeds of a cut that is stopped by its size alone, and so cannot be biased by
-/// when it stops; and what the strata say of their own variance. Five standard errors of 96 pixels
-/// and 5 methods: false alarms once in 3000 sets of seeds.
+/// Means over many seeds of a cut that is stopped by its size alone, so that the stop cannot bias
+/// them; and the strata's estimates of their own variance. Five standard errors of 96 pixels and 5
+/// methods: false alarms once in 3000 sets of seeds.
 #[test]
 fn estimates_of_a_fixed_cut_are_unbiased() {
     let world = World::new(400);
@@ -179,7 +179,7 @@ fn promising_more_costs_more() {
 }
 
 /// Intensities times a power of two change no mantissa: the same terms are drawn, and every number
-/// is twice what it was.
+/// is doubled.
 #[test]
 fn twice_the_light_is_twice_the_picture_to_the_bit() {
     let world = World::new(500);
@@ -188,7 +188,7 @@ fn twice_the_light_is_twice_the_picture_to_the_bit() {
     let lights = VplSet::new(doubled, world.lights.provenance().clone()).into();
     let all = Window::full(SIZE);
     let bright = World { tracer: Arc::clone(&world.tracer), lights };
-    // What is seen directly is not doubled; the film's background is taken off.
+    // Directly visible light is not doubled; the film's background is subtracted.
     let lights = VplSet::new(Vec::new(), world.lights.provenance().clone()).into();
     let dark = World { tracer: Arc::clone(&world.tracer), lights };
     let options = ControlOptions::default();

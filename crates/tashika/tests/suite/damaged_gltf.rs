@@ -1,8 +1,8 @@
-//! Damaged and hostile glTF files: an error that says what is wrong where, or a note; never a
+//! Damaged and hostile glTF files: an error that names the fault and its place, or a note; never a
 //! panic, never more memory than the file's own size justifies.
 //!
-//! A mutated file may well still be sound, so the mutation tests ask only that loading returns.
-//! What passing them does not prove is that no other bytes make it panic.
+//! A mutated file may well be valid, so the mutation tests require only that loading returns. They
+//! do not prove that no other bytes make it panic.
 
 use serde_json::{Value, json};
 use tashika::error::{Error, Result};
@@ -13,7 +13,7 @@ use super::gltf::{CORNERS, Document, glb, load, load_in, notes, only_note, png, 
 
 use crate::cases::lenient;
 
-/// A file that uses a bit of everything that is read.
+/// A file that uses a bit of every feature that is read.
 fn rich() -> Document {
     let mut d = Document::triangle();
     d.add_uvs("TEXCOORD_0");
@@ -112,12 +112,12 @@ fn rich() -> Document {
     d
 }
 
-/// Options by which animations are read too.
+/// Options that read animations, too.
 fn moving() -> LoadOptions {
     LoadOptions { at: Some(0.5), ..LoadOptions::default() }
 }
 
-/// Options by which shapes are read at both ends of a time.
+/// Options that read shapes at both ends of the shutter's time.
 fn exposed() -> LoadOptions {
     LoadOptions { shutter: Some([-0.25, 0.25]), ..moving() }
 }
@@ -128,7 +128,7 @@ fn opaque(scene: &Scene) -> Surface {
     loop {
         material = match scene.materials()[material.index()].surface {
             Surface::Mix { first, second, .. } => {
-                // Below a weaker reflection is the same surface without any.
+                // A weaker reflection is a mix with the same surface without any.
                 let is_below = matches!(scene.materials()[first.index()].surface, Surface::Lambert { .. });
                 if is_below { second } else { first }
             }
@@ -155,11 +155,11 @@ fn invalid(result: Result<Scene>) -> String {
     }
 }
 
-/// Numbers that look random; the same in every run.
+/// Pseudorandom numbers; the same in every run.
 struct Numbers(u64);
 
 impl Numbers {
-    /// From 0 to below `n`.
+    /// Returns a number from 0 to `n` − 1.
     fn below(&mut self, n: usize) -> usize {
         // Steele, Lea, Flood. "Fast Splittable Pseudorandom Number Generators." OOPSLA 2014.
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -192,9 +192,9 @@ fn truncated_at_every_length() {
     for length in 0..whole.len() {
         let result = load_in(folder.path(), "t.glb", &whole[..length], &LoadOptions::default());
         let said = result.expect_err("the header promises more bytes than are there").to_string();
-        // Shorter ones do not say what they are.
+        // Files shorter than the signature have no known format.
         assert!(length < 4 || said.contains("truncated"), "{length} of {} bytes: {said}", whole.len());
-        // With the promise corrected, the chunks are short, or the JSON is.
+        // With a corrected header, the chunks are short, or the JSON is.
         if length >= 12 {
             let mut corrected = whole[..length].to_vec();
             corrected[8..12].copy_from_slice(&(length as u32).to_le_bytes());
@@ -464,7 +464,7 @@ fn values_that_are_not_finite_are_repaired_or_refused() {
     assert_eq!(repaired, ["triangles with vertices that are not finite: left out"]);
     assert_eq!(scene.triangles_without_area(), 1);
 
-    // JSON has no infinity, but numbers that are one in 32 bits.
+    // JSON has no infinity, but it has numbers that are infinite in 32 bits.
     for (path, item) in [
         ("/materials/0/emissiveFactor/0", "materials[0].emissiveFactor"),
         ("/materials/0/pbrMetallicRoughness/roughnessFactor", "roughnessFactor"),
@@ -609,7 +609,7 @@ fn a_buffer_that_is_missing_or_short_is_an_error() {
     assert!(invalid(load(&d)).contains("buffers[0]: a data: URI with damaged base64"));
     d.json["buffers"][0].as_object_mut().unwrap().remove("uri");
     assert!(invalid(load(&d)).contains("buffers[0]: no uri"));
-    // A buffer that nothing refers to is not missed.
+    // A buffer without references may be missing.
     let mut d = Document::triangle();
     d.push("buffers", json!({ "byteLength": 8, "uri": "nobody-needs-it.bin" }));
     assert!(d.load().is_ok());
@@ -692,7 +692,7 @@ fn references_out_of_the_folder_are_refused() {
         let free = LoadOptions { allow_outside: true, ..LoadOptions::default() };
         assert!(load_in(&inside, "s.gltf", &d.text(), &free).is_ok(), "{reference}");
     }
-    // An image there is not read either, as if there were none.
+    // An image there is not read either, as if it were missing.
     let mut d = rich();
     std::fs::write(folder.path().join("secret.png"), png([[255; 4]; 2])).unwrap();
     d.json["images"][0] = json!({ "uri": "../secret.png" });

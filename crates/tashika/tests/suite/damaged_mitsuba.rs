@@ -1,9 +1,8 @@
-//! Damaged and hostile Mitsuba files: an error that says what is wrong where, or a note; never a
-//! panic, never more memory or time than the files' own size justifies.
+//! Damaged and hostile Mitsuba files: an error that names the fault and its place, or a note; never
+//! a panic, never more memory or time than the files' own size justifies.
 //!
-//! A mutated file may well still be sound, so the mutation tests ask only that loading returns, and
-//! that errors name the file. What passing them does not prove is that no other bytes make it
-//! panic.
+//! A mutated file may well be valid, so the mutation tests require only that loading returns, and
+//! that errors name the file. They do not prove that no other bytes make it panic.
 
 use tashika::error::{Error, Result};
 use tashika::scene::{NoteKind, Scene};
@@ -12,7 +11,7 @@ use super::mitsuba::{Files, four_colours, load_in, serialized, vol, xml};
 
 use crate::cases::lenient;
 
-/// A scene that uses a bit of everything that is read.
+/// A scene that uses a bit of every feature that is read.
 const RICH: &str = r##"<default name="spp" value="4"/><default name="kind" value="volpath"/>
 <integrator type="$kind"><integer name="max_depth" value="8"/></integrator>
 <sensor type="thinlens" id="view"><float name="fov" value="40"/><float name="aperture_radius" value="0.1"/>
@@ -58,11 +57,11 @@ fn invalid(body: &str) -> String {
     }
 }
 
-/// Numbers that look random; the same in every run.
+/// Pseudorandom numbers; the same in every run.
 struct Numbers(u64);
 
 impl Numbers {
-    /// From 0 to below `n`.
+    /// Returns a number from 0 to `n` − 1.
     fn below(&mut self, n: usize) -> usize {
         // Steele, Lea, Flood. "Fast Splittable Pseudorandom Number Generators." OOPSLA 2014.
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -180,7 +179,7 @@ fn errors_name_line_column_value_and_what_is_expected() {
         let text = invalid(body);
         assert!(text.contains(part) && text.contains("scene.xml:2:"), "{text}");
     }
-    // A mesh must not be read from there, and counts as missing.
+    // A mesh must not be read from there; it counts as missing.
     let outside = "<shape type=\"obj\"><string name=\"filename\" value=\"../m.obj\"/></shape>";
     let scene = load(outside).unwrap();
     let note = scene.notes().iter().find(|note| note.kind == NoteKind::Missing).unwrap();
@@ -241,8 +240,7 @@ fn nesting_is_limited_and_sharing_does_not_multiply() {
     let body = format!(
         "{doubled}<shape type=\"cube\"><bsdf type=\"diffuse\"><ref id=\"t39\" name=\"reflectance\"/></bsdf></shape>"
     );
-    // Whether such a texture is accepted is the builder's business; that this returns is the
-    // loader's.
+    // The builder decides if such a texture is accepted; the loader has to return.
     drop(load(&body));
     let mut mixes = String::from("<bsdf type=\"diffuse\" id=\"m0\"/>");
     for i in 1..30 {

@@ -29,7 +29,7 @@ fn png() -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// A folder with a sound scene, some of whose files are then replaced.
+/// A folder with a valid scene, some of whose files are then replaced.
 struct Folder(TempDir);
 
 impl Folder {
@@ -67,7 +67,7 @@ impl Folder {
     }
 }
 
-/// What every scene promises, as far as a loader could break it.
+/// Asserts the invariants of every scene that a loader could break.
 fn check(scene: &Scene) {
     for mesh in scene.meshes() {
         let n = mesh.positions().len();

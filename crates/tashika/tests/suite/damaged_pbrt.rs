@@ -10,7 +10,7 @@ use tashika::scene::{NoteKind, Scene};
 
 use super::pbrt::{Folder, TRIANGLE, V3, V4, noted, notes, refusal, scene};
 
-/// Something of everything, in each format.
+/// Features of every kind, in each format.
 const RICH_V3: &str = "LookAt 0 0 5 0 0 0 0 1 0 Camera \"perspective\" \"float fov\" [40]\n\
     Film \"image\" \"integer xresolution\" 8 \"float cropwindow\" [0 1 0 .5]\nWorldBegin # comment\n\
     LightSource \"infinite\" \"color L\" [.1 .2 .3]\nTexture \"a\" \"float\" \"constant\" \"float value\" 0.5\n\
@@ -37,7 +37,7 @@ impl Numbers {
         Self(Stream::new(seed, Purpose::Test, 0))
     }
 
-    /// From 0 to below `n`.
+    /// Returns a number from 0 to `n` − 1.
     fn below(&mut self, n: usize) -> usize {
         self.0.below(n as u64) as usize
     }
@@ -52,7 +52,7 @@ fn load(folder: &Folder, bytes: &[u8]) -> Result<Scene> {
             assert!(!scene.cameras().is_empty() && scene.bounds().size().is_finite());
             assert!(scene.instances().iter().all(|instance| instance.to_world.is_finite()));
         }
-        // What only the whole scene shows has no line, and neither has a text that cannot be
+        // A fault of the whole scene has no line, and neither has a text that cannot be
         // decompressed.
         Err(error @ Error::Invalid { at, .. }) => {
             let whole = error.to_string().contains("bounds") || bytes.starts_with(b"\x1f\x8b");

@@ -24,7 +24,8 @@ fn bytes(name: &str) -> Vec<u8> {
     std::fs::read(Path::new(SAMPLES).join(name)).unwrap()
 }
 
-/// Also of a budget that a file could exceed by what it claims: nothing is allocated by it.
+/// Lenient options with a small budget: claimed sizes may exceed it, and nothing is allocated by
+/// them.
 fn small() -> LoadOptions {
     LoadOptions { max_file_bytes: 1 << 22, at: Some(1.0), ..lenient() }
 }
@@ -78,7 +79,7 @@ fn mutated_bytes_do_not_panic() {
     }
 }
 
-/// Each eight bytes of a file in turn say the largest number: sizes and places among them.
+/// Every eight bytes of a file in turn become the largest numbers: sizes and places among them.
 #[test]
 fn claimed_sizes_are_held_against_the_bytes_that_are_there() {
     let folder = tempfile::tempdir().unwrap();

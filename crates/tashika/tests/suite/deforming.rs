@@ -1,5 +1,5 @@
-//! Meshes that deform while the shutter is open: the same pictures as of things that move rigidly
-//! where both say the same, closed forms, and the mean of pictures of the shapes between.
+//! Meshes that deform while the shutter is open: the pictures of rigid motion where vertices move
+//! rigidly, closed forms, and the mean of pictures of the shapes between.
 
 use glam::{Affine3A, DAffine3, DVec3, Vec2};
 use tashika::accel::Tracer;
@@ -21,10 +21,10 @@ use crate::cases::{
 use crate::moving_objects::assert_seen_as_the_mean;
 use crate::sums::assert_sums_are_what_paths_find;
 
-/// When the shutter is open (s).
+/// Interval in which the shutter is open (s).
 const SHUTTER: [f64; 2] = [1.0, 2.0];
 
-/// The mesh whose vertices `way` takes to where they are when the shutter closes.
+/// Adds a mesh whose vertices are moved by `way` until the shutter closes.
 fn deform(b: &mut SceneBuilder, mesh: MeshData, material: Material, way: impl Fn(Vec3) -> Vec3) {
     let material = b.add_material(material).unwrap();
     let positions = mesh.positions.iter().map(|&p| way(p)).collect();
@@ -37,7 +37,8 @@ fn paths(tracer: &Tracer, count: u32, size: [u32; 2], seed: u64) -> Film {
     film(tracer, &PathTracer::new(tracer, PathStop::Count(count), 1000).unwrap(), size, 1, seed)
 }
 
-/// A board and a lamp in a room, which go along ways of their own and grow, by vertices or by maps.
+/// A board and a lamp in a room, which move along ways of their own and grow, by vertices or by
+/// maps.
 fn pushed(by_vertices: bool) -> Scene {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 4.0);
@@ -60,7 +61,7 @@ fn pushed(by_vertices: bool) -> Scene {
     b.build().unwrap()
 }
 
-/// The same paths meet the same things: what is left is what rounding does.
+/// The paths meet the same objects: only rounding differs.
 #[test]
 fn what_goes_straight_is_the_same_by_its_vertices_as_by_a_map() {
     const SIZE: [u32; 2] = [16, 12];
@@ -79,7 +80,7 @@ fn what_goes_straight_is_the_same_by_its_vertices_as_by_a_map() {
             else {
                 continue;
             };
-            // But for rays past an edge.
+            // Except for rays past an edge.
             let edge = one.barycentric.iter().chain(&other.barycentric).any(|b| *b < 1e-3);
             if edge && one.instance != other.instance {
                 continue;
@@ -93,7 +94,7 @@ fn what_goes_straight_is_the_same_by_its_vertices_as_by_a_map() {
     }
     let [a, b] = [&rigid, &deforming].map(|tracer| luminances(&paths(tracer, 256, SIZE, 7)));
     let mean = a.iter().sum::<f64>() / a.len() as f64;
-    // Few paths, past edges, come to something else.
+    // A few paths, past edges, have other values.
     let worst = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let off = (a.iter().sum::<f64>() - b.iter().sum::<f64>()).abs() / a.len() as f64;
     assert!(worst < 0.02 * mean && off < 2e-4 * mean, "{worst} and {off} of {mean}");
@@ -107,10 +108,9 @@ fn needle(b: &mut SceneBuilder, eye: Vec3) {
     b.add_camera(Camera::look_at("c", eye, eye + Vec3::NEG_Z, Vec3::Y, 1e-4)).unwrap();
 }
 
-/// A lamp a metre above a floor, of which two corners grow away: what is at `(±1, ±1)` of the unit
-/// square goes from `0.3` to `1.8` along x where it is above, and stays where it is below, so that it is
-/// a trapezium between. Below the middle
-///
+/// A lamp a metre above a floor, of which two corners move away. Its half-width goes from `0.3` to
+/// `1.8` along x at `y = 0.3`, and stays at `y = −0.3`, so that it is a trapezium between. The
+/// radiance of the floor below the middle is
 /// ```text
 /// ρ/π ∫₀¹ L ∫∫ 1/(1 + x² + y²)² dx dy du     |y| ≤ 0.3, |x| ≤ 0.3 + 1.5 u (y + 0.3)/0.6
 /// ```
@@ -119,7 +119,7 @@ fn a_lamp_that_deforms_lights_by_its_shape_at_each_time() {
     let mut b = builder();
     let floor = parallelogram(Vec3::new(-9.0, -9.0, 0.0), Vec3::X * 18.0, Vec3::Y * 18.0);
     place(&mut b, floor, Material::new("floor", lambert(0.8)));
-    // In strips, of which the sides of each go in straight lines.
+    // Strips, whose sides go in straight lines.
     const STRIPS: u32 = 24;
     let row = |k: u32| -0.3 + 0.6 * k as f32 / STRIPS as f32;
     let mut lamp = MeshData::default();
@@ -151,8 +151,8 @@ fn a_lamp_that_deforms_lights_by_its_shape_at_each_time() {
     assert!((mean - expected).abs() < 4.4 * error + 1e-4 * expected, "{mean} ± {error} for {expected}");
 }
 
-/// A room with a curtain that swings, a lamp that is bent and turns over, and a pane that is drawn out:
-/// while the shutter is open, or as they are after a share of that.
+/// A room with a curtain that swings, a lamp that bends and turns over, and a pane that is
+/// stretched: while the shutter is open, or as they are after a share of that time.
 fn stage(at: Option<f32>) -> Scene {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 4.0);
@@ -218,8 +218,8 @@ fn sums_over_instants_are_what_paths_find() {
     paths_keep_what_the_default_promises(&tracer);
 }
 
-/// A floor that is drawn out along x about the middle, to three times its width, seen from above: what
-/// is at `x` in the middle of the time goes from `x/2` to `3x/2`.
+/// A floor that is stretched along x from the middle, to three times its width, seen from above: a
+/// point at `x` in the middle of the time goes from `x/2` to `3x/2`.
 #[test]
 fn motion_vectors_are_those_of_the_vertices() {
     let mut b = builder();

@@ -1,11 +1,12 @@
 //! Scenes at the ends of the range of numbers: sizes of 10⁻²⁰ to 10¹⁸ m, radiance of 10⁻³⁸ to 10³⁸,
-//! triangles without width, materials, textures, media and cameras at the ends of what is accepted.
+//! triangles without width, materials, textures, media and cameras at the limits of accepted
+//! values.
 //!
 //! Each pixel of each method is finite, or has the stop `not finite` and no claim. Where light and
 //! squared lengths are within single precision, all pixels are finite.
 //!
-//! Scenes are drawn by fixed seeds, and a message has the number of its scene. Draws that the builder
-//! refuses are passed over. `TASHIKA_SLOW_TESTS=1` draws more of them.
+//! Scenes are drawn by fixed seeds, and a message has the number of its scene. Draws that the
+//! builder refuses are skipped. `TASHIKA_SLOW_TESTS=1` draws more of them.
 
 use std::env;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -32,9 +33,9 @@ const SIZE: [u32; 2] = [4, 3];
 /// Range of lengths and radiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Range {
-    /// Products of what is drawn stay within single precision.
+    /// Products of drawn numbers stay within single precision.
     Within,
-    /// As far as single precision does.
+    /// As far as single precision reaches.
     Beyond,
 }
 
@@ -55,7 +56,7 @@ impl Draw {
         self.s.below(of) == 0
     }
 
-    /// A power of ten.
+    /// Ten to a uniform exponent.
     fn power(&mut self, from: f32, to: f32) -> f32 {
         powf(10.0, from + (to - from) * self.s.uniform())
     }
@@ -268,7 +269,7 @@ fn films(tracer: &Tracer, number: u64) -> Vec<(String, Film)> {
     .collect()
 }
 
-/// The number of pixels that are not finite, each of which has the stop that says so.
+/// Counts the pixels that are not finite, and asserts that each has the stop for that.
 fn not_finite(film: &Film, at: &str) -> u64 {
     let (read, raw) = (RenderFilm::of(film), film.plane("").unwrap());
     for (x, y) in film.window().pixels() {

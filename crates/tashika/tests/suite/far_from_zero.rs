@@ -1,9 +1,9 @@
 //! Rooms far from zero: a closed room that glows is equally bright at any position, in any format,
 //! and positions in the output of the program are those of its file.
 //!
-//! The walls of the room emit `L_e = 0.8` and reflect `ρ = 0.6`, so that the radiance is `L_e / (1
-//! − ρ) = 2` everywhere. Its half size is 1 m; numbers of single precision are half a metre apart
-//! at 5·10⁶ m.
+//! The walls of the room emit `L_e = 0.8` and reflect `ρ = 0.6`, so that the radiance is
+//! `L_e / (1 − ρ) = 2` everywhere. Its half size is 1 m; numbers of single precision are half a
+//! metre apart at 5·10⁶ m.
 
 use std::sync::Arc;
 

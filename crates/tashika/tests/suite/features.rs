@@ -1,6 +1,6 @@
 //! The guide's tables are those of the loaders.
 //!
-//! That each row is what its loader does is tested beside the other tests of the format.
+//! The tests of each format compare the rows with the loader.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -10,7 +10,7 @@ use tashika::io::{FormatFeatures, Support, features};
 
 const GUIDE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/GUIDE.md");
 
-/// The words of the guide.
+/// Words of the guide for support.
 fn word(support: Support) -> &'static str {
     match support {
         Support::Full => "yes",

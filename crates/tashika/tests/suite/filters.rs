@@ -1,14 +1,14 @@
 //! Pixel filters as images show them: a straight edge, and the absence of any.
 //!
-//! Left of an edge at `e` there is twice the light `L` of which there is none right of it. A pixel
-//! of centre `c` is then the filter's step response,
+//! The radiance is `2 L` left of an edge at `e`, and zero right of it. A pixel of centre `c` is
+//! then the filter's step response,
 //!
 //! ```text
 //! 2 L F(e − c)        F the cumulative distribution of the filter along the edge's normal
 //! ```
 //!
-//! by gather points and by path tracing, on lamps that are seen and on floors that are lit, and in
-//! pixels at the border of the image no less, part of whose samples are outside of it.
+//! by gather points and by path tracing, on lamps that are seen and on floors that are lit. It
+//! holds in pixels at the border of the image too, part of whose samples are outside of it.
 
 use std::f64::consts::PI;
 
@@ -29,9 +29,9 @@ const SIDE: u32 = 6;
 /// Edges (pixels from the left, or from the top): in the first pixel, between two in the middle,
 /// and outside of the image.
 const EDGES: [f32; 3] = [0.3, 2.625, -0.25];
-/// Gather points a pixel.
+/// Number of gather points a pixel.
 const POINTS: u32 = 1024;
-/// Paths a pixel.
+/// Number of paths a pixel.
 const PATHS: u32 = 2048;
 
 #[derive(Clone, Copy, Debug)]
@@ -51,8 +51,8 @@ impl Seen {
         }
     }
 
-    /// The plane z = 0 with an edge so far from the left (axis 0) or from the top (axis 1), seen
-    /// straight from above.
+    /// The plane z = 0 with an edge at this distance from the left (axis 0) or from the top (axis
+    /// 1), seen straight from above.
     fn tracer(self, edge: f32, axis: usize) -> Tracer {
         const FAR: f32 = 50.0;
         let half = 0.5 * SIDE as f32;
@@ -98,7 +98,7 @@ fn cumulative(filter: Filter, x: f64) -> f64 {
     }
 }
 
-/// How far the drawn filter's distribution may be from that, as `gather::filter` states it.
+/// Largest error of the drawn filter's distribution, as `gather::filter` states it.
 fn drawn_within(filter: Filter) -> f64 {
     if filter == Filter::Gaussian { 5e-4 } else { 1.0 / f64::from(1 << 24) }
 }
@@ -114,7 +114,7 @@ fn image(tracer: &Tracer, integrator: &dyn Integrator, filter: Filter, points: u
     )
 }
 
-/// Holds each pixel to its step response; `tolerance` is of a share `p`.
+/// Compares each pixel with its step response; `tolerance` is a function of that response.
 fn assert_steps(
     seen: Seen,
     film: &Film,
@@ -136,8 +136,7 @@ fn assert_steps(
     }
 }
 
-/// The set of lights of the sun; none of a lamp, which is seen and lights nothing that could show
-/// it.
+/// The set of lights of the sun; empty for a lamp, which is seen and lights no visible surface.
 fn lights(tracer: &Tracer, seen: Seen) -> VplSet {
     match seen {
         Seen::Lamp => VplSet::new(Vec::new(), Provenance::default()),

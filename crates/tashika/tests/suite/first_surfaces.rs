@@ -1,5 +1,5 @@
-//! Planes of what camera rays meet first, against closed forms: what media leave of its light, and when
-//! it is in front.
+//! Planes of the first surfaces of camera rays, against closed forms: the transmittance before
+//! them, and the time at which they are in front.
 
 use glam::{DAffine3, DVec3};
 use tashika::Renderer;
@@ -19,7 +19,7 @@ use crate::grid_media::{self, grid};
 use crate::media::{add, bounding};
 
 const SIZE: [u32; 2] = [12, 8];
-/// Of the camera above the floor (m).
+/// Height of the camera above the floor (m).
 const HEIGHT: f32 = 5.0;
 
 /// A camera that looks down by parallel rays, a metre to the pixel, from a medium.
@@ -41,8 +41,8 @@ fn film(tracer: &Tracer, samples: u32, add: impl Fn(&Setting<'_>, &mut Film, u32
     film
 }
 
-/// `exp(−Σ σ d)` over the way to the floor, past a boundary that is nothing else; to infinity where there
-/// is no floor. Of glass the way ends at its surface.
+/// `exp(−Σ σ d)` over the way to the floor, through a boundary without a surface of its own; to
+/// infinity where there is no floor. The way ends at the surface of glass.
 #[test]
 fn transmittance_is_that_of_the_way_to_the_first_surface() {
     let (air, gel) = ([[0.1, 0.02, 0.0], [0.1, 0.2, 0.0]], [[0.3, 0.0, 0.2], [0.0, 0.7, 0.2]]);
@@ -61,7 +61,7 @@ fn transmittance_is_that_of_the_way_to_the_first_surface() {
     let of = |way: f32, channel: usize, medium: [[f32; 3]; 2]| {
         f64::from(medium[0][channel] + medium[1][channel]) * f64::from(way)
     };
-    // A filter that is wider than a pixel sees past edges: two pixels beside them are left out.
+    // A filter wider than a pixel sees past edges: the two pixels beside them are skipped.
     for (x, y) in Window::full(SIZE).pixels().filter(|(x, y)| ![5, 6].contains(x) && [0, 2, 5, 6].contains(y))
     {
         for channel in 0..3 {
@@ -78,8 +78,8 @@ fn transmittance_is_that_of_the_way_to_the_first_surface() {
     }
 }
 
-/// The mean over all pixels is the transmittance of a ramp of density, `exp(−σ ∫ D)`, within 4.4 of its
-/// standard errors.
+/// The mean over all pixels is the transmittance of a ramp of density, `exp(−σ ∫ D)`, within 4.4 of
+/// its standard errors.
 #[test]
 fn transmittance_of_smoke_is_unbiased() {
     let mut b = builder();
@@ -109,10 +109,10 @@ fn transmittance_of_smoke_is_unbiased() {
     }
 }
 
-/// A square that goes over the film to the right, over a floor that ends in the middle: where it passes,
-/// the middle of the time in which it is there; else that of the floor, which is there all the time. Of
-/// about 240 samples in a quarter of the time, the mean is off by 0.0043 at most in the standard
-/// deviation; pixels lie 0.056 apart.
+/// A square moves over the film to the right, over a floor that ends in the middle. Where it
+/// passes, the time is the middle of the time in which it is there; elsewhere that of the floor,
+/// which is there all the time. With about 240 samples in a quarter of the time, the standard
+/// deviation of the mean is 0.0043 at most; pixels lie 0.056 apart.
 #[test]
 fn time_in_front_is_that_of_what_passes() {
     let mut b = builder();
@@ -139,8 +139,8 @@ fn time_in_front_is_that_of_what_passes() {
     }
 }
 
-/// Where nothing moves and nothing is between, there are no such planes; else all renders have them, the
-/// same ones for threads and shares.
+/// With neither motion nor media there are no such planes; else all renders have them, equal for
+/// any threads and shares.
 #[test]
 fn films_have_the_planes_that_tell_something() {
     let renderer = || Renderer::new(builtin::tiny()).size([24, 18]).paths(2);

@@ -81,7 +81,7 @@ fn words(numbers: impl IntoIterator<Item = f32>) -> String {
     numbers.into_iter().map(|n| n.to_string()).collect::<Vec<_>>().join(" ")
 }
 
-/// pbrt is left-handed: what is not to come out mirrored is mirrored first.
+/// pbrt is left-handed: the scene is mirrored first, so that its picture is not.
 fn pbrt(material: &str, parameter: &str, film: &str) -> String {
     let mut text = format!(
         "Scale -1 1 1\nLookAt 0 1 4  0 1 0  0 1 0\nCamera \"perspective\" \"float fov\" [{FOV}]\n\
@@ -178,8 +178,8 @@ fn gltf() -> String {
     .to_string()
 }
 
-/// OBJ and MTL. The lamp shines to both sides, as nothing in the format says which, but above there
-/// is nothing.
+/// OBJ and MTL. The lamp emits to both sides, since the format does not choose one, but above the
+/// lamp there is nothing.
 fn obj() -> (String, String) {
     let (mut geometry, mut materials) = ("mtllib scene.mtl\n".to_owned(), String::new());
     for (i, wall) in WALLS.iter().enumerate() {
@@ -202,7 +202,7 @@ fn load(name: &str, files: &[(&str, &str)]) -> Scene {
         .unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// Path-traced, all channels, with the standard error of the luminance.
+/// Path-traced colours, with the standard error of the luminance.
 fn picture(scene: Scene, camera: &Camera, seed: u64) -> (Vec<[f64; 3]>, Vec<f64>) {
     let tracer = Tracer::new(Arc::new(scene));
     let view = View { camera, size: [8, 8], gather: GatherOptions::default(), seed };

@@ -1,4 +1,4 @@
-//! What materials of pbrt, Mitsuba 0.6, glTF and MTL reflect here, against the formulas of their
+//! Reflectance of materials of pbrt, Mitsuba 0.6, glTF and MTL, against the formulas of their
 //! formats: numbers that `scripts/material_formulas.py` wrote.
 
 use crate::material_rows::{MITSUBA_3, allowed, rows};

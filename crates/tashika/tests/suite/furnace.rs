@@ -1,7 +1,7 @@
 //! Closed rooms whose walls all emit `L_e` and reflect `ρ`: the radiance is `L_e / (1 − ρ)`
 //! everywhere, whatever the shape.
 //!
-//! The mean over independent VPL sets is held to that by a z-test. In a sphere every VPL
+//! A z-test compares the mean over independent VPL sets with that. In a sphere every VPL
 //! contributes the same, since `cos θ cos φ / d²` is constant there, so the test is sharp to a few
 //! parts in ten thousand; in a box the unclamped sum varies.
 
@@ -51,7 +51,7 @@ fn sphere(rows: u32, columns: u32) -> MeshData {
     MeshData { positions, triangles, ..MeshData::default() }
 }
 
-/// The furnace, and a camera inside that looks along `−z` with field of view `fov`.
+/// The furnace, with a camera inside that looks along `−z` with field of view `fov`.
 fn furnace(mut mesh: MeshData, fov: f32) -> Tracer {
     let centroid =
         |m: &MeshData, t: &[u32; 3]| t.iter().map(|&i| m.positions[i as usize]).sum::<Vec3>() / 3.0;

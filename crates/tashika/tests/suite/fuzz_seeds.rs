@@ -1,4 +1,4 @@
-//! What fuzzing begins from, read and used as the fuzzer does it.
+//! Seeds of the fuzz targets, read and used as by the fuzzer.
 
 use std::path::Path;
 
@@ -23,7 +23,7 @@ fn seeds_are_read_and_used() {
     each_seed("mitsuba", |bytes| fuzzing::load(&[("scene.xml", bytes)]));
     each_seed("film", fuzzing::read_film);
     each_seed("light", fuzzing::light);
-    // These begin from nothing.
+    // These targets have no seeds.
     fuzzing::load_vpls(&[]);
     fuzzing::resume(&[]);
 }

@@ -1,9 +1,9 @@
-//! What all fuzz targets do with their bytes: write them into a folder, read them, and use what
-//! comes out.
+//! Common part of all fuzz targets: they write their bytes into a folder, read them, and use the
+//! result.
 //!
-//! A finding is a panic, a hang, memory beyond the fuzzer's limit, a scene that breaks what a
-//! [`Scene`] promises, an image that is not the same by both ways to read it, or a tile of a
-//! checkpoint that nobody wrote.
+//! A finding is a panic, a hang, memory beyond the fuzzer's limit, a scene that breaks the
+//! guarantees of a [`Scene`], an image that differs between the two ways to read it, or a tile of a
+//! checkpoint that was never written.
 
 use std::fs;
 use std::sync::Arc;
@@ -23,7 +23,7 @@ fn options() -> LoadOptions {
         allow_missing: true,
         max_image_texels: 1 << 20,
         max_file_bytes: 1 << 24,
-        // Between the keys of what moves.
+        // Between the keys of moving objects.
         at: Some(0.5),
         ..LoadOptions::default()
     }
@@ -35,7 +35,7 @@ pub fn load(files: &[(&str, &[u8])]) {
     for (name, bytes) in files {
         fs::write(folder.path().join(name), bytes).expect("a file");
     }
-    // Once at a time, and once while a shutter is open about it.
+    // Once at a time, and once with the shutter open around it.
     for shutter in [None, Some([-0.25, 0.25])] {
         match load_scene(&folder.path().join(files[0].0), &LoadOptions { shutter, ..options() }) {
             Ok(scene) => look(scene),
@@ -116,7 +116,7 @@ pub fn read_film(bytes: &[u8]) {
     }
 }
 
-/// Goes on from a checkpoint whose records, or which as a whole, are these bytes.
+/// Resumes a checkpoint whose records, or whose whole file, are these bytes.
 pub fn resume(bytes: &[u8]) {
     const SPECS: &[PlaneSpec] = &[
         PlaneSpec { name: "", channels: &["R", "G", "B"], unit: "1", kind: SampleKind::F32, doc: "" },
@@ -132,7 +132,7 @@ pub fn resume(bytes: &[u8]) {
     for content in [&records[..], bytes] {
         fs::write(&path, content).expect("a file");
         if let Ok((_, resumed)) = Checkpoint::open(&path, &film) {
-            // Tiles are those whose sum is right, and none else.
+            // Tiles are those with a correct checksum, and no others.
             assert!(resumed.tiles.iter().all(|tile| film.window().covers(tile)));
             assert!(!resumed.tiles.is_empty() || resumed.film == film);
         }

@@ -1,4 +1,4 @@
-//! The glTF loader: what each part of a sound file becomes, in numbers.
+//! The glTF loader: the results for each part of a valid file, in numbers.
 //!
 //! Files are written here, byte by byte. Damaged ones are in `damaged_gltf`.
 
@@ -26,7 +26,7 @@ pub struct Document {
 }
 
 impl Document {
-    /// No node, no mesh.
+    /// A document without nodes and meshes.
     pub fn empty() -> Self {
         let json = json!({
             "asset": { "version": "2.0" },
@@ -166,7 +166,7 @@ pub fn notes(scene: &Scene) -> Vec<(NoteKind, String)> {
     notes.map(|n| (n.kind, n.message)).collect()
 }
 
-/// Whether there is exactly one note, of this kind and with this text in it.
+/// Returns true if there is exactly one note, of this kind and with this text in it.
 pub fn only_note(scene: &Scene, kind: NoteKind, text: &str) -> bool {
     matches!(notes(scene).as_slice(), [(k, message)] if *k == kind && message.contains(text))
 }
@@ -175,7 +175,7 @@ fn close(a: Vec3, b: [f32; 3]) -> bool {
     (a - Vec3::from_array(b)).length() < 1e-5
 }
 
-/// The surface of the triangle's material, which is `material`, and what was noted.
+/// The surface of the triangle's material, which is `material`, and the notes.
 pub fn surface_of(material: Value) -> (Surface, Vec<(NoteKind, String)>) {
     let mut d = Document::triangle();
     d.json["materials"][0] = material;
@@ -609,7 +609,7 @@ fn extensions_that_a_file_requires_are_read_or_refused_by_name() {
         d.json["extensionsRequired"] = json!([name]);
         assert!(d.load().is_ok(), "{name}");
     }
-    // What such a file lacks does not hide what the user should know.
+    // Missing data of such a file do not hide the advice to the user.
     d.json["accessors"] = json!("compressed away");
     for (name, advice) in [
         ("KHR_draco_mesh_compression", "without mesh compression"),

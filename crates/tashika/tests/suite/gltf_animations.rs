@@ -1,4 +1,4 @@
-//! Animations of glTF: where nodes, cameras and lights are at a time, in numbers; damaged ones.
+//! Animations of glTF: nodes, cameras and lights at a time, in numbers; damaged ones.
 
 use glam::{Affine3A, Mat3, Quat, Vec3};
 use serde_json::{Value, json};
@@ -55,7 +55,7 @@ pub fn animate<const N: usize>(
     animation
 }
 
-/// The triangle, which goes from 1 to 3 metres along x in the seconds from 2 to 4.
+/// The triangle, which moves from 1 to 3 metres along x in the seconds from 2 to 4.
 fn walking() -> Document {
     let mut d = Document::triangle();
     d.json["nodes"][0]["translation"] = json!([0, 7, 0]);
@@ -73,12 +73,12 @@ fn a_scene_is_as_it_is_at_the_time_that_is_asked_for() {
     let scene = at(&d, 3.0);
     assert_eq!(notes(&scene), []);
     assert_eq!((scene.animated_seconds(), scene.time()), (Some([2.0, 4.0]), Some(3.0)));
-    // Without a time all is as the nodes say, and it is said that something moves.
+    // Without a time the transforms of the nodes count, and a note reports the motion.
     let still = load_at(&d, None).unwrap();
     assert_eq!(Vec3::from(placed(&still).translation), Vec3::new(0.0, 7.0, 0.0));
     assert!(only_note(&still, NoteKind::Ignored, "without a time (`--at`) left out"));
     assert_eq!((still.animated_seconds(), still.time()), (Some([2.0, 4.0]), None));
-    // Other times are other scenes; without any it is the file alone that counts.
+    // Other times are other scenes; without motion the file alone counts.
     let digests = [still.digest(), at(&d, 3.0).digest(), at(&d, 3.5).digest()];
     assert!(digests[0] != digests[1] && digests[1] != digests[2] && digests[1] == at(&d, 3.0).digest());
     let unmoved = Document::triangle();
@@ -102,7 +102,7 @@ fn every_interpolation_is_that_of_the_format() {
     assert_eq!([step(2.999), step(3.0)], values.map(Vec3::from));
     let linear = scale("LINEAR", &values);
     assert_eq!(linear(1.5), Vec3::new(2.0, 1.0, 2.0));
-    // A cubic whose tangents are its own derivatives is met exactly: f = (t³, t², 1 − t).
+    // A cubic whose tangents are its own derivatives is reproduced exactly: f = (t³, t², 1 − t).
     let f = |t: f32| [t * t * t, t * t, 1.0 - t];
     let tangent = |t: f32| [3.0 * t * t, 2.0 * t, -1.0];
     let unused = [1e6; 3];
@@ -127,7 +127,7 @@ fn rotations_turn_at_constant_speed_by_the_shorter_way() {
             assert!(placed(&at(&d, f64::from(t))).abs_diff_eq(expected, 1e-6), "{sign} {interpolation} {t}");
         }
     }
-    // A spline of quaternions is made one of unit length.
+    // A spline of quaternions is normalised.
     let mut d = Document::triangle();
     let (none, zero) = ([0.0, 0.0, 0.0, 1.0], [0.0; 4]);
     animate(&mut d, (0, "rotation"), "CUBICSPLINE", &[0.0, 1.0], &[zero, none, zero, zero, QUARTER, zero]);
@@ -187,7 +187,8 @@ fn cameras_move_while_the_shutter_is_open() {
         assert!(motion.pose(share).abs_diff_eq(expected, 4e-4), "{share}: {:?}", motion.pose(share));
     }
     assert!(scene.cameras()[1].motion.is_none());
-    // The triangle begins to walk after two seconds: without a time it is where it is in the middle.
+    // The triangle begins to walk after two seconds. Without a time, the middle of the shutter's
+    // interval counts.
     assert_eq!((notes(&scene), scene.time()), (Vec::new(), Some(0.625)));
     assert!(!scene.moves());
     let walks = exposed(None, [2.5, 3.5]);
@@ -198,7 +199,7 @@ fn cameras_move_while_the_shutter_is_open() {
     assert!(load_at(&d, None).unwrap().cameras()[0].motion.is_none(), "glTF has no shutter of its own");
 }
 
-/// Two whole turns, so that it is the same at the ends and in the middle of the time.
+/// Two whole turns, so that the pose is equal at the ends and in the middle of the time.
 #[test]
 fn meshes_move_while_the_shutter_is_open() {
     let mut d = Document::triangle();
@@ -234,7 +235,7 @@ fn meshes_move_while_the_shutter_is_open() {
     }
     assert!(only_note(&scene, NoteKind::Approximated, "lights that move: where they are in the middle"));
     assert!(!exposed(&d, [0.5, 0.5]).moves() && !exposed(&d, [2.0, 3.0]).moves());
-    // What shrinks to nothing is where it is in the middle.
+    // An object that shrinks to zero has its pose of the middle of the time.
     let mut d = Document::triangle();
     animate(&mut d, (0, "scale"), "LINEAR", &[0.0, 1.0], &[[1.0; 3], [0.0; 3]]);
     let scene = exposed(&d, [0.0, 1.0]);
@@ -245,8 +246,8 @@ fn meshes_move_while_the_shutter_is_open() {
 #[test]
 fn what_cannot_be_shown_is_said() {
     let mut d = walking();
-    // Another animation of the same property, morph targets that are not there, a pointer, a channel
-    // of nothing.
+    // A second animation of a property, morph targets that do not exist, a pointer, a channel
+    // without a target.
     animate(&mut d, (0, "translation"), "STEP", &[0.0], &[[9.0; 3]]);
     animate(&mut d, (0, "weights"), "LINEAR", &[0.0, 1.0], &[[0.0], [1.0]]);
     animate(&mut d, (0, "weights"), "LINEAR", &[0.0, 1.0], &[[0.0], [1.0]]);
@@ -288,13 +289,13 @@ fn times_that_do_not_rise_are_sorted_and_missing_keys_left_out() {
     let scene = at(&d, 1.0);
     assert!(only_note(&scene, NoteKind::Repaired, "animations without keys"), "{:?}", notes(&scene));
     assert_eq!(placed(&scene), Affine3A::IDENTITY);
-    // A rotation of no length is none.
+    // A rotation of zero length is ignored.
     let mut d = Document::triangle();
     animate(&mut d, (0, "rotation"), "LINEAR", &[0.0, 1.0], &[[0.0; 4]; 2]);
     let scene = at(&d, 0.5);
     assert!(only_note(&scene, NoteKind::Repaired, "no quaternion"), "{:?}", notes(&scene));
     assert_eq!(placed(&scene), Affine3A::from_quat(Quat::IDENTITY));
-    // What shrinks to nothing is not there.
+    // An object that is scaled to zero has no instance.
     let mut d = Document::triangle();
     animate(&mut d, (0, "scale"), "LINEAR", &[0.0, 1.0], &[[1.0; 3], [0.0; 3]]);
     assert_eq!((at(&d, 0.9).instances().len(), at(&d, 1.0).instances().len()), (1, 0));
@@ -355,7 +356,7 @@ fn damaged_animations_are_refused_with_their_place_if_a_time_is_asked_for() {
     }
 }
 
-/// Ten thousand channels that name the same ten thousand keys cost what may be read, not more.
+/// Ten thousand channels that name the same ten thousand keys stay within the budget of the reader.
 #[test]
 fn naming_the_same_keys_many_times_does_not_take_for_ever() {
     let mut d = Document::triangle();

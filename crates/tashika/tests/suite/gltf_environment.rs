@@ -6,7 +6,7 @@ use tashika::scene::{NoteKind, Scene};
 
 use super::gltf::{Document, notes, png};
 
-/// Colours of the faces `+x −x +y −y +z −z`: of 0 and 255, one of them over a half.
+/// Colours of the faces `+x −x +y −y +z −z`: of 0 and 255, the last with an opacity of a fifth.
 const FACES: [[u8; 4]; 6] = [
     [255, 0, 0, 255],
     [0, 255, 0, 255],
@@ -41,7 +41,7 @@ fn radiance(scene: &Scene, d: [f32; 3]) -> [f32; 3] {
     scene.environment().unwrap().radiance(Vec3::from(d)).to_array()
 }
 
-/// Values that a file may have in place of any other.
+/// Values that replace any value of a file.
 pub fn junk() -> [Value; 9] {
     let huge = json!(u64::MAX);
     [json!(null), json!(true), json!(-1), json!(1e308), json!("x"), json!([]), json!({}), json!([[]]), huge]
@@ -61,7 +61,7 @@ fn the_first_level_is_the_radiance_turned_and_scaled() {
     for (axis, color) in AXES.into_iter().zip(colors) {
         assert!(near(radiance(&scene, axis), color), "{axis:?}: {:?}", radiance(&scene, axis));
     }
-    // A quarter about +y: what is seen at +z moves to +x.
+    // A quarter about +y: the face at +z moves to +x.
     let turned = under_sky(json!({ "rotation": [0, half, 0, half], "intensity": 3 })).load().unwrap();
     for (axis, face) in [([1.0, 0.0, 0.0], 4), ([0.0, 0.0, -1.0], 0), ([0.0, 1.0, 0.0], 2)] {
         assert!(near(radiance(&turned, axis), colors[face].map(|v| 3.0 * v)), "{axis:?}");

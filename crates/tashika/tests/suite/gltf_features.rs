@@ -28,14 +28,14 @@ fn with_material(material: Value) -> Document {
     d
 }
 
-/// A material that lets light through, smooth, with an extension beside.
+/// A smooth material that transmits light, with a further extension.
 fn glass(volume: Value, pbr: Value) -> Document {
     with_material(json!({ "pbrMetallicRoughness": pbr, "extensions": {
         "KHR_materials_transmission": { "transmissionFactor": 1 }, "KHR_materials_volume": volume,
     } }))
 }
 
-/// A file that has what a row names, and nothing else that deserves a note.
+/// A file with the feature of a row, and nothing else that deserves a note.
 fn example(kind: &str, name: &str) -> Document {
     let mut d = base();
     let smooth = json!({ "roughnessFactor": 0, "metallicFactor": 0 });
@@ -301,11 +301,11 @@ fn every_row_gives_its_note_and_no_other() {
             d.json["buffers"][0]["uri"] = json!("b.bin");
             load_in(folder.path(), "s.gltf", &d.text(), &LoadOptions::default())
         } else {
-            // Animations are looked into where a time is asked for.
+            // Animations are read where a time is requested.
             let at = (row.kind == "animation").then_some(0.0);
             load_in(folder.path(), "s.glb", &document.glb(), &LoadOptions { at, ..lenient() })
         };
-        // A field of an extension comes with what is said about the extension.
+        // A field of an extension comes with the note on the extension.
         let extension = rows().iter().find(|r| r.kind == "extension" && r.name == row.kind);
         let mut expected = Vec::new();
         for row in [Some(row), extension].into_iter().flatten() {

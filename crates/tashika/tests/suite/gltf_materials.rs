@@ -46,7 +46,7 @@ fn near(a: [f32; 2], b: [f32; 2]) {
     assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5), "{a:?} for {b:?}");
 }
 
-/// What the curve of sRGB makes of eight bits.
+/// Linear value of eight bits of sRGB.
 fn linear(byte: u8) -> f32 {
     tashika::color::srgb_decode(f32::from(byte) / 255.0)
 }
@@ -126,7 +126,8 @@ fn specular_textures_multiply_the_reflectance() {
     near([right.r, right.b], [0.04, 0.0]);
 }
 
-/// `s` of all that a dielectric reflects is a mix with what is below; metal keeps its reflection.
+/// A dielectric's reflection times `s` is a mix with the material below; metal keeps its
+/// reflection.
 #[test]
 fn the_strength_of_a_reflection_is_a_share() {
     for (metallic, share, metal) in [(0.0, 0.25, 0.0), (0.5, 0.625, 0.8)] {
@@ -156,11 +157,11 @@ fn transmission_without_thickness_is_a_pane_of_the_base_colour() {
     let white = Rgb::WHITE.into();
     let Surface::ThinGlass { ior, reflectance, transmittance, facets } = pane else { panic!("{pane:?}") };
     assert_eq!((reflectance, transmittance, facets), (white, BASE.into(), 0.0.into()));
-    // Both faces together reflect what one of 1.33 does.
+    // Both faces together reflect as much as one of index 1.33.
     let [one, each] = [1.33, ior].map(|n: f32| ((n - 1.0) / (n + 1.0)).powi(2));
     assert!((2.0 * each / (1.0 + each) / one - 1.0).abs() < 1e-4, "{ior}");
     assert!(matches!(said.as_slice(), [(NoteKind::Approximated, m)] if m.contains("two faces")), "{said:?}");
-    // No index of refraction takes light in if everything is reflected.
+    // No light enters if everything is reflected.
     let extensions = json!({ "KHR_materials_transmission": { "transmissionFactor": 1 }, "KHR_materials_ior": { "ior": 0 } });
     assert_eq!(surface_of(dielectric(0.05, extensions)).0.kind(), "metallic-roughness");
     let extensions = json!({ "KHR_materials_transmission": { "transmissionFactor": 1 } });
@@ -257,7 +258,8 @@ fn clear_coats_lie_over_dielectrics_and_metals() {
     }
 }
 
-/// Under a coat, which takes from both; the texel is (255, 102, 128) and opaque by 0.6.
+/// Sheen under a coat, which attenuates sheen and base; the texel is (255, 102, 128), and 0.6
+/// opaque.
 #[test]
 fn sheen_lies_on_the_base_and_under_a_coat() {
     let sheen = json!({

@@ -15,7 +15,7 @@ use super::textures;
 pub const IES: &str = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 5 1 2 0 0 0\n1 1 60\n0 90 180\n0 90 180 270 360\n\
     8 1 1\n8 2 1\n8 3 1\n8 4 1\n8 1 1\n";
 
-/// A triangle and one node more with a lamp of this profile.
+/// A triangle, and one more node with a lamp of this profile.
 pub fn with_lamp(profile: Value, lamp: Value, node: Value) -> Document {
     let mut d = Document::triangle();
     d.json["extensions"] = json!({ "EXT_lights_ies": { "lights": [profile] } });
@@ -25,7 +25,7 @@ pub fn with_lamp(profile: Value, lamp: Value, node: Value) -> Document {
     d
 }
 
-/// The profile, embedded.
+/// A profile as a data URI.
 pub fn embedded(text: &str) -> Value {
     let data = base64::prelude::BASE64_STANDARD.encode(text);
     json!({ "uri": format!("data:application/x-ies-lm-63;base64,{data}") })
@@ -49,7 +49,7 @@ fn near(a: [f32; 3], b: [f32; 3]) -> bool {
 #[test]
 fn lamps_point_down_the_axis_of_their_node_and_turn_with_it() {
     let half = std::f32::consts::FRAC_1_SQRT_2;
-    // A quarter about +x: what pointed along −z points along +y, what along +y along +z.
+    // A quarter about +x: −z turns to +y, and +y to +z.
     for (node, [down, up, c0, c90, c180, c270]) in [
         (
             json!({ "translation": [1, 2, 3] }),

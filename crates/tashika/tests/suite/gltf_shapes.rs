@@ -1,4 +1,4 @@
-//! Morph targets and skins of glTF: where vertices are, against closed forms; damaged ones.
+//! Morph targets and skins of glTF: positions of vertices, against closed forms; damaged ones.
 
 use glam::{Affine3A, Quat, Vec3};
 use serde_json::{Value, json};
@@ -26,7 +26,7 @@ fn morphing() -> Document {
     d
 }
 
-/// Where the corners are by these weights.
+/// Positions of the corners for these weights.
 fn morphed(weights: [f32; 2]) -> [Vec3; 3] {
     [0, 1, 2].map(|v| {
         let [first, second] = MOVES.map(|moves| Vec3::from(moves[v]));
@@ -54,7 +54,7 @@ fn weights_are_those_of_the_node_or_else_of_the_mesh() {
         assert_eq!(notes(&scene), []);
         scene
     };
-    // Null is what is not there.
+    // Null stands for a missing value.
     assert_corners(&of(Value::Null, Value::Null), 0, CORNERS.map(Vec3::from), "none");
     assert_corners(&of(json!([0.5, 0.25]), Value::Null), 0, morphed([0.5, 0.25]), "the mesh's");
     assert_corners(&of(json!([0.5, 0.25]), json!([0, -1])), 0, morphed([0.0, -1.0]), "the node's");
@@ -71,8 +71,8 @@ fn weights_are_those_of_the_node_or_else_of_the_mesh() {
     assert_eq!(shown, [0, 1, 0]);
 }
 
-/// A target without bytes but for its second vertex, and one whose normals are moved; indices that
-/// begin at the second vertex.
+/// A target whose only stored vertex is the second, and one that moves normals; indices that begin
+/// at the second vertex.
 #[test]
 fn sparse_targets_and_normals_of_the_vertices_in_use() {
     let mut d = Document::triangle();
@@ -100,7 +100,7 @@ fn sparse_targets_and_normals_of_the_vertices_in_use() {
     for (found, expected) in scene.meshes()[0].normals().iter().zip(normals) {
         assert!((*found - expected).length() < 1e-6, "{found} for {expected}");
     }
-    // More vertices than zeros may be without bytes, but not more than there are.
+    // More zeros than the limit may be without bytes, but not more than there are vertices.
     let mut d = Document::triangle();
     let many = (1 << 16) + 3;
     let corners: Vec<[f32; 3]> = (0..many).map(|i| CORNERS[i % 3]).collect();
@@ -131,8 +131,8 @@ fn weights_are_animated_by_every_interpolation() {
     for (seconds, weights) in [(0.0, [0.25, 1.0]), (1.5, [0.375, 0.5]), (9.0, [0.75, -1.0])] {
         assert_corners(&at("LINEAR", &keys, seconds), 0, morphed(weights), "LINEAR");
     }
-    // Cubics whose tangents are their own derivatives are met exactly: t³/9 and t − t²/3. Of each key
-    // the tangents towards it of both targets come first, then both values.
+    // Cubics whose tangents are their own derivatives are reproduced exactly: t³/9 and t − t²/3.
+    // Each key has the incoming tangents of both targets first, then both values.
     let f = |t: f32| [t * t * t / 9.0, t - t * t / 3.0];
     let slope = |t: f32| [t * t / 3.0, 1.0 - 2.0 * t / 3.0];
     let keys = [[1e6; 2], f(1.0), slope(1.0), slope(3.0), f(3.0), [1e6; 2]];
@@ -141,7 +141,7 @@ fn weights_are_animated_by_every_interpolation() {
         let scene = at("CUBICSPLINE", &keys, f64::from(t));
         assert_corners(&scene, 0, morphed(f(t.min(3.0))), &format!("CUBICSPLINE at {t}"));
     }
-    // Without a time the node's weights count, and that it moves is said.
+    // Without a time the node's weights count, and a note reports the motion.
     let mut d = morphing();
     animate(&mut d, (0, "weights"), "LINEAR", &[1.0, 3.0], &[[1.0]; 4]);
     let scene = load_at(&d, None).unwrap();
@@ -152,8 +152,8 @@ fn weights_are_animated_by_every_interpolation() {
 /// Heights of the bar's vertices, of which there are two at each: the joints are at 0 and 1 m.
 const HEIGHTS: [f32; 3] = [0.0, 1.0, 2.0];
 
-/// A bar of two joints along y: what is at 0 follows the first joint, what is at 2 the second, what is
-/// at 1 both. The root stands at (0, 0, 5); the node of the mesh somewhere else.
+/// A bar of two joints along y: vertices at 0 follow the first joint, vertices at 2 the second, and
+/// vertices at 1 both. The root stands at (0, 0, 5); the node of the mesh elsewhere.
 pub fn skinned() -> Document {
     let mut d = Document::empty();
     d.push("materials", json!({}));
@@ -194,7 +194,7 @@ pub fn skinned() -> Document {
     d
 }
 
-/// A matrix that moves things, by columns.
+/// A translation as a matrix, by columns.
 fn bind(way: Vec3) -> [f32; 16] {
     let mut m = [0.0; 16];
     (0..4).for_each(|k| m[5 * k] = 1.0);
@@ -202,7 +202,7 @@ fn bind(way: Vec3) -> [f32; 16] {
     m
 }
 
-/// Positions and normals of the bar with its second joint as `second` puts it about itself.
+/// Positions and normals of the bar with its second joint transformed by `second` around itself.
 fn bent(second: Affine3A) -> [(Vec3, Vec3); 6] {
     let about = Affine3A::from_translation(Vec3::Y) * second * Affine3A::from_translation(Vec3::NEG_Y);
     let root = Affine3A::from_translation(Vec3::Z * 5.0);
@@ -251,7 +251,7 @@ fn a_bar_of_two_joints_bends_by_a_right_angle() {
         let expected = bent(Affine3A::from_scale_rotation_translation(scale, turn, Vec3::ZERO));
         assert_bent(&d.load().unwrap(), expected, &format!("scaled by {scale}"));
     }
-    // Without matrices vertices are bound to where they are.
+    // Without matrices vertices are bound at their own positions.
     let mut d = skinned();
     d.json["skins"][0].as_object_mut().unwrap().remove("inverseBindMatrices");
     let tip = d.load().unwrap().meshes()[0].positions()[4];
@@ -267,7 +267,7 @@ fn joints_follow_the_animation_and_morphs_come_before_skins() {
         let turn = Affine3A::from_quat(Quat::IDENTITY.slerp(turn, angle));
         assert_bent(&load_at(&d, Some(seconds)).unwrap(), bent(turn), &format!("at {seconds} s"));
     }
-    // A hidden skeleton moves what follows it all the same.
+    // A hidden skeleton moves its vertices all the same.
     d.json["nodes"][3]["extensions"] = json!({ "KHR_node_visibility": { "visible": false } });
     let hidden = load_at(&d, Some(5.0)).unwrap();
     assert_bent(&hidden, bent(Affine3A::from_quat(Quat::from_array(QUARTER))), "hidden");
@@ -279,8 +279,8 @@ fn joints_follow_the_animation_and_morphs_come_before_skins() {
     assert!((tip - Vec3::new(-1.0, 4.0, 5.0)).length() < 2e-6, "{tip}");
 }
 
-/// Six joints that a vertex follows by a sixth each, in two sets, numbers of two bytes and weights that
-/// add up to twice as much; and as many joints in one place.
+/// Six joints that a vertex follows by a sixth each, in two sets, with numbers of two bytes and
+/// weights that add up to two.
 #[test]
 fn further_sets_count_and_weights_add_up_to_one() {
     let mut d = skinned();
@@ -328,8 +328,8 @@ fn assert_close(found: [Vec3; 3], expected: [Vec3; 3], what: &str) {
     }
 }
 
-/// One node morphs and goes along, one stands and morphs, one has weights that are not animated, one a
-/// skin whose joint turns.
+/// One node morphs and moves, one stands and morphs, one has constant weights, and one has a skin
+/// whose joint turns.
 #[test]
 fn shapes_change_while_the_shutter_is_open() {
     let mut d = morphing();
@@ -354,7 +354,7 @@ fn shapes_change_while_the_shutter_is_open() {
         assert_close(corners_at(&scene, 2, share), morphed([0.5, 0.5]), &what);
     }
     assert_eq!(scene.time(), Some(2.0));
-    // After the last key nothing goes on, and closed at once nothing does either.
+    // After the last key nothing moves, and a shutter that closes at once shows no motion.
     for still in [exposed(&d, [4.0, 5.0]), exposed(&d, [2.0, 2.0]), load_at(&d, Some(2.0)).unwrap()] {
         assert!(!still.moves());
     }
@@ -363,7 +363,7 @@ fn shapes_change_while_the_shutter_is_open() {
 
     let mut d = skinned();
     animate(&mut d, (3, "rotation"), "LINEAR", &[0.0, 2.0], &[[0.0, 0.0, 0.0, 1.0], QUARTER]);
-    // That of the node of the mesh has no effect.
+    // The motion of the mesh's own node has no effect.
     animate(&mut d, (0, "translation"), "LINEAR", &[0.0, 2.0], &[[0.0; 3], [9.0; 3]]);
     let scene = exposed(&d, [0.0, 1.0]);
     assert!(notes(&scene).is_empty() && scene.instances().len() == 1 && scene.moves());
@@ -394,7 +394,7 @@ fn what_is_wrong_with_weights_and_joints_is_said() {
         );
         assert_corners(&scene, 0, morphed(expected), "as far as there are");
     }
-    // A primitive without joints is where its node is.
+    // A primitive without joints is at its node.
     let mut d = skinned();
     d.json["meshes"][0]["primitives"][0]["attributes"].as_object_mut().unwrap().remove("WEIGHTS_0");
     let scene = d.load().unwrap();
@@ -402,7 +402,7 @@ fn what_is_wrong_with_weights_and_joints_is_said() {
     assert!(said.len() == 2 && said[0].contains("joints without weights"), "{said:?}");
     assert!(said[1].contains("where their node is"), "{said:?}");
     assert_eq!(Vec3::from(scene.instances()[0].to_world.translation), Vec3::new(50.0, 60.0, 75.0));
-    // Weights that are none: the tip follows the first joint, the rest is as it was.
+    // Invalid weights: the tip follows the first joint, the other vertices are unchanged.
     for wrong in [[0.0, 0.0], [f32::NAN, -1.0]] {
         let mut d = skinned();
         d.json["nodes"][3]["rotation"] = json!(QUARTER);
@@ -417,7 +417,7 @@ fn what_is_wrong_with_weights_and_joints_is_said() {
         assert!((positions[4] - Vec3::new(0.0, 2.0, 5.0)).length() < 1e-6, "{}", positions[4]);
         assert!((positions[5] - Vec3::new(-1.0, 1.0, 6.0)).length() < 1e-6, "{}", positions[5]);
     }
-    // A last row that projects is none.
+    // A last row that projects is repaired.
     let mut d = skinned();
     let end = d.buffer.len();
     d.buffer[end - 4..].copy_from_slice(&2.0_f32.to_le_bytes());
@@ -494,14 +494,14 @@ fn damaged_shapes_are_refused_with_their_place() {
     }
 }
 
-/// Where the bytes of the joints of the bar end.
+/// End of the bytes of the bar's joints.
 fn end_of_joints(d: &Document) -> usize {
     let view = &d.json["bufferViews"][3];
     (view["byteOffset"].as_u64().unwrap() + view["byteLength"].as_u64().unwrap()) as usize
 }
 
-/// A thousand nodes that name as many targets of the same vertices, each time in another shape, cost
-/// what may be read, not more.
+/// A thousand nodes that name as many targets of the same vertices, each in another shape, stay
+/// within the budget of the reader.
 #[test]
 fn naming_the_same_targets_many_times_does_not_take_for_ever() {
     let mut d = morphing();

@@ -43,7 +43,7 @@ fn accessor(d: &mut Document, component: u32, kind: &str, values: &[f64], normal
     )
 }
 
-/// The triangle with these attributes beside its positions, and a texture that wants coordinates.
+/// The triangle with these attributes beside its positions, and a texture that needs coordinates.
 fn with_attributes(mut d: Document, attributes: &[(&str, usize)]) -> Scene {
     for (name, index) in attributes {
         d.json["meshes"][0]["primitives"][0]["attributes"][*name] = json!(index);

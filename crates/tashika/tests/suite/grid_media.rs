@@ -26,7 +26,7 @@ use crate::cases::{
 };
 use crate::media::{assert_means, bounding, colors, mean_of, needle, paths};
 
-/// A grid in the box between two corners, of what `value` says of the middle of each cell.
+/// A grid in the box between two corners, with `value` at the middle of each cell.
 pub fn grid(counts: [u32; 3], [lo, hi]: [Vec3; 2], value: impl Fn([f64; 3]) -> [f64; 3]) -> VolumeGrid {
     let middle = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
     let [nx, ny, nz] = counts;
@@ -57,8 +57,8 @@ pub fn add(
 
 const ABSORPTION: [f32; 3] = [0.3, 1.0, 2.5];
 
-/// `∫ D` over a box of a metre whose density rises from 0 to `2` in `cells` steps, of which the first
-/// and the last half are even.
+/// `∫ D` over a box of a metre whose density rises from 0 to `2` in `cells` steps; the first and
+/// the last half of a step are constant.
 fn ramp(cells: u32) -> f64 {
     // The trapezoids between the samples, and the two ends.
     let sample = |i: u32| 2.0 * (f64::from(i) + 0.5) / f64::from(cells);
@@ -66,8 +66,8 @@ fn ramp(cells: u32) -> f64 {
     (between + 0.5 * (sample(0) + sample(cells - 1))) / f64::from(cells)
 }
 
-/// A lamp seen through smoke that only absorbs and gets denser, of which the grid does not fill all:
-/// the way there by a path, and the way of a shadow by a segment.
+/// Smoke that only absorbs and gets denser, within a medium that is larger than the grid: a lamp
+/// seen through it by a path, and a slanted shadow segment.
 #[test]
 fn a_ramp_absorbs_as_its_integral_says() {
     let cells = 10;
@@ -129,15 +129,15 @@ fn mean_density(from: f64, to: f64) -> f64 {
     let mut from = lo;
     let mut sum = 0.0;
     for to in bends.drain(..) {
-        // Of the middle: the density is linear there, and it may end at an end.
+        // At the middle, since the density is linear between and may drop to zero at an end.
         sum += (to - from) * density_at(0.5 * (from + to));
         from = to;
     }
     sum / (hi - lo)
 }
 
-/// A point light in a slab whose density has a step, seen from outside of it: what is scattered once
-/// towards the camera, by quadrature.
+/// A point light in a slab whose density has a step, seen from outside of the slab: light that is
+/// scattered once towards the camera, against quadrature.
 #[test]
 fn light_scattered_once_in_a_step_is_that_of_quadrature() {
     let light = [0.4, -0.3, -1.0];
@@ -173,8 +173,8 @@ fn waves([x, y, z]: [f64; 3]) -> [f64; 3] {
     [wave(9.0 * x + 4.0 * y), wave(11.0 * y - 5.0 * z), wave(12.0 * z + 6.0 * x)]
 }
 
-/// What absorbs nothing is invisible where light is the same from all sides, whatever its density:
-/// under a sky, with the camera in and outside of it, and in a room that glows.
+/// A medium without absorption is invisible where radiance is equal from all sides, whatever its
+/// density: under a sky, with the camera inside and outside, and in a room that glows.
 #[test]
 fn white_media_of_any_density_are_invisible_in_a_furnace() {
     let white = [[0.0; 3], [0.5, 2.0, 6.0]];
@@ -239,9 +239,9 @@ fn picture(tracer: &Tracer) -> [(f64, f64); 3] {
     moments.map(|m| (m.mean(), m.standard_error()))
 }
 
-/// Grids of ones, of albedos, and of coefficients that are the same everywhere, however they are
-/// placed, give the picture of the homogeneous medium. 12 comparisons of 16 with 16 means: 5.5
-/// standard errors are a level of 6·10⁻⁶ each.
+/// Grids of ones, of constant albedo, and of constant coefficients, however they are placed, give
+/// the picture of the homogeneous medium. 12 comparisons of 16 with 16 means: 5.5 standard errors
+/// are a level of 6·10⁻⁶ each.
 #[test]
 fn grids_that_are_even_are_homogeneous() {
     let plain = room_with_block(|b, _| {
@@ -301,7 +301,7 @@ fn threads_and_windows_change_no_bit_in_grids() {
     }
 }
 
-/// A grid that is turned, sheared and mirrored is the same thing in another place.
+/// A grid that is turned, sheared and mirrored is the same medium in another place.
 #[test]
 fn grids_are_where_their_map_puts_them() {
     let see = |turn: Affine3A| {
@@ -319,7 +319,8 @@ fn grids_are_where_their_map_puts_them() {
         b.set_environment(Environment::constant(Rgb::WHITE)).unwrap();
         let [eye, up] = [turn.transform_point3(Vec3::Z * 3.0), turn.transform_vector3(Vec3::Y)];
         let camera = Camera::look_at("c", eye, turn.transform_point3(Vec3::ZERO), up, 0.3);
-        // Far away, so that the light of the sky gets in: nothing is outside of the grid.
+        // The medium is that of the camera, and its density is zero outside of the grid, so that
+        // the light of the sky gets in.
         b.add_camera(Camera { medium: Some(smoke), ..camera }).unwrap();
         let tracer = tracer(b);
         film(&tracer, &PathTracer::new(&tracer, PathStop::Count(400), 4).unwrap(), [6, 6], 1, 9)

@@ -1,5 +1,5 @@
-//! Light that is hard to find, against light transport: what is claimed holds, and two choices of
-//! lights never contradict each other more often than they said.
+//! Light that is hard to find, against light transport: claims hold, and two choices of lights
+//! contradict each other no more often than stated.
 
 use tashika::color::Rgb;
 use tashika::film::{Film, Window};
@@ -18,16 +18,16 @@ use crate::cases::{
 
 const SIZE: [u32; 2] = [12, 9];
 const PIXELS: usize = 108;
-/// Choices of lights.
+/// Number of choices of lights.
 const SEEDS: u64 = 6;
-/// What is asked for, at 95 %.
+/// Relative error requested of each pixel, at 95 %.
 const ERROR: f64 = 0.1;
 
-/// What is said of a pixel.
+/// Result and claim of a pixel.
 #[derive(Clone, Copy)]
 struct Said {
     found: f64,
-    /// None where nothing is claimed.
+    /// None without a claim.
     half_width: Option<f64>,
     is_found: bool,
 }
@@ -59,16 +59,16 @@ fn images(scene: &dyn Fn() -> SceneBuilder) -> Vec<Vec<Said>> {
     (1..=SEEDS).map(image).collect()
 }
 
-/// At most this share of claims may be wrong: 5 % are, and pixels of an image are wrong together.
+/// Largest share of claims that may be wrong: 5 % are, and pixels of an image are wrong together.
 const WRONG: f64 = 0.09;
 
-/// At most this share of pairs of claims may contradict each other.
+/// Largest share of pairs of claims that may contradict each other.
 const DISJOINT: f64 = 0.01;
-/// The same where a spot that the pilot expects to be dark, or a lit edge on black, takes less of a
-/// pixel than most of its camera samples would meet.
+/// Largest such share where a spot that the pilot expects to be dark, or a lit edge on black,
+/// covers so little of a pixel that most of its camera samples miss it.
 const DISJOINT_BY_SLIVERS: f64 = 0.015;
 
-/// Two that claim each their own are both right at most where they overlap.
+/// Two claims of a pixel can both be right only where they overlap.
 fn seeds_agree(images: &[Vec<Said>], most_disjoint: f64, what: &str) {
     let (mut pairs, mut disjoint) = (0.0, 0.0);
     for (k, one) in images.iter().enumerate() {
@@ -85,7 +85,7 @@ fn seeds_agree(images: &[Vec<Said>], most_disjoint: f64, what: &str) {
     );
 }
 
-/// Claims hold, and there are at least so many, as a share of all pixels.
+/// Claims hold, and their share of all pixels is at least `least_claims`.
 fn claims_hold(scene: &dyn Fn() -> SceneBuilder, least_claims: f64, most_disjoint: f64, what: &str) {
     let images = images(scene);
     let tracer = tracer(scene());
@@ -123,7 +123,7 @@ fn long_room() -> SceneBuilder {
     b
 }
 
-/// Floor to ceiling at `x = 0`, between these `z`.
+/// Adds a wall at `x = 0`, between these `z` and these heights `y`.
 fn add_wall(b: &mut SceneBuilder, from: f32, to: f32, y: [f32; 2]) {
     let corner = Vec3::new(0.0, y[0], from);
     let wall = parallelogram(corner, Vec3::Y * (y[1] - y[0]), Vec3::Z * (to - from));
@@ -148,7 +148,7 @@ fn two_rooms_and_a_door() {
     claims_hold(&scene, 0.9, DISJOINT, "two rooms");
 }
 
-/// The same through a hole of 6 × 6 cm: what most of the lights give is not seen.
+/// The rooms with a hole of 6 × 6 cm between them: most of the lights are hidden.
 #[test]
 fn a_key_hole() {
     let scene = || {
@@ -178,7 +178,7 @@ fn a_wide_ground_about_a_room() {
     claims_hold(&scene, 0.9, DISJOINT, "wide ground");
 }
 
-/// Nothing is reflected but by one block.
+/// Nothing reflects except one block.
 #[test]
 fn black_walls() {
     let scene = || {
@@ -193,7 +193,7 @@ fn black_walls() {
     claims_hold(&scene, 0.99, DISJOINT_BY_SLIVERS, "black walls");
 }
 
-/// All lamps are above a slab of solid glass: no segment comes through to them.
+/// All lamps are above a slab of solid glass, which blocks every segment to them.
 #[test]
 fn all_lights_behind_glass() {
     let scene = || {
@@ -233,7 +233,7 @@ fn a_room_in_centimetres() {
     seeds_agree(&both, DISJOINT, "centimetres");
 }
 
-/// A lamp that is seen, fills a thousandth of a pixel, and outshines all else that the pixel sees.
+/// A visible lamp that fills a thousandth of a pixel and outshines all else in that pixel.
 #[test]
 fn a_lamp_in_a_thousandth_of_a_pixel() {
     let scene = || {
@@ -267,7 +267,7 @@ fn add_point_lamp(b: &mut SceneBuilder) {
     b.add_emitter(Emitter::Point { position, intensity: Rgb::gray(0.5) }).unwrap();
 }
 
-/// The share of the pixels in whose paths more than a tenth of the light is missing.
+/// Share of the pixels whose paths miss more than a tenth of the light.
 fn missing_in_paths(scene: SceneBuilder) -> f64 {
     let tracer = tracer(scene);
     let view = view(tracer.scene(), SIZE, 1, 1);
@@ -282,7 +282,7 @@ fn missing_in_paths(scene: SceneBuilder) -> f64 {
     found.iter().filter(is_missing).count() as f64 / PIXELS as f64
 }
 
-/// Paths that draw lights report the light that they do not find, and none where they find it.
+/// Paths that draw lights report unsampled light, and report none where they sample it.
 #[test]
 fn paths_tell_what_they_do_not_find() {
     let with = |add: &dyn Fn(&mut SceneBuilder)| {
@@ -296,8 +296,8 @@ fn paths_tell_what_they_do_not_find() {
     assert!(point > 0.5 && small == 0.0 && large == 0.0, "{point} of a point, {small} and {large} of lamps");
 }
 
-/// Light of a point that comes to the bottom of the water through its surface: neither VPLs nor paths
-/// find it, and the pixels say so.
+/// Light of a point that reaches the bottom of the water through its surface: neither VPLs nor
+/// paths sample it, and the pixels report that.
 #[test]
 fn a_point_above_water() {
     let images = images(&|| {
@@ -311,7 +311,7 @@ fn a_point_above_water() {
     assert!(missing > all / 2, "light is missing in {missing} of {all} pixels");
 }
 
-/// The same of a lamp of millimetres, which directions of caustics find.
+/// A lamp of millimetres in place of the point, which directions of caustics find.
 #[test]
 fn a_lamp_of_millimetres_above_water() {
     let images = images(&|| {
@@ -326,8 +326,8 @@ fn a_lamp_of_millimetres_above_water() {
 }
 
 /// A lamp behind the camera whose mirror image fills a two-thousandth of the pixel, and is much of
-/// its light: most choices of a hundred camera samples miss it, so the many that paths begin with
-/// have to tell it.
+/// its light: most choices of a hundred camera samples miss it, so the many samples that paths
+/// begin with have to find it.
 #[test]
 fn a_mirrored_lamp_in_a_thousandth_of_a_pixel() {
     let mut b = builder();
@@ -352,8 +352,8 @@ fn a_mirrored_lamp_in_a_thousandth_of_a_pixel() {
         let lights = VplOptions { count: 50_000, seed, ..VplOptions::default() };
         let view = view(tracer.scene(), [1, 1], 64, seed);
         let guided = GuidedLights::trace(&tracer, &lights, Truth::Transport, &view).unwrap();
-        // More than is permitted is asked for: estimates that stop when they are satisfied stop
-        // where they met nothing.
+        // The request exceeds the permitted work: estimates that stop at a narrow interval would
+        // stop where they met nothing.
         let options =
             ControlOptions { error: 1e-3, seed, max_pairs: Some(16_384), ..ControlOptions::default() };
         let method = LightTransport::new(&tracer, &guided, &options).only_by(Estimator::Vpls);

@@ -1,4 +1,4 @@
-//! Lights that a user asks for beside, or instead of, those of a scene.
+//! Lights that a user adds to a scene, or that replace its own.
 
 use std::fs;
 use std::path::Path;
@@ -29,8 +29,7 @@ fn dark() -> Scene {
     b.build().unwrap()
 }
 
-/// A map of 8×4 texels with one bright one, in the second row, whose column is the sixth: east and
-/// up.
+/// A map of 8×4 texels, black except for one in the second row and the seventh column: east and up.
 fn write_map(folder: &Path) -> String {
     let mut bytes = b"PF\n8 4\n-1.0\n".to_vec();
     for y in (0..4).rev() {
@@ -110,7 +109,7 @@ fn suns_and_lamps_are_beside_what_there_is() {
     assert!((irradiance.r / half.r - 2.0).abs() < 1e-6);
 }
 
-/// The sky and the sun of a scene without light are for those who ask for nothing.
+/// The default sky and sun of a scene without light are added only if no light is requested.
 #[test]
 fn a_scene_without_light_is_dark_until_it_is_shown() {
     let shown = |scene: Scene| scene.with_default_light(Location::default());
@@ -127,8 +126,8 @@ fn a_scene_without_light_is_dark_until_it_is_shown() {
     assert!(!own.has_default_light() && own.environment().is_none() && own.emitters().len() == count);
 }
 
-/// Whatever changes the light changes the number by which parts of pictures are told apart; the
-/// folder that a file lies in does not.
+/// Every change of the light changes the digest that distinguishes parts of pictures; the folder of
+/// a file does not.
 #[test]
 fn other_light_is_another_scene() {
     let [a, b] = [(); 2].map(|()| tempfile::tempdir().unwrap());

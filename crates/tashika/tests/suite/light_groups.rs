@@ -1,5 +1,5 @@
-//! Groups of lights: planes that add up to the picture, each of which is the picture by the lights of
-//! the group alone. Beside pixels that claim an interval they are by other paths.
+//! Groups of lights: planes that add up to the picture, each of which is the picture by the lights
+//! of the group alone. Beside pixels with claims they are estimated by other paths.
 
 use std::sync::Arc;
 
@@ -22,11 +22,11 @@ use crate::gltf::Document;
 use crate::mitsuba;
 
 const SIZE: [u32; 2] = [16, 12];
-/// The lights of [`room`], as they are called.
+/// Names of the lights of [`room`].
 const LIGHTS: [&str; 4] = ["lamp", "bulb", "sun", "environment"];
 
-/// A diffuse room with a mirror and some of: a lamp, a bulb, a sun and light from outside; in
-/// fog, or not.
+/// A diffuse room with a mirror and some of: a lamp, a bulb, a sun and light from outside; with or
+/// without fog.
 fn room(lights: [bool; 4], in_fog: bool) -> Scene {
     let mut b: SceneBuilder = diffuse_room();
     let [lamp, bulb, sun, environment] = lights;
@@ -48,7 +48,7 @@ fn room(lights: [bool; 4], in_fog: bool) -> Scene {
     let center = b.bounds().center();
     let mirror = cuboid(center - 0.2, center + 0.1, false);
     place(&mut b, mirror, Material::new("silver", Surface::Mirror { reflectance: Rgb::gray(0.8).into() }));
-    // Switched off it still is in the way.
+    // Switched off it still occludes.
     b.begin_object("lamp");
     add_ceiling_lamp(&mut b, if lamp { 5.0 } else { 0.0 });
     if bulb {
@@ -79,7 +79,7 @@ fn grouped(words: &[&str]) -> LightGrouping {
     LightGrouping::parse(words.iter().copied()).unwrap()
 }
 
-/// Whatever the scene, all planes together are the radiance, and other planes are what they are
+/// In any scene, all planes together are the radiance, and other planes are those of a render
 /// without groups.
 #[test]
 fn planes_add_up_to_the_picture() {
@@ -107,7 +107,7 @@ fn planes_add_up_to_the_picture() {
     }
 }
 
-/// A picture of fog for which nobody asked for an error is reconstructed, unless that would part it from
+/// A picture of fog without a requested error is reconstructed, unless that would separate it from
 /// its planes.
 #[test]
 fn a_picture_with_groups_is_not_reconstructed() {
@@ -118,8 +118,8 @@ fn a_picture_with_groups_is_not_reconstructed() {
     assert!(!is_reconstructed(renderer().light_groups(LightGrouping::Each).render().unwrap().film));
 }
 
-/// Beside pixels of the default method planes are those of path tracing with as many paths, and the pixels
-/// what they are without planes; both have the same mean, within their errors.
+/// Beside pixels of the default method, planes are those of path tracing with as many paths, and
+/// the pixels are those of a render without planes; both have the same mean, within their errors.
 #[test]
 fn planes_beside_claims_are_those_of_paths() {
     let renderer = |paths| {

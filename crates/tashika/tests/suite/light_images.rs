@@ -1,4 +1,4 @@
-//! Lights that shine by an image: each format's convention by numbers, the sum of VPLs against the
+//! Lights that emit by an image: each format's convention in numbers, the sum of VPLs against the
 //! path tracer and a formula, bounds.
 
 use std::f32::consts::PI;
@@ -144,7 +144,7 @@ fn bounds_hold_for_lights_of_images() {
         lamp(Spread::Sphere(SphereMap::LatLong), Sampling::Bilinear),
     ];
     for k in 0..48 {
-        // Clusters of slides alone know that they shine in a cone.
+        // Only clusters of nothing but slides are bounded by a cone.
         let map = if k < 24 { &maps[k % 2] } else { &maps[2 + k % 2] };
         let at = Vec3::from(s.uniform_3()) + if k < 24 { Vec3::ZERO } else { Vec3::X * 9.0 };
         let turn = Mat3::from_rotation_y(0.5 * s.uniform()) * Mat3::from_rotation_x(0.5 * s.uniform());
@@ -213,8 +213,8 @@ fn close(a: Rgb, b: [f32; 3]) -> bool {
     a.to_array().iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-4 * (1.0 + b.abs()))
 }
 
-/// Intensities that Mitsuba 3.9.1 gives to points, times their squared distance; of an image of 4×2
-/// texels.
+/// Intensities of Mitsuba 3.9.1: its values at points times their squared distance; of an image of
+/// 4×2 texels.
 #[test]
 fn projectors_and_spots_are_mitsubas() {
     let picture = pfm(&image(4, 2, |x, y| [1.0 + x as f32 + 10.0 * y as f32, 0.5, f32::from(x == 3)]));
@@ -289,8 +289,8 @@ fn projectors_and_spots_are_mitsubas() {
     );
 }
 
-/// Both versions' goniometric maps: in the light's own frame, the place of a direction by the
-/// formulas of the format.
+/// Both versions' goniometric maps: in the light's own frame, directions are mapped by the formulas
+/// of the format.
 #[test]
 fn goniometric_maps_are_turned_as_each_format_turns_them() {
     let folder = Folder::new();

@@ -1,6 +1,6 @@
 //! Many lights against an independent path tracer, pixel by pixel: the mean over VPL sets,
-//! unclamped, on diffuse scenes with every kind of emitter; and clamped, with what VPLs do not
-//! carry put back, on scenes with gloss, mirrors and glass.
+//! unclamped, on diffuse scenes with every kind of emitter; and clamped, with compensation of the
+//! light that VPLs do not carry, on scenes with gloss, mirrors and glass.
 
 use tashika::accel::{Glass, Tracer};
 use tashika::bsdf::{Bsdf, CoatModel, ConductorFresnel, Lambert};
@@ -105,7 +105,7 @@ fn an_environment_with_a_sun_through_the_open_side() {
     agree(b, "environment");
 }
 
-/// A leaf under the lamp, and a sheet of that surface beside it that lets pass more than half of
+/// A leaf under the lamp, and beside it a sheet of that surface, which transmits more than half of
 /// the light.
 fn add_leaf_and_gauze(b: &mut SceneBuilder, gauze: Surface) {
     let leaf = Surface::Translucent {
@@ -119,8 +119,8 @@ fn add_leaf_and_gauze(b: &mut SceneBuilder, gauze: Surface) {
 }
 
 /// Surfaces of several parts: a leaf under the lamp, a pane with a grey tint in the open side, a
-/// half-transparent sheet, and a block of two materials. The pane reflects nothing, for what a
-/// mirror reflects onto a surface is not in the sum over VPLs.
+/// half-transparent sheet, and a block of two materials. The pane reflects nothing, since light
+/// that a mirror reflects onto a surface is not in the sum over VPLs.
 #[test]
 fn light_through_leaves_panes_and_holes() {
     let mut b = diffuse_room();
@@ -138,11 +138,12 @@ fn light_through_leaves_panes_and_holes() {
     agree(b, "several parts");
 }
 
-/// Our estimate of light transport and the path tracer's, each pixel within their common error; and
-/// the whole image more sharply, of which what VPLs do not carry is at least the share `left_out`.
+/// Our estimate of light transport agrees with the path tracer's, each pixel within their common
+/// error and the whole image more sharply. Light that VPLs do not carry is at least the share
+/// `left_out` of the image.
 pub fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
     let tracer = tracer(b);
-    // Far enough for what it cuts off to matter.
+    // Far enough for the clamp to matter.
     let lights = VplOptions { count: 300_000, clamp: Clamp::Distance(0.8), ..VplOptions::default() };
     let options = ControlOptions { error: 0.03, ..ControlOptions::default() };
     let estimate = |lights: &GuidedLights, estimator: Estimator| {
@@ -174,18 +175,18 @@ pub fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
         assert!(error < 0.01 * of, "{what}: the comparison is sharp: {error} of {of}");
         assert!((sum - of).abs() < 4.42 * error, "{what}, {estimator:?}: {sum} ± {error} for {of}");
     }
-    // Most of the time of a test: of all scenes with `TASHIKA_SLOW_TESTS=1`.
+    // This takes most of the time of a test: all scenes have it with `TASHIKA_SLOW_TESTS=1`.
     let is_slow = std::env::var("TASHIKA_SLOW_TESTS").is_ok_and(|value| value == "1");
     if is_slow || ["diffuse room", "several parts", "milk and smoke"].contains(&what) {
         drawn_lights_agree(&tracer, &expected, errors, what);
     }
-    // Without this the agreement would say nothing about paths beside sums.
+    // Otherwise the agreement would not test paths beside sums.
     let clamped = estimate(&traced(Truth::Clamped), Estimator::Vpls).0.iter().sum::<f64>();
     assert!(clamped < (1.0 - left_out) * of, "{what}: VPLs alone give {clamped} of {of}");
 }
 
-/// The paths of pictures, which draw lights where others sum them: each pixel within the error that
-/// sets of VPLs tell of each other, and the whole image more sharply.
+/// The paths of pictures, which draw lights where others sum them, agree: each pixel within the
+/// error between sets of VPLs, and the whole image more sharply.
 fn drawn_lights_agree(tracer: &Tracer, expected: &[f64], errors: &[f32], what: &str) {
     // Quantiles of Student's t with 15 degrees of freedom for two-sided levels 10⁻⁵ and 10⁻⁴.
     const SETS: u64 = 16;
@@ -236,9 +237,8 @@ fn the_clamp_is_made_good() {
     transport_agrees(b, 0.02, "diffuse room");
 }
 
-/// Walls whose shading normals lean by up to 65 degrees: light that is scattered to the back of
-/// these is on its way to other surfaces as it is to the camera, which sees there what the rule
-/// says.
+/// Walls whose shading normals lean by up to 65 degrees: light that is scattered behind them
+/// reaches other surfaces as it reaches the camera, by the rule under test.
 #[test]
 fn leaning_shading_normals_lose_no_light() {
     leaning_shading_normals(TurnedAway::Flat);
@@ -264,8 +264,8 @@ fn leaning_shading_normals(rule: TurnedAway) {
     transport_agrees(b, 0.02, &format!("leaning normals, {rule:?}"));
 }
 
-/// Screens of which one side is black, or of another material: what meets that side is what is
-/// reflected there, for eyes and for light.
+/// Screens with one side black, or of another material: camera rays and light that meet that side
+/// are reflected by its own material.
 #[test]
 fn backs_scatter_by_themselves() {
     let mut b = diffuse_room();
@@ -311,8 +311,8 @@ fn gloss_is_put_back() {
     transport_agrees(b, 0.02, "gloss");
 }
 
-/// A diffuse part that is far from a cosine lobe, and sheen, of which VPLs carry a mean and
-/// nothing.
+/// A diffuse part that is far from a cosine lobe, and sheen: VPLs carry a mean of the first, and
+/// nothing of the second.
 #[test]
 fn cloth_and_retro_reflection_are_put_back() {
     let mut b = diffuse_room();
@@ -368,7 +368,8 @@ fn clear_coats_are_put_back() {
     transport_agrees(b, 0.02, "coats");
 }
 
-/// Sheen on a curtain and on a block, and under a coat: what VPLs leave, and what fibres send on.
+/// Sheen on a curtain and on a block, and under a coat: light that VPLs omit, and light that fibres
+/// scatter on.
 #[test]
 fn sheen_is_put_back() {
     let mut b = diffuse_room();
@@ -391,8 +392,8 @@ fn sheen_is_put_back() {
     transport_agrees(b, 0.02, "sheen");
 }
 
-/// Facets over a base that fades, and rough panes: one before the scene, seen through, one within, lit
-/// from behind.
+/// Facets over a base that fades, and rough panes: one before the scene, seen through, and one
+/// within, lit from behind.
 #[test]
 fn substrates_and_rough_panes_are_put_back() {
     let mut b = diffuse_room();
@@ -414,8 +415,8 @@ fn substrates_and_rough_panes_are_put_back() {
     transport_agrees(b, 0.05, "substrates and rough panes");
 }
 
-/// A mirror that lights what VPLs cannot, a smooth coat, a pane and a block of solid glass in front
-/// of an open side with a sky.
+/// A mirror whose light VPLs cannot carry, a smooth coat, a pane and a block of solid glass in
+/// front of an open side with a sky.
 #[test]
 fn mirrors_panes_and_glass_are_put_back() {
     let mut b = diffuse_room();
@@ -463,8 +464,8 @@ fn leaves_and_holes_are_told_apart_from_gloss() {
     transport_agrees(b, 0.02, "leaves");
 }
 
-/// So few VPLs that which ones there are is most of the error: intervals that did not know of it
-/// would be far too narrow.
+/// VPLs so few that their choice is most of the error: intervals that ignored it would be far too
+/// narrow.
 #[test]
 fn intervals_reckon_with_the_choice_of_vpls() {
     let mut b = diffuse_room();
@@ -497,8 +498,7 @@ fn intervals_reckon_with_the_choice_of_vpls() {
     assert!(kept * 100 >= claims * 93, "{kept} of {claims}");
 }
 
-/// VPLs that were traced before, for no view: with what they do not carry put back, they give light
-/// transport as well.
+/// VPLs that were traced before, for no view: with compensation they give light transport as well.
 #[test]
 fn lights_that_are_given_do_too() {
     let mut b = diffuse_room();
@@ -526,7 +526,7 @@ fn lights_that_are_given_do_too() {
     assert!(refused.to_string().contains("a set with direct VPLs"), "{refused}");
 }
 
-/// A set that is guided to a view is kept by one and rendered with by others.
+/// A set that is guided to a view may be stored, and used by other renders.
 #[test]
 fn a_guided_set_that_is_given_back_gives_the_same_bits() {
     let mut b = diffuse_room();
@@ -548,8 +548,8 @@ fn a_guided_set_that_is_given_back_gives_the_same_bits() {
     }
 }
 
-/// A dark surface scatters less, and tolerates as much less: were its paths ended for being dark,
-/// those left would be few and bright.
+/// A dark surface scatters less, and tolerates proportionally less error: if its paths ended for
+/// being dark, the remaining ones would be few and bright.
 #[test]
 fn paths_from_dark_surfaces_go_as_far() {
     let mut b = diffuse_room();
@@ -585,13 +585,13 @@ fn paths_from_dark_surfaces_go_as_far() {
     }
 }
 
-/// VPLs that are far too few are found out, and a pixel is made of paths if these are likely to do.
+/// Far too few VPLs are detected, and a pixel is made of paths if these are likely to suffice.
 #[test]
 fn where_vpls_are_too_few_paths_take_over() {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 5.0);
     let tracer = tracer(b);
-    // So near that no clamp that is tried is far enough.
+    // So near that none of the tried clamps is far enough.
     let lights = VplOptions { count: 200, clamp: Clamp::Distance(0.01), ..VplOptions::default() };
     let guided =
         GuidedLights::trace(&tracer, &lights, Truth::Transport, &view(tracer.scene(), SIZE, 16, 1)).unwrap();
@@ -605,7 +605,7 @@ fn where_vpls_are_too_few_paths_take_over() {
     assert!(found[0] > 10 && found[1] < found[0], "out of budget: {found:?}");
 }
 
-/// No pixel grows beyond the pairs and paths that it may have, whatever it tries.
+/// No pixel exceeds the pairs and paths that it may have, whatever it tries.
 #[test]
 fn the_work_on_a_pixel_is_limited() {
     let mut b = diffuse_room();
@@ -619,7 +619,7 @@ fn the_work_on_a_pixel_is_limited() {
     let film = film(&tracer, &LightTransport::new(&tracer, &guided, &options), SIZE, 16, 1);
     let stops = film.plane("stop").unwrap().u32_samples().unwrap();
     assert!(stops.iter().all(|stop| *stop == 4), "{stops:?}");
-    // What was reached is told, if not as narrow as was asked for.
+    // The reached half-width is stated, though it is wider than requested.
     let half_widths = film.plane("half_width").unwrap().f32_samples().unwrap();
     let wider = half_widths.iter().zip(luminances(&film)).filter(|(h, l)| f64::from(**h) > 0.001 * l);
     assert_eq!(wider.count(), 36, "{half_widths:?}");
@@ -628,7 +628,7 @@ fn the_work_on_a_pixel_is_limited() {
     assert!(luminances(&film).iter().all(|l| *l > 0.0));
 }
 
-/// Pixels that see nothing at all, in the neighbourhood of a bright room with a caustic.
+/// Pixels that see nothing at all, beside a bright room with a caustic.
 #[test]
 fn pixels_that_see_nothing_are_black_for_certain() {
     let mut b = diffuse_room();
@@ -649,8 +649,8 @@ fn pixels_that_see_nothing_are_black_for_certain() {
     assert!(black.iter().all(|stop| *stop == 3), "the rule is met: {black:?}");
 }
 
-/// Where nobody says how dark is dark, pixels of less than a hundredth of the view's light are held
-/// to the error of that: not for ever more work.
+/// Without a given absolute error, pixels of less than a hundredth of the view's light have the
+/// tolerance of that hundredth, so that their work is limited.
 #[test]
 fn dark_pixels_are_held_to_a_share_of_the_views_light() {
     let mut b = diffuse_room();
@@ -699,8 +699,7 @@ fn a_path_tracer_stops_by_its_own_interval() {
     assert!(stops.iter().all(|stop| *stop == 4), "out of budget: {stops:?}");
 }
 
-/// A lamp of a millionth of all power, and all that lights the room: the others are shut in
-/// elsewhere.
+/// A lamp of a millionth of all power lights all of the room: the others are enclosed elsewhere.
 #[test]
 fn a_lamp_of_a_millionth_of_the_power_is_found() {
     let room = || {
@@ -735,8 +734,7 @@ fn a_lamp_of_a_millionth_of_the_power_is_found() {
     assert!(claims > 110 && kept * 100 >= claims * 90, "{kept} of {claims} claims are kept");
 }
 
-/// A room lit through its open side, on a ground of 200 m: light paths that know what is seen go
-/// into the room.
+/// A room lit through its open side, on a ground of 200 m: guided light paths go into the room.
 #[test]
 fn a_wide_ground_has_few_of_the_vpls() {
     let mut b = diffuse_room();
@@ -759,9 +757,9 @@ fn a_wide_ground_has_few_of_the_vpls() {
     assert!(share_of_plain < 0.05 && share_of_guided > 0.4, "{share_of_plain} {share_of_guided}");
 }
 
-/// What a pixel with a leaf in it adds up to differs from one choice of camera samples to another
-/// by less the more there are: which side of the leaf a sample gathers on, and where it meets it,
-/// are spread evenly together.
+/// The sum of a pixel with a leaf in it varies less between choices of camera samples, the more
+/// samples there are: the side of the leaf where a sample gathers, and the point where it meets the
+/// leaf, are spread evenly together.
 #[test]
 fn camera_samples_of_leaves_are_spread_evenly() {
     let mut b = diffuse_room();

@@ -1,5 +1,5 @@
-//! Every material that a loader accepts has a row in a table of what it reflects, and every note
-//! that says how far one is off says what the rows say.
+//! Every material that a loader accepts has a row in a table of reflectances, and the error that a
+//! note states is that of the rows.
 //!
 //! The features tables are the list: a material that is added there without a row fails here.
 
@@ -7,10 +7,10 @@ use tashika::io::{Feature, Support, features};
 
 use crate::material_rows::{Row, rows, told};
 
-/// Materials without rows: nothing that could be compared is read of them, or they are not what a
-/// surface reflects.
+/// Materials without rows: no part of them that could be compared is read, or they are not the
+/// reflectance of a surface.
 const NOT_COMPARED: &[(&str, &str)] = &[
-    // Fibres and cloth by their colour; what was measured is not read.
+    // Fibres and cloth by their colour; measured data are not read.
     ("pbrt", "hair"),
     ("pbrt", "fourier"),
     ("pbrt", "measured"),
@@ -19,26 +19,26 @@ const NOT_COMPARED: &[(&str, &str)] = &[
     ("Mitsuba", "irawan"),
     ("Mitsuba", "measured"),
     ("Mitsuba", "measured_polarized"),
-    // What light meets below a surface.
+    // Media below a surface.
     ("pbrt", "disney scatterdistance"),
     ("Mitsuba", "coating sigma_a"),
-    // Nothing is there.
+    // No surface.
     ("pbrt", ""),
     ("pbrt", "none"),
     ("pbrt", "interface"),
     ("Mitsuba", "null"),
-    // Normals and light, held by tests of their own.
+    // Normals and emission, which have tests of their own.
     ("glTF", "normalTexture"),
     ("glTF", "emissiveTexture"),
     ("glTF", "doubleSided"),
     ("glTF", "KHR_materials_emissive_strength"),
-    // Which material is meant.
+    // The choice of a material.
     ("USD", "material:binding"),
-    // The surfaces of glTF, whose rows are held; `usd_materials` has what becomes of each input.
+    // The surfaces of glTF, which have rows; `usd_materials` tests the conversion of each input.
     ("USD", "UsdPreviewSurface"),
-    // Shown as it is, without light.
+    // Shown without lighting.
     ("glTF", "KHR_materials_unlit"),
-    // By texture, or by distances that a surface does not know.
+    // By texture, or by distances that are unknown at a surface.
     ("glTF", "baseColorTexture"),
     ("glTF", "attenuationDistance"),
     ("OBJ", "newmtl"),
@@ -62,7 +62,7 @@ const NOT_COMPARED: &[(&str, &str)] = &[
     ("Mitsuba", "distribution phong"),
 ];
 
-/// Whether a row of a features table is about what a surface is made of.
+/// Returns true if a row of a features table describes the material of a surface.
 fn is_material(feature: &Feature) -> bool {
     let accepted = matches!(feature.support, Support::Full | Support::Approximated);
     let of_material = ["material", "material statement"].contains(&feature.kind)
@@ -75,7 +75,8 @@ fn message(feature: &Feature) -> String {
     format!("{} {:?}: {}", feature.kind, feature.name, feature.how)
 }
 
-/// Whether a row of a table has the material of a feature: by the note that it gives, or by name.
+/// Returns true if a row of a table has the material of a feature: by the note that it gives, or by
+/// name.
 fn has(row: &Row, format: &str, feature: &Feature) -> bool {
     if feature.support != Support::Full {
         return row.notes.contains(&message(feature));
@@ -121,7 +122,7 @@ fn notes_say_how_far_materials_are_off() {
                 continue;
             }
             let said = told(feature.how).unwrap_or(0.01);
-            // Where another note says more, it is about that.
+            // Rows with a larger error in another note are tested with that.
             let most = |row: &&Row| row.notes.iter().filter_map(|note| told(note)).all(|t| t <= said);
             let rows = rows().iter().filter(|row| has(row, format.format, feature)).filter(most);
             let worst = rows.map(|row| row.off[0]).fold(0.0, f64::max);

@@ -1,4 +1,4 @@
-//! Materials beside what their formats say that they reflect: the rows of the tables
+//! Materials against the reflectance that their formats define: the rows of the tables
 //! `formula_materials.txt` and `mitsuba_materials.txt`, loaded and measured.
 
 use std::sync::OnceLock;
@@ -12,37 +12,37 @@ use crate::gltf::Document;
 use crate::mitsuba::{load_in, xml};
 use crate::{obj, pbrt};
 
-/// What the table of Mitsuba's own numbers counts as.
+/// Format of the rows with Mitsuba's own numbers.
 pub const MITSUBA_3: &str = "Mitsuba 3";
 
-/// How far albedos and values may be off where no note says more.
+/// Largest relative errors of albedos and values where no note states more.
 const ALLOWED: [f64; 2] = [0.01; 2];
 
-/// The same of what has a rough boundary over a base: of that there is a table.
+/// Largest relative errors for a rough boundary over a base, whose transmittance is from a table.
 const ROUGH_BOUNDARY: [f64; 2] = [0.012, 0.022];
 
 /// Elevations of the albedos of a row (degrees).
 const ELEVATIONS: [f32; 3] = [75.0, 40.0, 12.0];
-/// Elevation of the one direction and of the other, azimuth between them, of the values of a row
-/// (degrees).
+/// Elevations of both directions, and the azimuth between them, of the values of a row (degrees).
 const PAIRS: [[f32; 3]; 3] = [[75.0, 50.0, 150.0], [40.0, 30.0, 100.0], [12.0, 25.0, 170.0]];
 
-/// A row, beside the scene that its text became.
+/// A row, measured on the scene that its text describes.
 pub struct Row {
-    /// The format.
+    /// Name of the format that the text is in.
     pub format: &'static str,
-    /// The material in its words.
+    /// The material in the words of the format.
     pub text: &'static str,
-    /// What the loader told.
+    /// Messages of the loader about it.
     pub notes: Vec<String>,
-    /// How far the worst albedo and the worst value are off, relative.
+    /// Relative errors of the worst albedo and of the worst value.
     pub off: [f64; 2],
-    /// The numbers, for messages.
+    /// Found and expected numbers, for messages.
     numbers: String,
 }
 
 impl Row {
-    /// What it disagrees in by more than `allowed` of albedos and of values, or than its notes say.
+    /// Describes a row whose errors exceed `allowed`, of albedos and of values, or the error in its
+    /// notes.
     pub fn disagreements(&self, allowed: [f64; 2]) -> Option<String> {
         let told = self.notes.iter().filter_map(|note| told(note)).reduce(f64::max);
         let allowed = told.map_or(allowed, |told| [told.max(allowed[0]), f64::INFINITY]);
@@ -51,13 +51,13 @@ impl Row {
     }
 }
 
-/// How far albedos and values of a row may be off where no note says more.
+/// Largest errors of albedos and values of a row where no note states more.
 pub fn allowed(row: &Row) -> [f64; 2] {
     let has_boundary = ["roughplastic", "roughcoating"].iter().any(|name| row.text.contains(name));
     if has_boundary { ROUGH_BOUNDARY } else { ALLOWED }
 }
 
-/// How far a note says that what it is about is off in all that it reflects and lets through.
+/// Error that a note states, of all the light that the material reflects and transmits.
 pub fn told(note: &str) -> Option<f64> {
     let (_, rest) = note.split_once("up to ")?;
     let (percent, _) = rest.split_once(" % off")?;
@@ -108,7 +108,7 @@ fn measured(format: &'static str, text: &'static str, numbers: &str) -> Row {
     let (albedos, values) = expected.split_at(3 * ELEVATIONS.len());
     let found: Vec<f64> = ELEVATIONS.iter().flat_map(|&at| albedo(&scene, at)).collect();
     let found_values: Vec<f64> = PAIRS.iter().flat_map(|&pair| value(&scene, pair)).collect();
-    // NaN, where nothing is to be compared, is no maximum.
+    // NaN, where nothing is compared, is no maximum.
     let worst = |found: &[f64], expected: &[f64], noise: f64| {
         let off = |(f, e): (&f64, &f64)| ((f - e).abs() - noise).max(0.0) / e.max(noise);
         found.iter().zip(expected).map(off).fold(0.0, f64::max)
@@ -151,11 +151,11 @@ fn albedo(scene: &Scene, elevation: f32) -> [f64; 3] {
             *sum += f64::from(value) / f64::from(DRAWS);
         }
     }
-    // What passes through holes counts as sent on.
+    // Light that passes through holes counts as scattered.
     sum.map(|sum| opacity(scene) * sum + 1.0 - opacity(scene))
 }
 
-/// The BSDF times the cosine (sr⁻¹): the mean of parts that numbers spread evenly choose.
+/// The BSDF times the cosine (sr⁻¹): the mean over parts that evenly spread numbers choose.
 fn value(scene: &Scene, [elevation, other, azimuth]: [f32; 3]) -> [f64; 3] {
     const CHOICES: u16 = 1000;
     let (one, other) = (direction(elevation, 0.0), direction(other, azimuth));

@@ -1,5 +1,5 @@
-//! Mattes of objects and materials: an edge in closed form, what films are with them and without,
-//! and what readers of files call objects.
+//! Mattes of objects and materials: an edge in closed form, films with and without mattes, and the
+//! names of objects in files.
 
 use serde_json::json;
 use tashika::Renderer;
@@ -22,7 +22,7 @@ use crate::gltf::Document;
 use crate::mitsuba;
 use crate::pbrt;
 
-/// What covers a pixel, by numbers and shares, of all ranks that are used.
+/// Numbers and shares of a pixel, of all ranks that are used.
 fn ranks(film: &Film, of: MatteOf, x: u32, y: u32) -> Vec<(u32, f32)> {
     let layers = (0..).map_while(|k| film.plane(format!("{}{k:02}", of.layer())));
     let samples: Vec<f32> = layers.flat_map(|plane| plane.f32_at(x, y)).copied().collect();
@@ -66,7 +66,7 @@ fn steps() -> tashika::accel::Tracer {
     tracer(b)
 }
 
-/// The pixel of the step has both squares, by the share of the filter that is on either side.
+/// The pixel of the step has both squares, each with the share of the filter on its side.
 #[test]
 fn an_edge_between_objects_has_both_by_the_pixel_filter() {
     const SAMPLES: u32 = 1024;
@@ -82,7 +82,7 @@ fn an_edge_between_objects_has_both_by_the_pixel_filter() {
             [(MatteOf::Objects, ["left", "right"]), (MatteOf::Materials, ["paint of left", "paint of right"])]
         {
             let [left, right] = [left, right].map(matte_id);
-            // Sobol' points are spread over the pixel so evenly that a share is off by a sample or two.
+            // Sobol' points fill the pixel so evenly that a share is off by a sample or two.
             let close = |share: f32, expected: f32| (share - expected).abs() < 4.0 / SAMPLES as f32;
             let found = ranks(&film, of, 3, 1);
             assert_eq!((found[0].0, found[1].0, found.len()), (right, left, 2), "{of:?} {filter}");
@@ -96,8 +96,8 @@ fn an_edge_between_objects_has_both_by_the_pixel_filter() {
     }
 }
 
-/// The samples are those of the gather points: the shares add up to the plane of the share that met
-/// a surface, and the first ranks are what the depth is of.
+/// The samples are those of the gather points: the shares add up to the coverage, and the first
+/// ranks belong to the surfaces of the depth.
 #[test]
 fn samples_are_those_of_the_features() {
     let t = tracer(mirror_and_ball());
@@ -114,13 +114,13 @@ fn samples_are_those_of_the_features() {
         assert!(found.is_sorted_by(|a, b| a.1 >= b.1));
         seen += u32::from(coverage > 0.0);
         edges += u32::from(found.len() > 1 || coverage > 0.0 && coverage < 1.0);
-        // A mirror is itself, not what it shows.
+        // A mirror counts as itself, not as its reflection.
         assert!(found.iter().all(|(number, _)| [matte_id("mirror"), matte_id("ball")].contains(number)));
     }
     assert!(seen > 100 && edges > 10, "{seen} {edges}");
 }
 
-/// A mirror before nothing, and a box beside it.
+/// A mirror in front of nothing, and a box beside it.
 fn mirror_and_ball() -> tashika::scene::SceneBuilder {
     let mut b = builder();
     let mirror = Surface::Mirror { reflectance: Rgb::gray(0.9).into() };
@@ -138,8 +138,8 @@ fn without_mattes(film: &Film) -> Vec<&tashika::film::Plane> {
     film.planes().iter().filter(|plane| !is_of_mattes(plane.name())).collect()
 }
 
-/// By every method the other planes are those of a render without, bit by bit, and the mattes those
-/// of any number of threads and any shares.
+/// By every method the other planes are those of a render without mattes, bit by bit, and the
+/// mattes are equal for any threads and any shares.
 #[test]
 fn mattes_change_nothing_else_and_are_the_same_for_threads_and_shares() {
     let size = [24, 18];
@@ -184,7 +184,7 @@ fn mattes_change_nothing_else_and_are_the_same_for_threads_and_shares() {
     }
 }
 
-/// Objects, and materials, of all instances in order.
+/// Objects and materials of all instances, in order.
 fn names(scene: &Scene) -> Vec<(&str, &str)> {
     let of = |instance: InstanceId| (scene.object_name(instance), scene.material_of(instance).name.as_str());
     scene.instance_ids().map(of).collect()

@@ -96,8 +96,8 @@ fn assert_equal(found: Rgb, expected: [f64; 3], what: &str) {
     }
 }
 
-/// Fog about the camera with a clear bubble and a slab of glass-free gel in it, before a lamp: what
-/// is seen is what the lengths in each say, whether a path goes there or a segment.
+/// Fog around the camera with a clear bubble and a slab of gel without a surface in it, before a
+/// lamp: the transmittance follows from the lengths in each, for paths and for segments.
 #[test]
 fn what_absorbs_only_follows_the_law_of_beer_and_lambert() {
     let mut b = builder();
@@ -158,8 +158,8 @@ fn shadow_segments_lose_what_media_absorb_on_the_way() {
     }
 }
 
-/// A plate of tinted glass before a lamp, looked at head-on: what goes to and fro between its faces
-/// sums to `(1 − F)² T / (1 − F² T²)`.
+/// A plate of tinted glass before a lamp, seen head-on: the light reflected between its faces sums
+/// to `(1 − F)² T / (1 − F² T²)`.
 #[test]
 fn glass_absorbs_by_the_medium_in_it() {
     let mut b = builder();
@@ -176,8 +176,8 @@ fn glass_absorbs_by_the_medium_in_it() {
     assert_means(&paths(&tracer(b), 100, [16, 16]), expected, 1e-5, 0.01, "a plate");
 }
 
-/// Albedo of [`barely_scattering`]: light that is scattered twice is at most this share of what is
-/// scattered once.
+/// Albedo of [`barely_scattering`]: light that is scattered twice is at most this share of light
+/// that is scattered once.
 pub const ALBEDO: f32 = 1e-3;
 pub const EXTINCTION: [f32; 3] = [0.3, 0.6, 1.2];
 const ASYMMETRY: f64 = 0.5;
@@ -193,8 +193,8 @@ fn phase(cos: f64) -> f64 {
     (1.0 - g * g) / (4.0 * PI * squared * squared.sqrt())
 }
 
-/// `∫ σ_s exp(−σ (t + d)) p(cos) of(d, cos φ) dt` along the axis of a [`needle`] from the origin, `end`
-/// metres long, for light from `from`; `φ` is the angle at the light from `+x`.
+/// `∫ σ_s exp(−σ (t + d)) p(cos) of(d, cos φ) dt` along the axis of a [`needle`] from the origin,
+/// `end` metres long, for light from `from`; `φ` is the angle at the light from `+x`.
 pub fn scattered_once(sigma: f64, end: f64, from: [f64; 3], of: impl Fn(f64, f64) -> f64) -> f64 {
     let steps = 4000;
     let step = end / f64::from(steps);
@@ -223,7 +223,7 @@ fn light_that_is_scattered_once_is_that_of_quadrature() {
     assert_means(&film, expected, f64::from(ALBEDO) + 1e-4, 0.01, "a point");
 }
 
-/// A lamp with an area beside the axis, found by drawing it and by being scattered to it: only the
+/// A lamp with an area beside the axis, found by sampling it and by scattering to it: only the
 /// right weights of both give the quadrature over its area.
 #[test]
 fn both_ways_to_a_lamp_in_fog_sum_to_that_of_quadrature() {
@@ -249,8 +249,8 @@ fn both_ways_to_a_lamp_in_fog_sum_to_that_of_quadrature() {
     assert_means(&film, expected, f64::from(ALBEDO) + 1e-3, 0.01, "a lamp");
 }
 
-/// What absorbs nothing is invisible where light is the same from all sides: under a sky, with the
-/// camera outside of it, behind glass, and in a room that glows.
+/// A medium without absorption is invisible where radiance is equal from all sides: under a sky,
+/// with the camera outside of it, behind glass, and in a room that glows.
 #[test]
 fn white_media_are_invisible_in_a_furnace() {
     let white = [0.5, 2.0, 6.0];
@@ -281,7 +281,7 @@ fn white_media_are_invisible_in_a_furnace() {
         let tracer = tracer(b);
         assert_means(&paths(&tracer, 40, [16, 16]), [1.0; 3], 1e-5, 0.02, &what);
         if surface == Surface::Boundary {
-            // No surface is met: boundaries and being scattered do not count.
+            // No surface is met: boundaries and scattering do not count.
             let path = PathTracer::new(&tracer, PathStop::Count(40), 1).unwrap();
             assert_means(&film(&tracer, &path, [16, 16], 1, 4), [1.0; 3], 1e-5, 0.02, &what);
         }
@@ -295,7 +295,7 @@ fn white_media_are_invisible_in_a_furnace() {
     assert_means(&paths(&tracer(b), 60, [16, 16]), [1.0; 3], 1e-5, 0.03, "a room");
 }
 
-/// A room in a medium that does nothing, seen by the part of the program that knows media.
+/// A room in a medium of zero coefficients, seen by the code that handles media.
 #[test]
 fn a_medium_of_zero_coefficients_changes_no_bit() {
     let room = |with: bool| {
@@ -323,7 +323,7 @@ fn a_medium_of_zero_coefficients_changes_no_bit() {
     assert!(expected.iter().filter(|c| !c.is_black()).count() > 100);
 }
 
-/// A boundary that is in the way of every path and of every segment, with nothing on either side.
+/// A boundary across every path and every segment, with nothing on either side.
 #[test]
 fn a_boundary_of_nothing_is_not_seen() {
     let room = |with_boundary: bool| {
@@ -346,7 +346,7 @@ fn a_boundary_of_nothing_is_not_seen() {
         let film = film_of(&bounded, &path, View { camera: &camera, ..view(&scene, [24, 16], 1, 3) });
         for ((a, b), error) in colors(&film).into_iter().zip(colors(&expected)).zip(&errors) {
             let off = (a.luminance() - b.luminance()).abs();
-            // Both vary by as much.
+            // Both have this standard error.
             assert!(off <= 7.0 * error + 1e-6, "{a:?} and {b:?} ± {error}");
         }
         let [(a, e), ..] = mean_of(&film);
@@ -393,8 +393,8 @@ fn threads_and_windows_change_no_bit_in_media() {
     }
 }
 
-/// What the default promises of light transport where media scatter is kept by paths, where they only
-/// absorb by the default method; all methods render both.
+/// Claims about light transport are made by paths where media scatter, and by the default method
+/// where they only absorb; all methods render both.
 #[test]
 fn every_method_renders_media() {
     let absorbing = || {

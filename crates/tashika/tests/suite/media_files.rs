@@ -1,4 +1,4 @@
-//! Media as pbrt's and Mitsuba's files give them: their numbers, where they are, and what is told.
+//! Media in files of pbrt and Mitsuba: their numbers, their places, and the notes.
 
 use tashika::bsdf::HenyeyGreenstein;
 use tashika::color::Rgb;
@@ -50,7 +50,7 @@ fn interfaces_of_pbrt_are_those_of_the_shapes_that_follow() {
     let glass = |between: &str| scene(&format!("{V4} {FOG} {between} Material \"dielectric\" {TRIANGLE}"));
     assert_eq!(sides(&glass("MediumInterface \"fog\" \"\"")), Some([Some("fog"), None]));
     assert_eq!(sides(&glass("MediumInterface \"\" \"fog\"")), Some([None, Some("fog")]));
-    // The same on both sides is none: what stands in fog changes nothing.
+    // One medium on both sides is no interface: an object in fog changes nothing.
     assert_eq!(sides(&glass("MediumInterface \"fog\"")), None);
     assert_eq!(sides(&glass("AttributeBegin MediumInterface \"fog\" \"\" AttributeEnd")), None);
     let undefined = glass("MediumInterface \"mist\" \"\"");
@@ -158,7 +158,7 @@ fn values_of_media_out_of_range_are_moved_into_it() {
     }
 }
 
-/// A text of pbrt with something of every media directive, damaged at any place.
+/// A text of pbrt with a bit of every media directive, damaged at any place.
 #[test]
 fn damaged_media_of_pbrt_are_scenes_or_errors() {
     let whole = format!(
@@ -308,7 +308,7 @@ fn media_are_left_out_where_the_integrator_of_the_file_does() {
     }
 }
 
-/// What is extinguished and what is scattered at a place (m⁻¹).
+/// Extinction and scattering coefficients at a place (m⁻¹).
 fn coefficients(medium: &Medium, place: Vec3) -> [Rgb; 2] {
     let place = place.as_dvec3();
     let in_box = |grid: &VolumeGrid| {
@@ -348,7 +348,8 @@ fn grids_of_pbrt_vary_as_their_file_says() {
         let smoke = of(head, class, GRID);
         assert_eq!(smoke.phase, HenyeyGreenstein { asymmetry: 0.4 });
         let times = |f: f32| ([2.2, 4.4, 6.6].map(|c| c * f), [2.0, 4.0, 6.0].map(|c| c * f));
-        // In the middle of cells, between them, at a face, where it has fallen to a half, and beyond.
+        // In the middle of cells, between them, at a face, where the density has fallen to a half,
+        // and beyond.
         for (place, factor) in [
             ([9.5, 0.5, 0.5], 1.0),
             ([10.5, 0.5, 2.5], 6.0),
@@ -495,7 +496,7 @@ fn grids_of_mitsuba_vary_as_their_files_say() {
         let (extinction, scattering) = times(factor);
         assert_at(&density, place, extinction, scattering);
     }
-    // An albedo goes on beyond its box.
+    // An albedo extends beyond its box.
     let colored = of(
         "3.0.0",
         &format!("{}<rgb name=\"sigma_t\" value=\"1 2 3\"/>", gridvolume("albedo", placed)),
@@ -555,7 +556,8 @@ fn grids_of_mitsuba_that_cannot_be_are_errors_or_notes_with_their_place() {
     let other = said(&gridvolume("sigma_s", ""), &ones);
     assert!(other.contains("a grid for sigma_s; expected grids for sigma_t and albedo"), "{other}");
 
-    // What is not there is told, and nothing is there; an albedo that is not there is the medium's.
+    // A missing density is noted, and the medium is omitted; a missing albedo is that of the
+    // medium.
     let missing = smoke(&heterogeneous(&density.replace("a.vol", "b.vol")), "3.0.0", &ones);
     assert!(noted(
         &missing,
@@ -575,7 +577,8 @@ fn grids_of_mitsuba_that_cannot_be_are_errors_or_notes_with_their_place() {
     assert!(noted(&nameless, NoteKind::Repaired, "volume \"gridvolume\" without a file: nothing is there"));
 }
 
-/// A thousand media of one file are read a thousand times: together no more than a file may have.
+/// A file that many media name is read again for each: together they may not read more bytes than a
+/// file may have.
 #[test]
 fn a_file_of_a_volume_that_is_named_again_and_again_is_bounded() {
     let file = mitsuba::vol([64, 64, 4], 1, &[0.5; 64 * 64 * 4]);

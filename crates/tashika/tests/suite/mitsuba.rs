@@ -1,7 +1,7 @@
-//! Mitsuba files: every element means what the format says, checked by numbers.
+//! Mitsuba files: every element has the meaning that the format gives it, checked by numbers.
 //!
 //! Conventions of textures, cameras, environments and shapes were taken from Mitsuba 3.9 itself:
-//! the numbers that tests compare with are its own where they say so.
+//! expected numbers are its own where a test names it.
 
 use std::fs;
 use std::sync::OnceLock;
@@ -345,7 +345,8 @@ fn principled_materials_have_the_reflectance_of_their_specular() {
     assert!(matches!(glass.materials()[0].surface, Surface::Glass { ior: 1.5, .. }));
 }
 
-/// The coat lies on what is not glass; `α` falls with its gloss, also where that is a texture.
+/// The coat lies on every part except glass; `α` falls with its gloss, also where that is a
+/// texture.
 #[test]
 fn clear_coats_have_the_roughness_of_their_gloss() {
     let principled = |inside: &str| {
@@ -693,7 +694,7 @@ pub fn files_of_examples() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// What stands inside of a scene that names the thing of a row.
+/// Body of a scene with the feature of a row.
 pub fn example(kind: &str, name: &str) -> String {
     let bitmap = |slot: &str, inside: &str| {
         format!(
@@ -825,8 +826,8 @@ fn channels_of_images_are_chosen_by_name() {
 
 #[test]
 fn names_and_places_of_one_long_line_are_read_in_time() {
-    // A hundred thousand elements: a second where each is found by counting from the start of its
-    // line would be an hour.
+    // A hundred thousand elements: if each were found by counting from the start of its line, a
+    // second would become an hour.
     let line = "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0.5\"/></bsdf>".repeat(50_000);
     let scene = load(&format!("{line}<shape type=\"cube\"><bsdf type=\"velvet\"/></shape>"));
     let first = scene.notes().iter().find(|n| n.message.contains("velvet")).unwrap().first;

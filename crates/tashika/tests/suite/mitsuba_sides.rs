@@ -1,5 +1,5 @@
-//! Which sides of a surface reflect, in Mitsuba's files: held to what Mitsuba 3.9.1 says of
-//! directions behind a surface (`eval` with both cosines negative).
+//! Sides of a surface that reflect, in Mitsuba's files: compared with Mitsuba 3.9.1 for directions
+//! behind a surface (`eval` with both cosines negative).
 
 use tashika::math::Vec3;
 use tashika::rng::{Purpose, Stream};
@@ -13,8 +13,8 @@ fn scene(bsdf: &str) -> Scene {
     load_in(&[("scene.xml", text.as_bytes())]).1.unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
-/// Mean red reflectance of the parts that are seen from before the rectangle and from behind it, to
-/// a hundredth of a percent.
+/// Mean red reflectance of the parts that are visible from the front of the rectangle and from its
+/// back, to a hundredth of a percent.
 fn reflectances(bsdf: &str) -> [f32; 2] {
     let scene = scene(bsdf);
     let instance = scene.instance_ids().next().unwrap();
@@ -55,7 +55,7 @@ fn two_sides_have_a_material_each() {
     assert_eq!((front, back), (0.7, 0.2));
 }
 
-/// A wrapper has the sides of what it wraps, a mix those of its parts if they agree.
+/// A wrapper has the sides of the BSDF in it, a mix those of its parts if they agree.
 #[test]
 fn wrappers_have_the_sides_of_what_they_wrap() {
     let wrap = |plugin: &str, inside: &str| format!("<bsdf type=\"{plugin}\">{inside}</bsdf>");

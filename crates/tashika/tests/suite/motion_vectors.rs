@@ -1,5 +1,5 @@
-//! Motion vectors: closed forms for cameras and things that move, by every projection; what films are
-//! with them and without.
+//! Motion vectors: closed forms for moving cameras and objects, by every projection; films with and
+//! without the vectors.
 
 use glam::{Affine3A, DAffine3, DVec3, Vec2};
 use tashika::Renderer;
@@ -26,8 +26,8 @@ fn between(open: DAffine3, close: DAffine3) -> Track {
     Track::new([(SHUTTER[0], open), (SHUTTER[1], close)]).unwrap()
 }
 
-/// The camera pushed by `way` (m, world) and turned by `angle` about its own upright axis, half of both
-/// before the middle of its time and half behind it.
+/// The camera moved by `way` (m, world) and turned by `angle` about its own upright axis, half of
+/// both before the middle of its time and half after it.
 fn sent(camera: Camera, way: Vec3, angle: f32) -> Camera {
     let end = |half: f32| {
         let turned = Affine3A::from_quat(rotation(Vec3::Y, half * angle));
@@ -58,7 +58,7 @@ fn of_camera(camera: Camera, with_floor: bool) -> impl Fn(u32, u32) -> Vec2 {
     if with_floor {
         floor(&mut b);
     } else {
-        // Out of sight: a scene has something in it.
+        // Out of sight: a scene has to contain something.
         place(&mut b, parallelogram(Vec3::Z * 900.0, Vec3::X, Vec3::Y), Material::new("far", lambert(0.5)));
     }
     b.add_camera(camera).unwrap();
@@ -70,8 +70,8 @@ fn near(found: Vec2, expected: Vec2, what: &str) {
     assert!((found - expected).length() < 2e-3, "{what}: {found} for {expected}");
 }
 
-/// A camera that pans over a plane at right angles to its axis, at a distance of 5 m: all of the plane
-/// goes the other way, by `way / (pixel's side there)`, to the right and up counting above zero.
+/// A camera that pans over a plane at right angles to its axis, at a distance of 5 m: all of the
+/// plane moves the other way, by `way / (pixel's side there)`; right and up are positive.
 #[test]
 fn a_plane_goes_the_other_way_than_a_camera_that_pans() {
     let way = Vec3::new(2.5, 1.0, 0.0);
@@ -81,7 +81,7 @@ fn a_plane_goes_the_other_way_than_a_camera_that_pans() {
         (Projection::Perspective { vertical_fov: 0.9 }, 5.0 * 2.0 * tan(0.45) / height),
     ] {
         let mut camera = sent(above(projection), way, 0.0);
-        // The way is through the lens' centre, however wide it is.
+        // The way is that through the lens' centre, however wide the lens is.
         camera.lens = Lens::round(0.3, 2.0);
         let found = of_camera(camera, true);
         for (x, y) in Window::full(SIZE).pixels() {
@@ -90,7 +90,7 @@ fn a_plane_goes_the_other_way_than_a_camera_that_pans() {
     }
 }
 
-/// What moves has its own vector, and what stands behind it none.
+/// A moving object has its own vector, and a standing one behind it has none.
 #[test]
 fn a_square_that_moves_has_its_own_vector() {
     let mut b = builder();
@@ -110,7 +110,7 @@ fn a_square_that_moves_has_its_own_vector() {
     }
 }
 
-/// A wheel: each place of it has the chord of its own arc.
+/// A wheel: each point of it has the chord of its own arc.
 #[test]
 fn places_of_a_wheel_have_vectors_of_their_own() {
     const ANGLE: f32 = 0.7;
@@ -130,8 +130,8 @@ fn places_of_a_wheel_have_vectors_of_their_own() {
     }
 }
 
-/// What is infinitely far away goes by the camera's turning alone: in perspective, at the place `x, y`
-/// from the middle, in focal lengths, with `φ = atan x`, from `φ − α/2` to `φ + α/2` for a camera that
+/// The environment moves by the camera's rotation alone. In perspective, a point at `x, y` from the
+/// middle, in focal lengths, with `φ = atan x`, goes from `φ − α/2` to `φ + α/2` for a camera that
 /// turns by `α` to the left, at the height `y cos φ / cos φ′`.
 #[test]
 fn the_environment_follows_the_turning_of_the_camera() {
@@ -154,8 +154,8 @@ fn the_environment_follows_the_turning_of_the_camera() {
     }
 }
 
-/// A picture by latitude and longitude goes round as a whole, over its edge too; in a fisheye, places go
-/// by the angles that their directions have with the axis.
+/// A picture by latitude and longitude rotates as a whole, over its edge too; in a fisheye, points
+/// move by the angles between their directions and the axis.
 #[test]
 fn all_around_ways_are_the_shorter_ones() {
     const ANGLE: f32 = 1.1;
@@ -170,7 +170,8 @@ fn all_around_ways_are_the_shorter_ones() {
     let found = of_camera(sent(fisheye, Vec3::ZERO, 0.3), false);
     for (x, y) in Window::full(SIZE).pixels() {
         let place = Vec2::new(x as f32 + 0.5 - 6.0, 4.0 - (y as f32 + 0.5));
-        // 4 pixels are 1 radian, and the edge. What comes over that edge has no way.
+        // The edge is 4 pixels, or 1 radian, from the axis. A point that comes over the edge has no
+        // vector.
         let theta = place.length() / 4.0;
         let at = |angle: f32| {
             let across = place.normalize() * sin_cos(theta).0;
@@ -185,7 +186,7 @@ fn all_around_ways_are_the_shorter_ones() {
     assert_eq!(found(0, 0), Vec2::ZERO, "nothing is shown there");
 }
 
-/// A place that is behind the camera when the shutter opens has no way on the film.
+/// A point that is behind the camera when the shutter opens has no vector.
 #[test]
 fn what_comes_from_behind_the_camera_has_no_vector() {
     let camera = sent(above(Projection::Perspective { vertical_fov: 0.9 }), Vec3::Z * 12.0, 0.0);
@@ -193,8 +194,8 @@ fn what_comes_from_behind_the_camera_has_no_vector() {
     assert!(Window::full(SIZE).pixels().all(|(x, y)| found(x, y) == Vec2::ZERO));
 }
 
-/// By every method: of what stands the vectors are 0, the other planes are those of a render without,
-/// and threads and shares do not enter.
+/// By every method: vectors of standing objects are 0, the other planes are those of a render
+/// without vectors, and threads and shares have no effect.
 #[test]
 fn vectors_change_nothing_else_and_are_the_same_for_threads_and_shares() {
     let of_sum = Request { vpls: Some(300), gather: Some(3), ..Request::of_a_sum() };

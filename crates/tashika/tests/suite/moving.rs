@@ -1,4 +1,4 @@
-//! What moves in files of pbrt and Mitsuba, at a time.
+//! Motion in files of pbrt and Mitsuba, at a time.
 
 use glam::{Affine3A, Vec3};
 use tashika::error::Result;
@@ -19,7 +19,8 @@ fn load_with(name: &str, text: &str, (at, shutter): (Option<f64>, Option<[f64; 2
     load_scene(&path, &LoadOptions { at, shutter, ..LoadOptions::default() })
 }
 
-/// When the shutter of the first camera is open, and where it is first, in the middle and last.
+/// The interval in which the shutter of the first camera is open, and its first, middle and last
+/// position.
 fn exposed(scene: &Scene) -> ([f64; 2], [Vec3; 3]) {
     let camera = &scene.cameras()[0];
     let motion = camera.motion.as_ref().expect("it moves");
@@ -45,7 +46,7 @@ fn turned(degrees: f32) -> Affine3A {
     Affine3A::from_quat(rotation(Vec3::Z, degrees.to_radians()))
 }
 
-/// What moves from `1 0 0` to `1 0 4`, turning by a right angle and growing from 1 to 3.
+/// Motion from `1 0 0` to `1 0 4`, with a turn by a right angle and growth from 1 to 3.
 const MOVES: &str = "Translate 1 0 0 ActiveTransform EndTime Translate 0 0 4 Rotate 90 0 0 1 Scale 3 3 3 ActiveTransform All ";
 
 #[test]
@@ -66,7 +67,7 @@ fn pbrt_moves_things_between_its_two_transforms() {
                 assert!(!has(&scene, NoteKind::Approximated, "things that move"));
                 assert_eq!(scene.animated_seconds(), Some([shift, shift + length]));
             }
-            // Its shutter is open for a second: from 0 on, or, where that is before, from 2 on.
+            // The shutter is open for a second, from `shift` on.
             let open = format!("Camera \"perspective\" \"float shutteropen\" {shift} \"float shutterclose\"");
             let until = |close: f64| text.replace("Camera \"perspective\"", &format!("{open} {close}"));
             let moving = pbrt(&until(shift + 1.0), None);
@@ -83,7 +84,7 @@ fn pbrt_moves_things_between_its_two_transforms() {
             assert_eq!(still.animated_seconds(), Some([shift, shift + length]));
         }
     }
-    // In objects, and of them; by names of both transforms; told once it stands still again.
+    // Motion inside an object, and by named transforms; no note where a transform undoes it.
     let text = format!(
         "{V4}ObjectBegin \"o\" {MOVES}{TRIANGLE} ObjectEnd AttributeBegin Translate 0 8 0 ObjectInstance \"o\" AttributeEnd"
     );
@@ -103,8 +104,8 @@ fn pbrt_moves_things_between_its_two_transforms() {
     assert!(has(&scene, NoteKind::Repaired, "shapes and lights with") && scene.instances().is_empty());
 }
 
-/// A part that moves in an object that moves: the product at each time. Where only one of them
-/// moves, the other is before or after it.
+/// A moving part of a moving object: the product at each time. If only one of them moves, the other
+/// is applied before or after it.
 #[test]
 fn parts_of_objects_of_pbrt_move_with_them() {
     let part = "ActiveTransform EndTime Translate 0 0 4 ActiveTransform All Scale 2 1 1 ";
@@ -125,11 +126,11 @@ fn parts_of_objects_of_pbrt_move_with_them() {
         assert!(found.abs_diff_eq(scale(1.0, 3.0) * slides, 1e-5), "{share}: {found:?}");
         let found = moved("Scale 2 1 1 ", whole, share);
         assert!(found.abs_diff_eq(turns * scale(2.0, 1.0), 1e-5), "{share}: {found:?}");
-        // Between 33 times each.
+        // Interpolated between 33 times each.
         let found = moved(part, whole, share);
         assert!(found.abs_diff_eq(turns * slides, 2e-3), "{share}: {found:?}");
     }
-    // Lights, and what turns into its mirror image, stand, and that is said.
+    // Lights, and objects that turn into their mirror image, stand still, with a note.
     let light = "ActiveTransform EndTime Translate 0 0 4 LightSource \"point\"";
     let scene = pbrt(&format!("{V4}{light} ActiveTransform All Identity {TRIANGLE}"), None);
     assert!(has(&scene, NoteKind::Approximated, "lights that move: where they are first"));
@@ -147,7 +148,7 @@ fn cameras_of_pbrt_move_as_rigidly_as_their_file_says() {
          ActiveTransform EndTime LookAt 4 0 0 5 0 0 0 1 0 ActiveTransform All {V4}{TRIANGLE}"
     );
     let ahead = |at: Option<f64>| {
-        // Not while a shutter is open that is as long as the way.
+        // With a closed shutter: by default it is open for as long as the motion.
         let text = text.replace("\"perspective\"", "\"perspective\" \"float shutterclose\" 0");
         let scene = pbrt(&text, at);
         let camera = &scene.cameras()[0];
@@ -175,7 +176,8 @@ fn cameras_of_pbrt_move_as_rigidly_as_their_file_says() {
     }
     let ahead = own.cameras()[0].motion.as_ref().unwrap().pose(0.5).transform_vector3(Vec3::NEG_Z);
     assert!((ahead - direction).length() < 1e-6, "it turns evenly, and is no mirror image meanwhile");
-    // At a time nothing is blurred unless that is asked for; then it is about the time.
+    // At a time nothing is blurred unless a shutter is requested; then its interval is around the
+    // time.
     assert!(pbrt(&text, Some(0.5)).cameras()[0].motion.is_none());
     let (shutter, places) = exposed(&load_with("s.pbrt", &text, (Some(0.5), Some([-0.25, 0.25]))).unwrap());
     assert_eq!((shutter, places[1].x.round()), ([0.25, 0.75], 2.0));
@@ -253,7 +255,7 @@ fn sensors_of_mitsuba_move_while_their_shutter_is_open() {
     assert_eq!(closed.cameras()[0].position(), Vec3::X);
     assert_eq!(count(&closed, "animations: the first key is shown"), 2);
     assert!(!closed.moves());
-    // Asked for: both are blurred.
+    // With a requested shutter both are blurred.
     let xml = format!("<scene version=\"3.0.0\">{}</scene>", sensor(open));
     let asked = |at, shutter| load_with("s.xml", &xml, (at, Some(shutter))).unwrap();
     let blurred = asked(Some(1.0), [0.0, 1.0]);
@@ -277,7 +279,7 @@ fn sensors_of_mitsuba_move_while_their_shutter_is_open() {
     }
 }
 
-/// What is in a group stands in it, also where the group's instance moves, and that is said.
+/// Parts of a group stand still in it, also where the group's instance moves, with a note.
 #[test]
 fn instances_of_mitsuba_move_and_parts_of_groups_do_not() {
     let way = "<animation name=\"to_world\"><transform time=\"0\"><translate x=\"1\"/></transform>\

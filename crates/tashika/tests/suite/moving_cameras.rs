@@ -30,7 +30,8 @@ fn view<'c>(camera: &'c Camera, size: [u32; 2], points: u32, seed: u64) -> View<
 }
 
 /// An edge between light and nothing, seen by a camera that moves `D` pixels to the right at
-/// constant speed: with the box filter, the pixel of centre `c` has of the edge at `e`
+/// constant speed. With the box filter, the share of light in the pixel of centre `c`, for an edge
+/// at `e`, is
 ///
 /// ```text
 /// ∫₀¹ clamp(a − D s, 0, 1) ds = (H(a) − H(a − D)) / D      a = e − c + ½, H(t) = ∫₀ᵗ clamp(x, 0, 1) dx
@@ -54,7 +55,7 @@ fn an_edge_is_blurred_over_the_way_that_the_camera_goes() {
     camera.projection = Projection::Orthographic { height: SIDE as f32 };
     let from = affine(camera.to_world);
     let to = DAffine3 { translation: from.translation + DVec3::X * WAY, ..from };
-    // The shutter is open for the second half of twice the way.
+    // The shutter is open for the second half of a way twice as long.
     let before = DAffine3 { translation: from.translation - DVec3::X * WAY, ..from };
     let camera = camera.moving(Track::new([(0.0, before), (2.0, to)]).unwrap(), [1.0, 2.0]);
     b.add_camera(camera.clone()).unwrap();
@@ -69,15 +70,15 @@ fn an_edge_is_blurred_over_the_way_that_the_camera_goes() {
             let all = |t: f64| if t < 1.0 { 0.5 * t.max(0.0) * t.max(0.0) } else { t - 0.5 };
             let a = f64::from(EDGE) - f64::from(x);
             let expected = (all(a) - all(a - WAY)) / WAY;
-            // Five standard errors of independent samples, of which stratified ones have fewer.
+            // Five standard errors of independent samples; stratified ones have smaller errors.
             let tolerance = 5.0 * (expected * (1.0 - expected) / f64::from(POINTS)).sqrt() + 1e-4;
             assert!((found - expected).abs() <= tolerance, "pixel {x},{y}: {found} for {expected}");
         }
     }
 }
 
-/// The camera of the box, which goes to the right, nearer, and turns by 0.25 while its shutter is
-/// open from 0 to 1 s; and how it stands at a time.
+/// The camera of the box, which moves to the right and nearer, and turns by 0.25, while its shutter
+/// is open from 0 to 1 s; and its pose at a time.
 fn swung() -> (Tracer, Camera, impl Fn(f32) -> Camera) {
     let scene = builtin::tiny();
     let still = scene.cameras()[0].clone();
@@ -96,14 +97,14 @@ fn swung() -> (Tracer, Camera, impl Fn(f32) -> Camera) {
 
 const SIZE: [u32; 2] = [12, 12];
 
-/// Size where many pictures are made (pixels).
+/// Size of the images where many are rendered (pixels).
 const STILL_SIZE: [u32; 2] = [8, 8];
 
-/// Times in the middle of equal parts of the time that the shutter is open.
+/// Number of times, in the middle of equal parts of the time that the shutter is open.
 const TIMES: u32 = 12;
 
-/// Of each pixel over several seeds, what a camera that moves sees, and the mean of what cameras see
-/// that stand where it is at many times: as one within their common error.
+/// Asserts that, over several seeds, each pixel of a moving camera equals the mean over cameras
+/// that stand at many of its poses, within their common error.
 fn assert_mean_of_stills(what: &str, render: impl Fn(&Camera, u64) -> Film) {
     const SEEDS: u64 = 12;
     const SIZE: [u32; 2] = STILL_SIZE;
@@ -123,13 +124,14 @@ fn assert_mean_of_stills(what: &str, render: impl Fn(&Camera, u64) -> Film) {
         image.push(difference.iter().sum::<f64>() / pixels as f64);
         differences.iter_mut().zip(difference).for_each(|(m, d)| m.push(d));
     }
-    // Student's t of 11 degrees: 7.5 is passed with probability 1.2·10⁻⁵, of 64 pixels with 8·10⁻⁴; the
-    // seeds are fixed. 0.2 % of the mean are for what the middles of 12 parts are off from all times.
+    // Student's t of 11 degrees: 7.5 is exceeded with probability 1.2·10⁻⁵, of 64 pixels with
+    // 8·10⁻⁴; the seeds are fixed. 0.2 % of the mean allow for the middles of 12 parts in place of
+    // all times.
     let off = |m: &Moments| m.mean().abs() / (m.standard_error() + 2e-3 * mean);
     let worst = differences.iter().map(off).fold(0.0, f64::max);
     assert!(worst < 7.5, "{what}: a pixel is {worst} standard errors off");
     assert!(off(&image) < 7.5, "{what}: the image is {} standard errors off", off(&image));
-    // It is not what it would be without motion.
+    // The image differs from one without motion.
     let middle = luminances(&render(&at(0.5), 7));
     let blurred = luminances(&render(&moving, 7));
     let far = middle.iter().zip(&blurred).filter(|(a, b)| (*a - *b).abs() > 0.15 * mean).count();
@@ -141,15 +143,15 @@ fn a_moving_camera_sees_the_mean_of_what_standing_ones_see() {
     let (tracer, ..) = swung();
     let paths = PathTracer::new(&tracer, PathStop::Count(32), 16).unwrap();
     assert_mean_of_stills("path", |camera, seed| film_of(&tracer, &paths, view(camera, STILL_SIZE, 1, seed)));
-    // Of the same lights, so that these do not matter.
+    // With equal lights, so that they do not matter.
     let lights = VplOptions { count: 200, seed: 9, ..VplOptions::default() };
     let lights = VplSet::trace(&tracer, &lights).unwrap();
     let sums = FullSum::new(&lights);
     assert_mean_of_stills("sum", |camera, seed| film_of(&tracer, &sums, view(camera, STILL_SIZE, 32, seed)));
 }
 
-/// What is claimed of a moving camera's pixels holds, of every method: sums against the exact sum at
-/// the same gather points, light transport against path tracing.
+/// Claims about a moving camera's pixels hold, by every method: sums against the exact sum at the
+/// same gather points, light transport against path tracing.
 #[test]
 fn every_method_sees_the_camera_move() {
     let (tracer, moving, _) = swung();
@@ -161,7 +163,7 @@ fn every_method_sees_the_camera_move() {
     for method in SumMethod::ALL {
         let integrator = method.integrator(&lights, &options).unwrap();
         let found = luminances(&film_of(&tracer, &*integrator, seen));
-        // The first methods promise a bound by estimates of their cut, not of what is in shadow.
+        // The first methods state a bound by estimates of their cut, which ignore shadow.
         let tolerance = if method.name() == "mdlc" || method.name() == "lightcuts" { 0.3 } else { 0.1 };
         let near = found.iter().zip(&exact).filter(|(f, e)| (*f - *e).abs() <= tolerance * *e + 1e-9).count();
         assert!(near >= 137, "{}: {near} of 144 pixels within {tolerance}", method.name());
@@ -179,7 +181,7 @@ fn every_method_sees_the_camera_move() {
         let half_width = f64::from(records.at(x, y).half_width);
         kept += usize::from((found[i] - truth[i]).abs() <= half_width + 3.0 * f64::from(errors[i]));
     }
-    // Intervals hold 95 %: fewer than 126 of 144 with probability below 10⁻⁴.
+    // With 95 % each, fewer than 126 of 144 intervals hold with probability below 10⁻⁴.
     assert!(kept >= 126, "{kept} of 144 intervals hold the truth");
     let off: f64 = found.iter().zip(&truth).map(|(f, t)| f - t).sum::<f64>() / truth.iter().sum::<f64>();
     assert!(off.abs() < 0.01, "the image is {off} off");
@@ -222,7 +224,7 @@ fn threads_and_shares_do_not_change_a_bit() {
 #[test]
 fn a_whole_turn_sees_the_mean_around() {
     let mut b = builder();
-    // A lamp of a quarter of the way around, from −45° to 45° off the way ahead.
+    // A lamp over a quarter of the ring, from −45° to 45° of the direction ahead.
     let lamp = parallelogram(Vec3::new(-1.0, -50.0, -1.0), Vec3::X * 2.0, Vec3::Y * 100.0);
     place(&mut b, lamp, glowing("lamp", lambert(0.0), 1.0));
     let turned = |quarters: f64| {
@@ -237,8 +239,9 @@ fn a_whole_turn_sees_the_mean_around() {
     let none = VplSet::new(Vec::new(), Provenance::default());
     let film = film_of(&tracer, &FullSum::new(&none), view(&camera, [3, 3], 1024, 1));
     for found in luminances(&film) {
-        // The lamp shines on both sides of its plane or on one: it stands for a quarter of the time, and
-        // two ends of that decide about a point each of a stratified sequence; the field of view is 1e-3.
+        // The lamp emits on both sides of its plane or on one: it is visible for a quarter of the
+        // time, and each end of that quarter decides about one point of a stratified sequence; the
+        // field of view is 1e-3.
         assert!((found - 0.25).abs() <= 3.0 / 1024.0 || found == 0.0, "{found}");
     }
     assert!(luminances(&film).iter().all(|l| *l > 0.0), "the lamp shines towards the camera");

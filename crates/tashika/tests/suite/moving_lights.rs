@@ -1,4 +1,4 @@
-//! Sums over VPLs of what moves: each instant has lights and gather points of its own.
+//! Sums over VPLs of moving scenes: each instant has lights and gather points of its own.
 
 use glam::DVec3;
 use tashika::accel::Tracer;
@@ -26,8 +26,8 @@ fn set_at(tracer: &Tracer, count: u64, instants: u32) -> VplSet {
     VplSet::trace(tracer, &VplOptions { count, instants, seed: 4, ..VplOptions::default() }).unwrap()
 }
 
-/// A blade, a lamp that swings and grows, a pane, and a cloud that shrinks: lights and points of the
-/// wrong times would see other shadows, and other lamps.
+/// A blade, a lamp that swings and grows, a pane, and a cloud that shrinks: lights and points of
+/// the wrong times would see other shadows, and other lamps.
 #[test]
 fn sums_over_instants_are_what_paths_find() {
     for fog in [false, true] {
@@ -35,9 +35,9 @@ fn sums_over_instants_are_what_paths_find() {
     }
 }
 
-/// A spot lights a patch of the floor, and that the ceiling; a black board passes under the spot for three
-/// fifths of the time. What comes to the ceiling is two fifths of what comes without the board: light
-/// paths are of the time of their instant.
+/// A spot lights a patch of the floor, and the patch lights the ceiling; a black board passes under
+/// the spot for three fifths of the time. The light at the ceiling is two fifths of that without
+/// the board: light paths are of the time of their instant.
 #[test]
 fn light_that_is_reflected_comes_for_its_share_of_the_time() {
     let lit = |has_board: bool| {
@@ -49,7 +49,7 @@ fn light_that_is_reflected_comes_for_its_share_of_the_time() {
         let spot =
             Emitter::Spot { position: Vec3::Z * 2.0, axis: Vec3::NEG_Z, intensity: Rgb::WHITE, falloff };
         b.add_emitter(spot).unwrap();
-        // It goes across the axis of the spot, and lies in no way from the patch to what is seen.
+        // It crosses the axis of the spot, and lies in no way from the patch to the visible point.
         let way = if has_board { DVec3::Y * -5.0 } else { DVec3::Z * 0.01 };
         let x = if has_board { -0.3 } else { 8.0 };
         let board = parallelogram(Vec3::new(x, 1.0, 1.5), Vec3::X * 0.6, Vec3::Y * 3.0);
@@ -102,8 +102,8 @@ fn threads_and_tiles_change_no_bit() {
     assert_same_bits(|| moving(true));
 }
 
-/// Each instant has its share of the lights, about alike, and stands for all of the light: all that
-/// shines does at each of them.
+/// Each instant has its share of the lights, about evenly, and represents all of the light: every
+/// emitter emits at each of them.
 #[test]
 fn each_instant_has_all_of_the_light() {
     let tracer = moving(false);
@@ -118,14 +118,15 @@ fn each_instant_has_all_of_the_light() {
             let from_lamp = |l: &&Vpl| (1.89..1.91).contains(&l.position.y) && l.direction.y < -0.99;
             of_instant.iter().filter(from_lamp).map(|l| f64::from(l.intensity.luminance())).sum::<f64>()
         };
-        // The lamp that stands at the ceiling: what it shines is exact, by the strata of its draws.
+        // The lamp that stands at the ceiling: its light is exact, by the strata of its draws.
         let of_lamp = (0..count as usize).map(direct).collect::<Vec<_>>();
         let expected = 4.0 * 0.8 * 0.8;
         assert!(of_lamp.iter().all(|sum| (sum / expected - 1.0).abs() < 0.2), "{count}: {of_lamp:?}");
     }
 }
 
-/// Camera samples have the time of their instant, and these all of the samples, about alike.
+/// Camera samples have the time of their instant; the instants together have all samples, about
+/// evenly.
 #[test]
 fn gather_points_are_of_the_instants() {
     let tracer = moving(false);

@@ -1,5 +1,5 @@
-//! Things that move while the shutter is open: closed forms, the mean of pictures in which they
-//! stand, and who refuses them.
+//! Objects that move while the shutter is open: closed forms, the mean of pictures in which they
+//! stand, and refusals.
 
 use std::sync::atomic::AtomicBool;
 
@@ -27,10 +27,10 @@ use crate::cases::{
 };
 use crate::sums::directly_lit;
 
-/// When the shutter is open (s).
+/// Interval in which the shutter is open (s).
 const SHUTTER: [f64; 2] = [1.0, 2.0];
 
-/// Along `way` while the shutter is open.
+/// A translation along `way` while the shutter is open.
 pub fn pushed(way: DVec3) -> Track {
     let keys = [(1.0, DVec3::ZERO), (2.0, way)];
     Track::new(keys.map(|(t, way)| (t, DAffine3::from_translation(way)))).unwrap()
@@ -47,8 +47,8 @@ fn paths(tracer: &Tracer, count: u32, size: [u32; 2], seed: u64) -> Film {
     film(tracer, &PathTracer::new(tracer, PathStop::Count(count), 1000).unwrap(), size, 1, seed)
 }
 
-/// A lamp whose edge at `e` goes `D` pixels to the left: with the box filter, the pixel of centre `c`
-/// has of it
+/// A lamp whose edge at `e` moves `D` pixels to the left. With the box filter, its share of the
+/// pixel of centre `c` is
 ///
 /// ```text
 /// ∫₀¹ clamp(a − D s, 0, 1) ds = (H(a) − H(a − D)) / D      a = e − c + ½, H(t) = ∫₀ᵗ clamp(x, 0, 1) dx
@@ -85,9 +85,9 @@ fn needle(b: &mut SceneBuilder, eye: Vec3) {
     b.add_camera(Camera::look_at("c", eye, eye + Vec3::NEG_Z, Vec3::Y, 1e-4)).unwrap();
 }
 
-/// Holds means of the needle's film to what is expected: that over 16,384 paths, and that of sums over
-/// the emitters at 32 instants, by 20 seeds. 4.4 standard errors are passed once in 10⁵, 7.5 by Student's
-/// t of 19 degrees once in 10⁶.
+/// Compares means of the needle's film with the expected value: that over 16,384 paths, and that of
+/// sums over the emitters at 32 instants, by 20 seeds. 4.4 standard errors are exceeded once in
+/// 10⁵, 7.5 by Student's t of 19 degrees once in 10⁶.
 fn assert_axis(b: SceneBuilder, expected: f64, what: &str) {
     let tracer = tracer(b);
     let mean_of = |film: &Film| {
@@ -108,8 +108,8 @@ fn assert_axis(b: SceneBuilder, expected: f64, what: &str) {
     }
 }
 
-/// A point of a white floor under a point light, 2 m above: `ρ/π · I/d²`. A board passes between for
-/// three fifths of the time, opaque or of half opacity; the light that it stops is its share.
+/// A point of a white floor under a point light, 2 m above: `ρ/π · I/d²`. A board passes between
+/// them for three fifths of the time, opaque or of half opacity, and stops its share of the light.
 #[test]
 fn a_board_before_a_lamp_stops_its_share_of_the_light() {
     for opacity in [1.0_f32, 0.5] {
@@ -128,13 +128,15 @@ fn a_board_before_a_lamp_stops_its_share_of_the_light() {
     }
 }
 
-/// A lamp of half-width `a`, a metre above a floor, that grows from 0.3 to 1.8 m: below its middle
+/// A lamp of half-width `a`, a metre above a floor, that grows from 0.3 to 1.8 m. The radiance
+/// below its middle is
 ///
 /// ```text
 /// ρ/π ∫₀¹ L ∫∫ 1/(1 + x² + y²)² dx dy du      |x|, |y| ≤ a(u) = 0.3 + 1.5 u
 /// ```
 ///
-/// Small, it is found by drawing from it, large, by going there: both densities are of the time.
+/// While small it is found by sampling it, while large by reaching it: both densities are of the
+/// time.
 #[test]
 fn a_lamp_that_grows_lights_by_its_size_at_each_time() {
     let mut b = builder();
@@ -155,7 +157,7 @@ fn a_lamp_that_grows_lights_by_its_size_at_each_time() {
     assert_axis(b, 0.8 / std::f64::consts::PI * mean, "a lamp that grows");
 }
 
-/// A slab of something that absorbs passes the axis for three fifths of the time.
+/// A slab of an absorbing medium passes the axis for three fifths of the time.
 #[test]
 fn a_medium_that_passes_absorbs_for_its_share_of_the_time() {
     let mut b = builder();
@@ -178,8 +180,8 @@ fn a_medium_that_passes_absorbs_for_its_share_of_the_time() {
     assert_axis(b, 0.4 + 0.6 * f64::from(exp(-2.0 * 0.5)), "absorbed");
 }
 
-/// Where a thing is that turns about an axis through `about`, goes along `way` and grows by the
-/// factor `growth` meanwhile: the whole of it at 0 and 1.
+/// Track of a turn around an axis through `about`, a way along `way` and a growth by the factor
+/// `growth`, over the shutter's time.
 fn spun(about: DVec3, turn: f64, way: DVec3, growth: f64) -> Track {
     let key = |u: f64| {
         let (sin, cos) = sin_cos_f64(turn * u);
@@ -191,8 +193,8 @@ fn spun(about: DVec3, turn: f64, way: DVec3, growth: f64) -> Track {
     Track::new([key(0.0), key(1.0)]).unwrap()
 }
 
-/// A room in which a blade turns, a lamp swings and grows, a pane slides before what is behind it,
-/// and a cloud shrinks if there is one: as it moves, or as it stands at a time.
+/// A room in which a blade turns, a lamp swings and grows, a pane slides before the scene behind
+/// it, and a cloud shrinks if there is one: in motion, or standing at a time.
 pub fn workshop(at: Option<f64>, fog: bool) -> Scene {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 4.0);
@@ -233,9 +235,9 @@ pub fn workshop(at: Option<f64>, fog: bool) -> Scene {
     b.build().unwrap()
 }
 
-/// Holds the picture of what moves to the mean of those in which it stands where it is, at the shares of
-/// the time that `standing` is asked for: of each pixel over several seeds, as one within their common
-/// error.
+/// Compares the picture of moving objects with the mean of pictures in which they stand at their
+/// poses, at the shares of the time passed to `standing`: each pixel over several seeds, within
+/// their common error.
 pub fn assert_seen_as_the_mean(what: &str, moving: Scene, standing: impl Fn(f64) -> Scene) {
     const SEEDS: u64 = 12;
     const TIMES: u32 = 12;
@@ -257,15 +259,15 @@ pub fn assert_seen_as_the_mean(what: &str, moving: Scene, standing: impl Fn(f64)
         image.push(difference.iter().sum::<f64>() / pixels as f64);
         differences.iter_mut().zip(difference).for_each(|(m, d)| m.push(d));
     }
-    // Student's t of 11 degrees: 7.5 is passed with probability 1.2·10⁻⁵, of 130 numbers with
-    // 2·10⁻³; the seeds are fixed. 0.5 % of the mean are for what the middles of 12 parts are off
-    // from all times.
+    // Student's t of 11 degrees: 7.5 is exceeded with probability 1.2·10⁻⁵, of 130 numbers with
+    // 2·10⁻³; the seeds are fixed. 0.5 % of the mean allow for the middles of 12 parts in place of
+    // all times.
     let off = |m: &Moments| m.mean().abs() / (m.standard_error() + 5e-3 * mean);
     let worst = differences.iter().map(off).fold(0.0, f64::max);
     assert!(image.standard_error() < 0.01 * mean, "not sharp: {} of {mean}", image.standard_error());
     assert!(worst < 7.5, "{what}: a pixel is {worst} standard errors off");
     assert!(off(&image) < 7.5, "{what}: the image is {} standard errors off", off(&image));
-    // It is not what it would be without motion.
+    // The picture differs from one without motion.
     let middle = luminances(&paths(&Tracer::new(standing(0.5).into()), 500, SIZE, 1));
     let blurred = luminances(&paths(&moving, 500, SIZE, 1));
     let far = middle.iter().zip(&blurred).filter(|(a, b)| (*a - *b).abs() > 0.1 * mean).count();
@@ -280,8 +282,8 @@ fn what_moves_is_seen_as_the_mean_of_where_it_stands() {
     }
 }
 
-/// The paths of pictures that are reconstructed see what moves when it moves, and so do the features
-/// that say which pixels are alike.
+/// The paths of reconstructed pictures see objects in motion, and so do the features that determine
+/// which pixels are alike.
 #[test]
 fn paths_of_pictures_are_those_of_the_integrator() {
     const SEEDS: u64 = 12;
@@ -344,8 +346,8 @@ fn threads_and_windows_change_no_bit_of_what_moves() {
     }
 }
 
-/// What claims light transport by VPLs knows no time: it refuses what moves before it begins, and says
-/// which methods do not, and that all stands still at one time. What the default promises paths keep.
+/// Light transport by VPLs has no time: it refuses moving objects before it begins, and names the
+/// methods that do not, and a time at which all stands still. Paths make the claims of the default.
 #[test]
 fn what_knows_no_time_refuses_what_moves_and_says_what_renders_it() {
     let tracer = Tracer::new(workshop(None, false).into());

@@ -1,4 +1,4 @@
-//! OBJ and MTL files: every statement means what the format says, checked by numbers.
+//! OBJ and MTL files: every statement has the meaning that the format gives it, checked by numbers.
 
 use std::fs;
 
@@ -193,8 +193,8 @@ fn meshes_follow_materials_in_the_order_of_their_first_face() {
     assert_eq!(note(&scene, "faces without material").unwrap().kind, NoteKind::Defaulted);
 }
 
-/// A unit cube about the origin whose faces are cut along diagonals, so that the numbers of
-/// triangles about its corners differ.
+/// A unit cube around the origin whose faces are cut along diagonals, so that the numbers of
+/// triangles at its corners differ.
 fn cube() -> String {
     let mut text = String::new();
     for i in 0..8 {

@@ -12,7 +12,7 @@ fn rows() -> &'static [Feature] {
     features().into_iter().find(|f| f.format == "OBJ").expect("a table of OBJ").rows
 }
 
-/// A scene that has what a row names, and nothing else that deserves a note.
+/// A scene with the feature of a row, and nothing else that deserves a note.
 fn example(kind: &str, name: &str) -> Scene {
     let picture = png(1, &[[128, 128, 255, 255]]);
     let first = name.split([' ', ',']).next().unwrap();
@@ -39,7 +39,7 @@ fn example(kind: &str, name: &str) -> Scene {
                 (_, "call") => "call b.obj",
                 _ => panic!("no example of {name}"),
             };
-            // Which has usemtl and mtllib.
+            // The scene of a material has usemtl and mtllib.
             if statement.is_empty() {
                 material("Kd 1")
             } else {

@@ -1,7 +1,7 @@
 //! Light from infinity through panes of solid glass, against closed forms.
 //!
-//! A face reflects `F`. Of `n` faces `(1 − F)ⁿ` passes without a reflection, and with all that goes to
-//! and fro between them `(1 − F) / (1 + (n − 1) F)` (Stokes 1862).
+//! A face reflects `F`. The transmittance of `n` faces is `(1 − F)ⁿ` without reflections, and
+//! `(1 − F) / (1 + (n − 1) F)` with all reflections between them (Stokes 1862).
 
 use std::f64::consts::{PI, TAU};
 
@@ -23,7 +23,7 @@ use crate::cases::{builder, cuboid, lambert, parallelogram, place, tracer};
 const SIZE: [u32; 2] = [6, 6];
 const REFLECTANCE: f64 = 0.5;
 const IOR: f32 = 1.5;
-/// Error that is asked for.
+/// Relative error requested for each pixel.
 const ERROR: f64 = 0.1;
 /// Permitted error of a mean in standard errors: exceeded by chance with probability 10⁻⁶.
 const Z: f64 = 4.9;
@@ -70,8 +70,9 @@ fn assert_mean(tracer: &Tracer, expected: f64, most_deviation: f64) {
         let mut pixels = Moments::default();
         film.colors().unwrap().for_each(|color| pixels.push(color.r.into()));
         let (mean, error) = (pixels.mean(), pixels.standard_error());
-        // Rounding of a light that is the same in all pixels. Pixels with a claim end before they have met
-        // rare light, and those of audited pictures share samples: both err by less than was asked.
+        // Rounding of a radiance that is equal in all pixels. Pixels with a claim end before they
+        // have met rare light, and those of audited pictures share samples: both err by less than
+        // requested.
         let own = if name == "paths" { 1e-5 } else { 0.5 * ERROR };
         let tolerance = Z * error + own * expected;
         assert!((mean - expected).abs() <= tolerance, "{name}: {mean} ± {error} for {expected}");
@@ -87,7 +88,7 @@ fn reflected(cos: f64) -> f64 {
     fresnel::dielectric(cos as f32, IOR).into()
 }
 
-/// In light of radiance 1 from everywhere panes change nothing: light that they keep out is replaced
+/// In light of radiance 1 from everywhere panes change nothing: light that they block is replaced
 /// by light that they reflect.
 #[test]
 fn panes_in_even_light_change_nothing() {
@@ -124,7 +125,7 @@ fn a_small_sun_is_found_through_panes() {
             .sum();
         let of_step = around * TAU / f64::from(STEPS[1]) * cos / f64::from(STEPS[0]);
         for (panes, sum) in irradiance.iter_mut().enumerate() {
-            // Of as many faces, with the light between all of them.
+            // Transmittance of these faces, with the light between all of them.
             let faces = 2.0 * panes as f64;
             *sum += of_step * (1.0 - face) / (1.0 + (faces - 1.0) * face);
         }
@@ -137,7 +138,8 @@ fn a_small_sun_is_found_through_panes() {
     }
 }
 
-/// A sun without extent is met by no path, and found as far as faces do not reflect it.
+/// No path meets a sun without extent: it is sampled, and arrives as far as faces do not reflect
+/// it.
 #[test]
 fn a_single_direction_is_found_through_panes() {
     let irradiance = Rgb::gray(10.0);

@@ -1,5 +1,5 @@
-//! What the default method claims of scenes that need paths, held to converged pictures and to other
-//! seeds.
+//! Claims of the default method about scenes that need paths, compared with converged pictures and
+//! with other seeds.
 
 use std::sync::Arc;
 
@@ -29,13 +29,13 @@ fn promised(tracer: &Tracer, size: [u32; 2], error: f64, seed: u64) -> Film {
     rendered.film
 }
 
-/// Of each pixel.
+/// Number of paths of each pixel.
 fn paths(film: &Film) -> &[f32] {
     film.plane(planes::PAIRS).unwrap().f32_samples().unwrap()
 }
 
-/// Share of pixels whose interval, as wide as the root of the sum of the squares of both, holds the value
-/// of another film.
+/// Share of pixels whose interval holds the value of another film. Its half-width is the root of
+/// the sum of both squared half-widths.
 fn holding(film: &Film, other: &Film) -> f64 {
     let values = [film, other].map(luminances);
     let widths = [film, other].map(|film| {
@@ -46,9 +46,9 @@ fn holding(film: &Film, other: &Film) -> f64 {
     (0..values[0].len()).filter(holds).count() as f64 / values[0].len() as f64
 }
 
-/// Pixels claim, end because their interval is narrow enough, and their intervals hold what paths of
-/// nine times the work find and what other seeds say. Of three films of 80 pixels each 95 % are
-/// expected to hold, and 91 % or fewer once in two hundred times.
+/// Pixels claim, end because their interval is narrow enough, and their intervals hold the result
+/// of paths of nine times the work, and those of other seeds. Over three films of 80 pixels each
+/// the expected share is 95 %, and 91 % or fewer hold once in two hundred times.
 #[test]
 fn what_is_claimed_of_fog_and_of_what_moves_is_so() {
     for (name, scene) in scenes() {
@@ -75,7 +75,7 @@ fn what_is_claimed_of_fog_and_of_what_moves_is_so() {
     }
 }
 
-/// What is learned of a neighbourhood does not depend on who asks first.
+/// Statistics of a neighbourhood do not depend on the pixel that uses them first.
 #[test]
 fn threads_and_shares_change_no_bit_of_what_is_claimed() {
     let tracer = Tracer::new(Arc::new(foggy_room()));
@@ -88,7 +88,7 @@ fn threads_and_shares_change_no_bit_of_what_is_claimed() {
     assert!(there.clone().count() > 0 && there.clone().all(|(part, whole)| part == whole));
 }
 
-/// Who asks for nothing gets a picture in minutes, of which each pixel says what it is worth.
+/// Without a requested error the work is limited, and each pixel states the error that it has.
 #[test]
 fn without_an_error_it_is_a_picture_that_says_what_it_is_worth() {
     let tracer = Tracer::new(Arc::new(foggy_room()));

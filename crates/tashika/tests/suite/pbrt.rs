@@ -16,7 +16,7 @@ use tempfile::TempDir;
 
 use crate::cases::lenient;
 
-/// What begins a scene of either format.
+/// Beginning of a scene, in each version of the format.
 pub const V3: &str = "Film \"image\" Camera \"perspective\" WorldBegin\n";
 pub const V4: &str = "Film \"rgb\" Camera \"perspective\" WorldBegin\n";
 
@@ -76,25 +76,25 @@ pub fn scene(text: &str) -> Scene {
     Folder::new().load(text).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-/// What a text is refused for, without the folder.
+/// Message by which a text is refused, without the folder.
 pub fn refusal(text: &str) -> String {
     let folder = Folder::new();
     let error = folder.load(text).unwrap_err().to_string();
     error.replace(&format!("{}/", folder.0.path().display()), "")
 }
 
-/// Kinds and messages of the notes, but for those about a scene without light, camera or triangles.
+/// Kinds and messages of the notes, except those about a scene without light, camera or triangles.
 pub fn notes(scene: &Scene) -> Vec<(NoteKind, String)> {
     let told = scene.notes().iter().filter(|note| note.kind != NoteKind::Defaulted);
     told.map(|note| (note.kind, note.message)).collect()
 }
 
-/// Whether a note of that kind begins so.
+/// Returns true if a note of that kind begins with `start`.
 pub fn noted(scene: &Scene, kind: NoteKind, start: &str) -> bool {
     notes(scene).iter().any(|(k, message)| *k == kind && message.starts_with(start))
 }
 
-/// Where the first instance puts a point.
+/// World position of a point of the first instance.
 fn placed(scene: &Scene, point: [f32; 3]) -> Vec3 {
     scene.instances()[0].to_world.transform_point3(point.into())
 }
@@ -324,7 +324,7 @@ fn films_are_cropped_by_fractions_and_by_pixels() {
     assert_eq!(crop("\"float cropwindow\" [0.5 0.5 0 1]"), None);
 }
 
-/// Whether light leaves the only emitter towards `+z` and towards `−z`.
+/// Returns true for each of `+z` and `−z` if the only emitter emits towards it.
 fn emits(text: &str) -> [bool; 2] {
     let scene = scene(text);
     let (instance, _) = scene.area_emitters().next().unwrap();
@@ -459,7 +459,7 @@ fn includes_are_found_from_the_main_folder_beside_and_compressed() {
     for instance in scene.instances() {
         assert!(close(instance.to_world.translation.into(), [1.0, 1.0, 1.0]));
     }
-    // Import leaves transform and material as they were, and keeps what it defines.
+    // Import restores transform and material, and its definitions stay.
     folder.write(
         "f.pbrt",
         "Translate 9 9 9 MakeNamedMaterial \"m\" \"string type\" \"diffuse\" AttributeBegin",

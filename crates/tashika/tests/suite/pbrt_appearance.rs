@@ -167,7 +167,7 @@ fn hdr(width: u32, height: u32, texel: impl Fn(u32, u32) -> [f32; 3]) -> Vec<u8>
     bytes.into_inner()
 }
 
-/// A PNG of two columns and rows: black but for the top left texel, opacity 255 or 128.
+/// A PNG of two columns and rows: black except for the top left texel, opacity 255 or 128.
 fn png(opacity: u8) -> Vec<u8> {
     let picture = DynamicImage::from(ImageBuffer::from_fn(2, 2, |x, y| {
         let v = if (x, y) == (0, 0) { 255 } else { 0 };
@@ -316,7 +316,7 @@ fn materials_made_of_parts_keep_their_sum() {
     let alpha = scene.materials().last().unwrap().alpha.unwrap();
     assert!((value(alpha.value) - 0.25).abs() < 1e-6);
 
-    // amount counts the first material in pbrt-v3 and the second in pbrt-v4.
+    // The amount is that of the first material in pbrt-v3 and of the second in pbrt-v4.
     let named = |name: &str, class: &str| format!("MakeNamedMaterial \"{name}\" \"string type\" \"{class}\"");
     let (scene, surface) = material(
         V3,
@@ -449,7 +449,7 @@ fn textures_are_decoded_as_each_format_says() {
     };
     assert!(is_srgb(V3, "") && !is_srgb(V3, "\"bool gamma\" \"false\"") && is_srgb(V4, ""));
     assert!(!is_srgb(V4, "\"string encoding\" \"linear\"") && is_srgb(V4, "\"string encoding\" \"sRGB\""));
-    // Numbers of images with opacities are those in pbrt-v4.
+    // In pbrt-v4, the number of an image with opacity is its opacity.
     let channel = |head: &str, image: &str| {
         let text = format!("Texture \"a\" \"float\" \"imagemap\" \"string filename\" \"{image}\"");
         let folder = Folder::new();
@@ -537,7 +537,7 @@ fn materials_have_textured_roughness_bumps_and_normal_maps() {
 /// The grid of a medium.
 const ONE_CELL: &str = "\"float density\" 2";
 
-/// A scene that names a thing of the feature table, and no other that is not fully understood.
+/// A scene with one feature of the table, and no other that is not fully supported.
 pub fn scene_with(feature: &Feature) -> String {
     let Feature { kind, name, .. } = feature;
     let of_v3 = [

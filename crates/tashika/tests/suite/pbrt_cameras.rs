@@ -1,7 +1,8 @@
-//! pbrt's cameras that see all around: every film place looks where pbrt's own formula says.
+//! pbrt's cameras that see all around: every point of the film has the direction of pbrt's own
+//! formula.
 //!
 //! The formulas are written out here from the format's description, in its left-handed frame, and
-//! share nothing with the layouts of the library but for the octahedron's known directions.
+//! share nothing with the layouts of the library except the octahedron's known directions.
 
 use std::f32::consts::PI;
 

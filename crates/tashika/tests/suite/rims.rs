@@ -1,4 +1,4 @@
-//! Rims of things on a black background: pixels whose samples meet nothing.
+//! Rims of objects on a black background: pixels whose samples meet nothing.
 
 use tashika::color::Rgb;
 use tashika::film::{Claim, RenderFilm};
@@ -30,8 +30,8 @@ fn leaves() -> Tracer {
     tracer(b)
 }
 
-/// A thirtieth of a pixel is missed by one choice of a hundred camera samples in thirty. Pixels that
-/// nothing is in claim to be black, and no pixel is less certain than was asked.
+/// One in thirty choices of a hundred camera samples misses a thirtieth of a pixel. Empty pixels
+/// claim to be black, and no pixel is less certain than requested.
 #[test]
 fn a_rim_that_no_sample_met_is_within_the_interval() {
     let tracer = leaves();
@@ -52,7 +52,7 @@ fn a_rim_that_no_sample_met_is_within_the_interval() {
                 exact += f64::from(u8::from(record.half_width == 0.0));
             } else if *truth < 0.04 * brightest {
                 rims += 1.0;
-                // The reference knows such a share of a pixel to 3 %.
+                // The reference has an error of 3 % for such a share of a pixel.
                 kept += f64::from(u8::from(distance <= f64::from(record.half_width) + 0.1 * truth));
             }
         }

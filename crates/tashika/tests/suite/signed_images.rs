@@ -2,8 +2,8 @@
 //!
 //! A bump map turns the normal by its slopes, so that a constant offset of all heights has no
 //! effect, whatever its sign. Heights of at most [`MOST`] are interpolated with at most eight
-//! roundings, and slopes are differences over a step of 5·10⁻⁴. Their error is at most `2 · 8 ·
-//! MOST · 2⁻²⁴ / 5·10⁻⁴`.
+//! roundings, and slopes are differences over a step of 5·10⁻⁴. Their error is at most
+//! `2 · 8 · MOST · 2⁻²⁴ / 5·10⁻⁴`.
 
 use tashika::color::Rgb;
 use tashika::math::{Vec2, Vec3};

@@ -1,8 +1,8 @@
 //! Pixels of every method as they are stored in `stored_pixels.txt`: a changed value is a decision.
 //!
 //! The table has the shortest decimals that read back to the same bits, so that equal text is equal
-//! bits. It is one for debug and release builds, and for all instruction sets. Where values are
-//! meant to change, this writes it anew:
+//! bits. One table is valid for debug and release builds, and for all instruction sets. This
+//! command rewrites it, for values that are meant to change:
 //!
 //!     TASHIKA_UPDATE_GOLDEN=pixels cargo test --release -p tashika --test suite stored_pixels
 //!

@@ -1,5 +1,5 @@
-//! What is held to of sums over VPLs, in whatever scene: the whole sum is what paths find, cuts of it are
-//! estimates of it, and nothing but what is asked for changes a bit.
+//! Tests of sums over VPLs, for any scene: the whole sum equals the result of paths, its cuts are
+//! estimates of it, and bits depend on nothing but the request.
 
 use tashika::accel::Tracer;
 use tashika::film::{Claim, Film, Window};
@@ -27,8 +27,8 @@ pub fn directly_lit(tracer: &Tracer, direct: u64, size: [u32; 2], points: u32, s
     film(tracer, &FullSum::new(&lights), size, points, seed)
 }
 
-/// Mean by channel of the lower half of an image, which does not show the lamp at the ceiling, of
-/// several of them, and its standard error.
+/// Mean by channel over several images, and its standard error, of the lower half, which does not
+/// show the lamp at the ceiling.
 fn means(images: impl Iterator<Item = Film>) -> [Moments; 3] {
     let mut means = [Moments::default(); 3];
     for image in images {
@@ -42,8 +42,8 @@ fn means(images: impl Iterator<Item = Film>) -> [Moments; 3] {
     means
 }
 
-/// The sum over VPLs is what paths find. Means of the image, of several sets against paths: at 4.4
-/// standard errors, and within the share that a clamp of 2 cm takes away.
+/// The sum over VPLs equals the result of paths. Means of the image, of several sets against paths,
+/// agree within 4.4 standard errors, and within the share `taken_away` by a clamp of 2 cm.
 ///
 /// * `points`: gather points a pixel; many where a small lamp is seen.
 pub fn assert_sums_are_what_paths_find(name: &str, tracer: &Tracer, taken_away: f64, points: u32) {
@@ -87,8 +87,7 @@ fn luminance(record: &PixelRecord) -> f64 {
     f64::from(record.radiance.luminance())
 }
 
-/// Whatever is clustered, however a pair is bounded and in whatever order terms are asked for: the
-/// finest cut is the whole sum.
+/// For all clusters, bounds of pairs and orders of terms, the finest cut is the whole sum.
 pub fn assert_finest_cuts_are_whole(tracer: &Tracer, lights: &LightSet) {
     let exact = estimate(tracer, lights, SumMethod::Exact, &ControlOptions::default());
     assert!(exact.iter().all(|record| record.claim == Claim::Exact));
@@ -110,8 +109,8 @@ pub fn assert_finest_cuts_are_whole(tracer: &Tracer, lights: &LightSet) {
                 continue;
             }
             complete += 1;
-            // Pair by pair terms are rounded, after their probability was divided out and multiplied in
-            // again; samples of tables once more.
+            // Terms by pairs are rounded after division and multiplication by their probability;
+            // samples of tables once more.
             let off = (luminance(found) - luminance(exact)).abs();
             assert!(
                 off <= 2e-6 * luminance(exact),
@@ -124,8 +123,8 @@ pub fn assert_finest_cuts_are_whole(tracer: &Tracer, lights: &LightSet) {
     }
 }
 
-/// Cuts are estimates of the sum: right on average where they are unbiased at a fixed cut, and within
-/// the intervals where these are claimed.
+/// Cuts are estimates of the sum: right on average where they are unbiased at a fixed cut, and
+/// within their intervals where these are claimed.
 pub fn assert_cuts_keep_their_claims(tracer: &Tracer, lights: &LightSet) {
     let exact = estimate(tracer, lights, SumMethod::Exact, &ControlOptions::default());
     let mean = |records: &[PixelRecord]| records.iter().map(luminance).sum::<f64>();
@@ -149,7 +148,7 @@ pub fn assert_cuts_keep_their_claims(tracer: &Tracer, lights: &LightSet) {
             }
         }
         assert!(claimed > 200.0, "{promise}: {claimed}");
-        // Of a confidence of 95 %.
+        // The confidence is 95 %.
         assert!(kept >= kept_at_least * claimed, "{promise}: {kept} of {claimed}");
     }
 }

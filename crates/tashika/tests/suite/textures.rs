@@ -10,7 +10,7 @@ use tashika::scene::{Pixels, Scene};
 use super::cases::lenient;
 use super::gltf::Document;
 
-/// What `maketx` made of a ramp of 7 × 5 texels: tiles of 64 × 64, three levels.
+/// Output of `maketx` for a ramp of 7 × 5 texels: tiles of 64 × 64, three levels.
 pub const TX: &[u8] = include_bytes!("../../../../fuzz/seeds/image/tiled.tx");
 
 /// A PNG of 16 bits a channel: one opaque texel, whose values are none of 8 bits.

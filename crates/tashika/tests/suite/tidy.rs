@@ -1,9 +1,9 @@
 //! The sources themselves: layers, forbidden words, sizes, heads, references.
 //!
-//! Rules that neither the compiler nor clippy knows, run over the workspace by the tests below.
+//! Rules that neither the compiler nor clippy checks, run over the workspace by the tests below.
 //!
-//! What passing does not prove: that code keeps to the meaning of its layer. The tables say who may
-//! name whom.
+//! They do not prove that code keeps to the meaning of its layer. The tables list which module may
+//! name which.
 
 mod broken;
 mod rules;
@@ -116,7 +116,7 @@ fn elementary_functions_have_the_same_bits_everywhere() {
 #[test]
 fn no_code_is_unsafe() {
     assert_all_keep(unsafe_code);
-    // What is forbidden cannot be allowed in the files of UNSAFE.
+    // The crates of files in UNSAFE deny unsafe code, and all others forbid it.
     let roots = LIBRARY.iter().map(|(name, _)| format!("crates/{name}/src/lib.rs"));
     let others = ["tashika-cli/src/main.rs", "tashika-viewer/src/lib.rs", "tashika-python/src/lib.rs"];
     for root in roots.chain(others.map(|path| format!("crates/{path}"))) {

@@ -23,7 +23,8 @@ fn halves() -> Vec<u8> {
     png([green, green, blue, blue])
 }
 
-/// A triangle with the middle of its texture coordinates, `v` up, at `(u, v)`, painted by `pattern`.
+/// A triangle with the middle of its texture coordinates, `v` up, at `(u, v)`, painted by
+/// `pattern`.
 fn scene(
     format: &str,
     pattern: &str,
@@ -62,7 +63,7 @@ fn scene(
     }
 }
 
-/// What the triangle reflects at `(u, v)`, `v` up.
+/// Reflectance of the triangle at `(u, v)`, `v` up.
 fn color(scene: &Scene, u: f32, v: f32) -> Rgb {
     let mesh = &scene.meshes()[0];
     let Surface::Lambert { reflectance } = scene.materials()[mesh.material.index()].surface else { panic!() };
@@ -82,7 +83,7 @@ fn tiles_are_chosen_by_the_floor_of_the_coordinates() {
         ("w.1001.png", &halves),
         ("W.1002.PNG", &red),
         ("w.1011.png", &white),
-        // No tiles: no number, or one that is none of them.
+        // Names that are no tiles: without a number, or with one that is no tile's.
         ("w.10a2.png", b"no picture"),
         ("w.0999.png", b"no picture"),
         ("w.10011.png", b"no picture"),
@@ -106,7 +107,7 @@ fn missing_tiles_are_missing_files() {
     let red = plain([255, 0, 0]);
     let strict = LoadOptions::default();
     for format in FORMATS {
-        // No tile at all, and one that the triangle wants.
+        // No tile at all, and a missing one that the triangle needs.
         for (tiles, part) in [
             (vec![], "w.<UDIM>.png"),
             (vec![("w.1001.png", &red[..])], "image \"w.<UDIM>.png\" has no tile 1023: grey of 0.5"),
@@ -120,7 +121,7 @@ fn missing_tiles_are_missing_files() {
                 assert_eq!(color(&scene, 2.5, 2.5), Rgb::gray(0.5), "{format}");
             }
         }
-        // Beyond what has a number nothing is missing.
+        // Beyond the numbers of tiles nothing is missing.
         let scene = scene(format, "w.<UDIM>.png", [-0.5, 0.5], &[("w.1001.png", &red)], &strict).unwrap();
         assert_eq!(color(&scene, -0.5, 0.5), Rgb::gray(0.5), "{format}");
     }

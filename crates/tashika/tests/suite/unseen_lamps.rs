@@ -64,6 +64,6 @@ fn lamps_of_pbrt_with_alpha_0_are_unseen_and_others_are_as_opaque_as_they_say() 
     let half = lamp(V4, "\"float alpha\" 0.5");
     let material = &half.materials()[half.meshes()[0].material.index()];
     assert_eq!((material.alpha.unwrap().mode, material.alpha.unwrap().value.factor), (AlphaMode::Blend, 0.5));
-    // A shape of alpha 0 that does not emit is left out.
+    // A shape of alpha 0 that does not emit is omitted.
     assert!(scene(&format!("{V4} Shape \"sphere\" \"float alpha\" 0")).instances().is_empty());
 }

@@ -1,5 +1,6 @@
-//! Unusable values in pbrt, Mitsuba and glTF files. Objects without effect on the picture are left
-//! out, values with an effect are repaired, both with a note, and the rest of the scene is loaded.
+//! Unusable values in pbrt, Mitsuba and glTF files. Objects without effect on the picture are
+//! omitted, values with an effect are repaired, both with a note, and the rest of the scene is
+//! loaded.
 
 use std::fs;
 

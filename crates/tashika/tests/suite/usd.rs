@@ -1,7 +1,7 @@
 //! USD: the same scene in all encodings, and prims put together from layers.
 //!
-//! Files of `usd/` were written by Pixar's own library, and `composed.json` has what that library
-//! reads in them (`scripts/usd_samples.py`). Damaged files are in `damaged_usd`.
+//! Files of `usd/` were written by Pixar's own library, and `composed.json` has that library's
+//! reading of them (`scripts/usd_samples.py`). Damaged files are in `damaged_usd`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,18 +20,18 @@ use crate::cases::{film, luminances};
 /// The folder with the files.
 pub const SAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/suite/usd");
 
-/// Loads one of them.
+/// Loads a file of that folder.
 pub fn sample(name: &str) -> Scene {
     load_scene(&Path::new(SAMPLES).join(name), &LoadOptions::default())
         .unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// Loads a text in a folder of its own; it has metres, and `+y` up.
+/// Loads a text in a folder of its own, in metres, with `+y` up.
 pub fn load(text: &str) -> Result<Scene> {
     load_with(text, &[], &LoadOptions::default())
 }
 
-/// The same beside other files.
+/// Loads a text as [`load`] does, beside other files.
 pub fn load_with(text: &str, others: &[(&str, &[u8])], options: &LoadOptions) -> Result<Scene> {
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in others {
@@ -112,7 +112,7 @@ fn as_gltf(folder: &Path) -> PathBuf {
         { "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 }, "metallicFactor": 0, "roughnessFactor": 0.5 } },
         { "pbrMetallicRoughness": { "baseColorFactor": [0.9, 0.6, 0.3, 1], "metallicFactor": 1, "roughnessFactor": 0.5 } },
     ]);
-    // A normalized sphere of strength 40 shines with 40 / 4 in each direction.
+    // A normalized sphere of strength 40 emits 40 / 4 in each direction.
     d.json["extensions"] =
         json!({ "KHR_lights_punctual": { "lights": [{ "type": "point", "intensity": 10 }] } });
     d.json["extensionsUsed"] = json!(["KHR_lights_punctual"]);
@@ -160,7 +160,7 @@ fn vector(value: &Value) -> Vec3 {
 }
 
 /// References, payloads, variants, a class, a sublayer, overs, instances, a strong binding, pivots
-/// and a reset of the stack: all that is in the world is where Pixar's library has it.
+/// and a reset of the stack: all objects in the world are where Pixar's library has them.
 #[test]
 fn composed_scenes_are_what_pixars_library_reads() {
     let scene = sample("composed.usda");
@@ -221,7 +221,7 @@ fn layers_are_stronger_in_their_order_and_lists_are_edited() {
     let scene = load_with(&text, &files, &LoadOptions::default()).unwrap();
     assert_eq!(base_color(&scene, "/W/Q"), Rgb::new(1.0, 0.0, 0.0));
     assert_eq!(corners(&scene)["/W/Q"][0], Vec3::new(1.0, 0.0, 0.0));
-    // A stronger layer takes a reference away that a weaker one added.
+    // A stronger layer removes a reference that a weaker one added.
     let weak = b"#usda 1.0\ndef Xform \"W\" ( prepend references = [</P>, </R>] ) { }".as_slice();
     let [p, r] = ["P", "R"].map(|name| format!("class Xform \"{name}\" {{ {} }}\n", quad(name, "")));
     let head = "#usda 1.0\n(\n metersPerUnit = 1\n subLayers = [@weak.usda@]\n)\n";
@@ -316,7 +316,8 @@ fn cycles_are_refused_and_what_is_missing_is_listed() {
     assert!(outside.to_string().contains("allow-outside"), "{outside}");
 }
 
-/// Each level repeats the one below it ten times: eight levels are more prims than a scene may have.
+/// Each level repeats the one below it ten times: eight levels are more prims than a scene may
+/// have.
 #[test]
 fn references_in_references_do_not_fill_the_memory() {
     let mut text = String::from("class \"L0\" { def Xform \"X\" { } }\n");

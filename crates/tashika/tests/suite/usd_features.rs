@@ -23,7 +23,7 @@ fn surface(inputs: &str, shaders: &str) -> String {
     )
 }
 
-/// The same with a texture for the colour.
+/// A quad of a material with a texture for the colour.
 fn textured(more: &str, shaders: &str) -> String {
     surface("color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>", &(texture("T", more) + shaders))
 }
@@ -47,7 +47,7 @@ fn materialx(definition: &str, inputs: &str, nodes: &str) -> String {
     )
 }
 
-/// The same of a Standard Surface with a node `T` for its colour.
+/// A quad of a Standard Surface with a node `T` for its colour.
 fn with_node(definition: &str, inputs: &str, more: &str) -> String {
     let node = format!("def Shader \"T\" {{ uniform token info:id = \"{definition}\"\n {inputs} }}\n{more}");
     materialx(STANDARD, "color3f inputs:base_color.connect = </M/T.outputs:out>", &node)
@@ -61,13 +61,13 @@ fn light(kind: &str, inputs: &str) -> String {
     quad("W", "") + &light
 }
 
-/// A quad that is moved by something.
+/// A quad that is moved by an operation.
 fn moved(op: &str, more: &str) -> String {
     let order = "uniform token[] xformOpOrder = [\"xformOp:translate\"]";
     format!("def Xform \"W\" {{\n {op}\n {order}\n {more}\n {} }}\n", quad("Q", ""))
 }
 
-/// A file that has what a row names, and nothing else that deserves a note.
+/// A file with the feature of a row, and nothing else that deserves a note.
 fn example(kind: &str, name: &str) -> String {
     let plain = quad("W", "");
     let head = |metadata: &str| format!("#usda 1.0\n(\n {metadata}\n)\n{plain}");
@@ -319,7 +319,7 @@ fn every_row_gives_its_note_and_no_other() {
     }
     for row in rows() {
         let path = if row.kind == "file" {
-            // What encodings hold is tested beside; `usd` is either.
+            // The content of encodings is tested elsewhere; `usd` is either.
             let name = match row.name {
                 "usd" => "simple.usdc".to_owned(),
                 name => format!("simple.{name}"),

@@ -1,7 +1,7 @@
 //! Lights of USD against closed forms.
 //!
-//! Irradiance is summed over the lights' own surfaces, cut into small parts: of `K²` parts a side
-//! the rest is below `1/K²` of it.
+//! Irradiance is summed over the lights' own surfaces, cut into small parts: with `K²` parts a side
+//! the error is below `1/K²` of it.
 
 use std::f64::consts::PI;
 
@@ -13,10 +13,10 @@ use tashika::scene::{Emitter, NoteKind, Scene};
 use super::gltf::notes;
 use super::usd::{load, load_with, quad};
 
-/// Parts of a triangle's side.
+/// Number of parts of a triangle's side.
 const PARTS: u32 = 48;
 
-/// Irradiance of a point with normal `n` by surfaces that shine, none in the way of another (red).
+/// Irradiance (red) of a point with normal `n` by emitting surfaces, without occlusion.
 fn irradiance(scene: &Scene, at: Vec3, n: Vec3) -> f64 {
     let mut sum = 0.0;
     for (id, _) in scene.area_emitters() {
@@ -43,7 +43,7 @@ fn irradiance(scene: &Scene, at: Vec3, n: Vec3) -> f64 {
     sum
 }
 
-/// By a rectangle of radiance 1 right above, at a distance; sides of `2a` and `2b`.
+/// Irradiance by a rectangle of radiance 1 right above, at a distance; sides of `2a` and `2b`.
 fn below_rectangle(a: f64, b: f64, distance: f64) -> f64 {
     let corner = |x: f64, y: f64| {
         let (p, q) = ((x * x + distance * distance).sqrt(), (y * y + distance * distance).sqrt());
@@ -169,7 +169,7 @@ fn points_and_cones_have_the_intensity_of_their_sphere() {
     near(f64::from(falloff.cos_inner), 30.0_f64.to_radians().cos(), 1e-5);
 }
 
-/// Of `UsdLuxBlackbodyTemperatureAsRgb`, which goes through a spline: within 3% of the largest.
+/// Colours by `UsdLuxBlackbodyTemperatureAsRgb`, which uses a spline: within 3% of the largest.
 #[test]
 fn temperatures_are_the_colours_of_black_bodies() {
     for (kelvin, expected) in [
@@ -218,8 +218,8 @@ fn domes_are_seen_from_inside() {
         assert!((found - Vec3::from(columns[expected])).length() < 1e-4, "{x} {z}: {found}");
         assert_eq!(seen(&scene, x, -1.5, z), [0.0; 3]);
     }
-    // With z up the pole of a plain dome is still its y, which is −z of the world here; that of the
-    // later kind is z, and longitude 0 is at −y, which is +z of the world.
+    // With z up, the pole of a plain dome is still its y, which is −z of the world here. The pole
+    // of the later kind is z, and its longitude 0 is at −y, which is +z of the world.
     let scene = dome("upAxis = \"Z\"", plain);
     assert!(seen(&scene, 1.0, 1.0, -1.5) != [0.0; 3] && seen(&scene, 1.0, 1.0, 1.5) == [0.0; 3]);
     let scene = dome("upAxis = \"Z\"", &plain.replace("DomeLight", "DomeLight_1"));

@@ -113,8 +113,8 @@ fn coats_emission_and_opacity() {
     assert_eq!(notes(&clear).len(), 1);
 }
 
-/// Textures are looked up as the file says: with its wrapping, scaled, biased, turned, from the
-/// named channel, decoded as it says.
+/// Textures are read by the rules of the file: its wrapping, scale, bias, rotation, named channel
+/// and decoding.
 #[test]
 fn textures_are_looked_up_as_the_file_says() {
     let reader = "def Shader \"R\" { uniform token info:id = \"UsdPrimvarReader_float2\"\n token inputs:varname = \"other\" }";
@@ -230,7 +230,7 @@ fn prims_without_a_material_show_their_colour() {
     assert_eq!(color(&materialx), (Rgb::new(1.0, 0.5, 0.0), 1));
 }
 
-/// The same material of two copies of an asset is one, and so are its meshes; other opinions make
+/// Equal materials of two copies of an asset are one, and so are their meshes; other opinions make
 /// another.
 #[test]
 fn copies_share_materials_until_they_differ() {

@@ -1,5 +1,5 @@
-//! MaterialX in USD, in numbers: the surfaces that are read, their networks of nodes, and which of a
-//! material's surfaces is taken.
+//! MaterialX in USD, in numbers: the surfaces that are read, their networks of nodes, and the
+//! choice among a material's surfaces.
 
 use glam::Vec2;
 use tashika::color::Rgb;
@@ -64,7 +64,7 @@ fn near(found: [f32; 3], expected: [f32; 3]) {
     assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5), "{found:?} for {expected:?}");
 }
 
-/// Where nothing is said, each has the values of its node definition.
+/// Unset inputs have the values of the node definition.
 #[test]
 fn surfaces_have_their_own_defaults() {
     let f0 = 0.04;
@@ -175,7 +175,7 @@ fn emission_is_a_colour_times_its_strength_and_opacity_stops_light() {
     assert_eq!(material(&scene(GLTF, "float inputs:alpha = 0.5", "")).alpha, None, "opaque is its mode");
 }
 
-/// A network in a node graph: textures times a colour, mixed and inverted, one channel as roughness.
+/// Nodes in a graph: textures times a colour, mixed and inverted, one channel as roughness.
 #[test]
 fn networks_of_nodes_have_the_values_of_their_formulas() {
     let image = |name: &str, kind: &str, more: &str| {
@@ -208,7 +208,7 @@ fn networks_of_nodes_have_the_values_of_their_formulas() {
     assert_eq!(roughness.texture.unwrap().1, Channel::G);
     let rough = |u, v: f32| roughness.at(found.textures(), Vec2::new(u, 1.0 - v));
     assert!((rough(0.75, 0.75) - 1.0).abs() < 1e-6 && rough(0.25, 0.75).abs() < 1e-6);
-    // Colours without a word are sRGB.
+    // Colours without a colour space are sRGB.
     let plain =
         scene(STANDARD, "color3f inputs:base_color.connect = </M/I.outputs:out>", &image("I", "color3", ""));
     let grey = at(&plain, color_of(&plain), [0.75, 0.25])[0];
@@ -223,7 +223,7 @@ fn networks_of_nodes_have_the_values_of_their_formulas() {
     assert!(matches!(material(&bumpy).normal, Some(NormalInput::Map { scale: 0.5, .. })));
 }
 
-/// Maps of coordinates by hand: `place2d` about its pivot in both orders, tiles, and glTF's.
+/// Maps of coordinates by hand: `place2d` around its pivot in both orders, tiles, and glTF's.
 #[test]
 fn textures_are_placed_as_their_nodes_say() {
     let map = |id: &str, inputs: &str, more: &str| {
@@ -268,8 +268,8 @@ fn textures_are_placed_as_their_nodes_say() {
     close(of_gltf(0.25, 0.75), [0.625, 1.0 - 0.8125]);
 }
 
-/// The surface of MaterialX is taken where all of it is understood, else what other renderers see, else
-/// what is understood of it.
+/// The surface of MaterialX is taken if all of it is supported, else the surface for other
+/// renderers, else the supported part of it.
 #[test]
 fn the_surface_that_is_understood_is_taken() {
     let material = |nodes: &str, outputs: &str| {
@@ -288,7 +288,7 @@ fn the_surface_that_is_understood_is_taken() {
     assert_eq!(material(&noise, alone), ([0.8; 3], 1));
 }
 
-/// Numbers that no material has are brought to the nearest that one may have, with a note.
+/// Numbers that no material has are moved to the nearest that one may have, with a note.
 #[test]
 fn numbers_out_of_range_are_repaired() {
     let inputs = "float inputs:base = 3\n color3f inputs:base_color = (0.5, 2, -1)\n float inputs:sheen = 7
@@ -302,7 +302,7 @@ fn numbers_out_of_range_are_repaired() {
     assert_eq!((color_of(&bright), notes(&bright).len()), (Rgb::new(0.5, 1.0, 0.0).into(), 1));
 }
 
-/// A network that goes round in circles, and one that doubles with each node, end.
+/// A cyclic network, and one that doubles with each node, end.
 #[test]
 fn endless_networks_end() {
     let circle = node("A", "ND_invert_color3", "color3f inputs:in.connect = </M/A.outputs:out>");
@@ -320,7 +320,7 @@ fn endless_networks_end() {
     assert!(!notes(&found).is_empty());
 }
 
-/// A document with a graph that has an input, inherited words and a node that is not there.
+/// A document with a graph that has an input, inherited attributes and a missing node.
 const DOCUMENT: &str = r#"<?xml version="1.0"?>
 <materialx version="1.39" colorspace="lin_rec709" fileprefix="./">
   <nodegraph name="NG_paint">

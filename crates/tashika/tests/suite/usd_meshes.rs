@@ -1,4 +1,4 @@
-//! Meshes of USD: what varies over them, which faces are whose, shapes with a name, transforms.
+//! Meshes of USD: values that vary over them, faces of subsets, shapes with a name, transforms.
 
 use glam::{DMat4, DVec3, Vec2, Vec3};
 use tashika::color::Rgb;
@@ -7,7 +7,7 @@ use tashika::scene::{NoteKind, Scene, Surface};
 use super::gltf::notes;
 use super::usd::{corners, load, quad};
 
-/// Two quads side by side with six points, and a material that wants `st`.
+/// Two quads side by side with six points, and a material that needs `st`.
 fn pair(more: &str) -> String {
     format!(
         "def Scope \"L\" {{ def Material \"M\" {{
@@ -39,7 +39,7 @@ fn with_texture(text: &str) -> Scene {
     super::usd::load_with(text, &[("t.pfm", &pfm)], &options).unwrap()
 }
 
-/// The coordinates that a point of the pair has in a face, `v` up.
+/// Texture coordinates of a point of the pair in a face, `v` up.
 fn uv(scene: &Scene, face: usize, point: [f32; 2]) -> Vec2 {
     let mesh = &scene.meshes()[0];
     let at = Vec3::new(point[0], point[1], 0.0);
@@ -52,7 +52,7 @@ fn uv(scene: &Scene, face: usize, point: [f32; 2]) -> Vec2 {
 #[test]
 fn values_vary_as_their_interpolation_says() {
     let uvs = |n: usize| (0..n).map(|i| format!("({i}, {})", 10 * i)).collect::<Vec<_>>().join(", ");
-    // What the middle lower point (1, 0) has in the left and in the right face.
+    // Indices of the values of the middle lower point (1, 0) in the left and in the right face.
     for (kind, count, left, right) in [
         ("constant", 1, 0, 0),
         ("uniform", 2, 0, 1),
@@ -66,7 +66,7 @@ fn values_vary_as_their_interpolation_says() {
         let expected = [left, right].map(|i| Vec2::new(i as f32, 10.0 * i as f32));
         assert_eq!(found, expected, "{kind}");
         assert_eq!(notes(&scene), [], "{kind}");
-        // The same through indices that run backwards.
+        // The same values through indices that run backwards.
         let indices: Vec<String> = (0..count).rev().map(|i| i.to_string()).collect();
         let st = format!("{st}\nint[] primvars:st:indices = [{}]", indices.join(", "));
         let scene = with_texture(&pair(&st));
@@ -226,7 +226,7 @@ fn operations_multiply_in_their_order() {
         [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
     let moved = |t: [f64; 3]| row([x, y, z, [t[0], t[1], t[2], 1.0]]);
     let scale = row([[2.0, 0.0, 0.0, 0.0], [0.0, 3.0, 0.0, 0.0], [0.0, 0.0, 4.0, 0.0], w]);
-    // Row by row, what the axes become: about x, y goes to z; about z, x goes to y.
+    // Row by row, the images of the axes: about x, y goes to z; about z, x goes to y.
     let about_x = row([x, z, [0.0, -1.0, 0.0, 0.0], w]);
     let about_z = row([y, [-1.0, 0.0, 0.0, 0.0], z, w]);
     // Columns here are the rows of USD, so the product runs the other way round.
@@ -237,7 +237,8 @@ fn operations_multiply_in_their_order() {
         let expected = all.transform_point3(DVec3::from_array(p)).as_vec3();
         assert!((*found - expected).length() < 1e-5, "{found} {expected}");
     }
-    // By hand: (1, 0, 0) less the pivot is (−4, 0, 0), scaled (−8, 0, 0), turned (0, −8, 0), back (6, −6, 3).
+    // By hand: (1, 0, 0) less the pivot is (−4, 0, 0), scaled (−8, 0, 0), turned (0, −8, 0), back
+    // (6, −6, 3).
     assert!((found[1] - Vec3::new(6.0, -6.0, 3.0)).length() < 1e-5, "{}", found[1]);
 }
 

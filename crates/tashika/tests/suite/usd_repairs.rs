@@ -1,4 +1,4 @@
-//! Unusable USD prims: prims that are invisible and emit no light are left out, with a note.
+//! Unusable USD prims: prims that are invisible and emit no light are omitted, with a note.
 
 use tashika::error::Result;
 use tashika::io::{LightChanges, LoadOptions, open_scene};

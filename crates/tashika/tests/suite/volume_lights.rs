@@ -58,14 +58,14 @@ fn a_lamp_in_fog_is_that_of_quadrature() {
             / f64::from(cells * cells)
     });
     let found = directly_lit(&tracer(b), 2000, [16, 16], 200, 3);
-    // Midpoints of 1/24 m at a distance of 1/4 m; the lamp's VPLs are spread evenly over its length,
-    // and at random over its width: half a per cent.
+    // Midpoints of 1/24 m at a distance of 1/4 m; the lamp's VPLs are spread evenly over its
+    // length, and at random over its width: half a per cent.
     assert_means(&found, expected, f64::from(ALBEDO) + 1e-3 + 5e-3, 0.01, "a lamp");
 }
 
-/// The same light found by VPLs in the fog: a beam along the axis of the camera is scattered where it
-/// goes, and lights a small white tile beside it. What comes to the tile is the integral over the beam
-/// of what is left there, the phase function, and what is left from there.
+/// Light found by VPLs in the fog: a beam along the axis of the camera is scattered on its way, and
+/// lights a small white tile beside it. The irradiance of the tile is the integral over the beam of
+/// the transmittance to a point, the phase function, and the transmittance from there.
 #[test]
 fn a_beam_lights_a_tile_as_quadrature_says() {
     let mut b = builder();
@@ -119,7 +119,7 @@ fn a_beam_lights_a_tile_as_quadrature_says() {
     }
 }
 
-/// [`diffuse_walls`] with what is added, and the camera in the medium that this says.
+/// [`diffuse_walls`] with additions by `add`, and the camera in the medium that it returns.
 fn room_with(add: impl FnOnce(&mut SceneBuilder) -> Option<MediumId>) -> Tracer {
     let mut b = diffuse_walls();
     let medium = add(&mut b);
@@ -137,7 +137,7 @@ fn milk(b: &mut SceneBuilder) -> Option<MediumId> {
     Some(add(b, [0.0, 0.1, 0.2], [4.0; 3], 0.0))
 }
 
-/// A block of milk in the room, with something else outside.
+/// A block of milk in the room, in the medium `outside`.
 fn block_of_milk(b: &mut SceneBuilder, outside: Option<MediumId>) {
     let milk = milk(b);
     let block = cuboid(Vec3::new(-0.7, 0.2, 0.2), Vec3::new(0.0, 0.9, 0.9), false);
@@ -151,10 +151,11 @@ fn smoke(b: &mut SceneBuilder) -> MediumId {
     grid_media::add(b, [[0.1, 0.2, 0.3], [0.8, 0.6, 0.4]], -0.3, Some(density), Scattered::Evenly)
 }
 
-/// The sum over VPLs in fog, in and about blocks of milk and smoke, with lamps inside and outside and
-/// with light from infinity, is what paths find. Means of the image, of several sets against paths: at
-/// 4.4 standard errors, and within what a clamp of 2 cm takes away of VPLs in the medium: a share of
-/// `σ_s` times two thirds of it, 5 % in the milk, of what is scattered twice there.
+/// The sum over VPLs in fog, in and around blocks of milk and smoke, with lamps inside and outside
+/// and with light from infinity, equals the result of paths. Means of the image, of several sets
+/// against paths, agree within 4.4 standard errors, and within the share that a clamp of 2 cm takes
+/// away from VPLs in the medium. Of the light that is scattered twice there, that share is `σ_s`
+/// times two thirds of 2 cm, 5 % in the milk.
 #[test]
 fn sums_over_vpls_are_what_paths_find() {
     let sky = |b: &mut SceneBuilder| b.set_environment(Environment::constant(Rgb::gray(0.5))).unwrap();
@@ -215,7 +216,7 @@ fn sums_over_vpls_are_what_paths_find() {
     }
 }
 
-/// Fog with milk and smoke: three media, an interface, and transmittances that are drawn.
+/// Fog with milk and smoke: three media, an interface, and drawn transmittances.
 fn all_media() -> Tracer {
     room_with(|b| {
         let fog = Some(fog(b));
@@ -227,7 +228,7 @@ fn all_media() -> Tracer {
     })
 }
 
-/// Also where transmittances are drawn.
+/// Transmittances are drawn in part of the scene.
 #[test]
 fn the_finest_cut_is_the_whole_sum() {
     let tracer = all_media();
@@ -248,8 +249,7 @@ fn threads_and_tiles_change_no_bit() {
     assert_same_bits(all_media);
 }
 
-/// Light from infinity does not come through fog without an end, and light paths that begin there
-/// leave nothing.
+/// Fog without an end blocks light from infinity, and light paths that begin there leave nothing.
 #[test]
 fn nothing_comes_from_infinity_through_endless_fog() {
     let tracer = room_with(|b| {
@@ -263,7 +263,7 @@ fn nothing_comes_from_infinity_through_endless_fog() {
     assert!(colors(&image).into_iter().all(|c| c.is_black()));
 }
 
-/// Where light begins is told by interfaces and cameras, which must agree.
+/// Interfaces and cameras determine the medium in which light begins, and must agree.
 #[test]
 fn cameras_that_disagree_about_the_outside_are_refused_by_name() {
     let mut b = diffuse_room();

@@ -1,4 +1,4 @@
-//! The add-on for Blender, where there is Blender as a Python module.
+//! Tests of the add-on for Blender, if Blender is installed as a Python module.
 
 use std::env;
 use std::ffi::OsString;
@@ -7,12 +7,13 @@ use std::path::Path;
 use super::python::pip;
 use crate::shell::{Outcome, Shell};
 
-/// Names the Python that has `bpy`.
+/// Variable that names the Python that has `bpy`.
 const SWITCH: &str = "TASHIKA_BLENDER_PYTHON";
-/// Where it is looked for otherwise: each `bpy` is for one version of Python.
+/// Interpreters that are tried if the variable is not set: each `bpy` is for one version of Python.
 const KNOWN: [&str; 3] = ["python3", "python3.11", "python3.13"];
 
-/// The tests of the add-on. `bpy` is 370 MB: it is used where it is installed, and fetched nowhere.
+/// Runs the tests of the add-on. `bpy` is 370 MB: it is used if it is installed, and never
+/// downloaded.
 pub fn check(shell: &Shell, program: &Path) -> Outcome<()> {
     let named = env::var_os(SWITCH);
     let candidates: Vec<OsString> =

@@ -1,4 +1,4 @@
-//! The program, from what is typed to what is written.
+//! The program end to end, from its command line to its files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,10 +7,11 @@ use serde_json::Value;
 
 use crate::shell::{Outcome, Shell};
 
-/// Pixels of the picture.
+/// Number of pixels of the picture.
 const PIXELS: u64 = 96 * 54;
 
-/// Renders, traces lights, tells of a scene, and refuses; the folder with the files.
+/// Runs `render`, `info`, `vpl`, and commands that must be refused; returns the folder with the
+/// files.
 pub fn check(shell: &Shell, program: &Path) -> Outcome<PathBuf> {
     let room = shell.folder("room")?;
     for line in [
@@ -42,7 +43,7 @@ pub fn check(shell: &Shell, program: &Path) -> Outcome<PathBuf> {
     Ok(room)
 }
 
-/// What scripts are told of a render.
+/// Checks the summary of a render for scripts.
 fn report(told: &Value) -> Outcome<()> {
     let keys = [
         "pixels",
@@ -69,7 +70,7 @@ fn report(told: &Value) -> Outcome<()> {
     ensure(by_old_names == [PIXELS, 0], || format!("old names: {by_old_names:?}"))
 }
 
-/// What cannot be is refused with its own exit code, and named.
+/// Checks that impossible requests have their own exit codes, and that a missing file is named.
 fn refusals(shell: &Shell, program: &Path, room: &Path) -> Outcome<()> {
     let absent = shell.command(program, "render absent.glb -o absent.exr").within(room);
     let (code, said) = absent.ended()?;

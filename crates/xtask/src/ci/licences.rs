@@ -1,5 +1,5 @@
-//! Licences of the dependencies: by `cargo deny` where it is installed, else by what it would look
-//! at first.
+//! Licences of the dependencies: by `cargo deny` if it is installed, else by a check of licences
+//! and sources alone.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 use crate::shell::{Outcome, Shell};
 
-/// Whether all are allowed by `deny.toml`, and all packages come from crates.io.
+/// Checks that all licences are allowed by `deny.toml`, and that all packages come from crates.io.
 pub fn check(shell: &Shell) -> Outcome<()> {
     if shell.cargo("deny --version").succeeds() {
         return shell.cargo("deny --locked check licenses bans sources").run();
@@ -36,14 +36,14 @@ pub fn check(shell: &Shell) -> Outcome<()> {
     Ok(())
 }
 
-/// The names in the list `allow` of the configuration.
+/// Names in the list `allow` of the configuration.
 fn allowed(config: &str) -> Option<BTreeSet<String>> {
     let (_, list) = config.split_once("\nallow = [")?;
     let (list, _) = list.split_once(']')?;
     Some(list.split('"').skip(1).step_by(2).map(str::to_owned).collect())
 }
 
-/// Whether an SPDX expression can be met by licences of the list; an exception only permits more.
+/// Returns true if licences of the list meet an SPDX expression; an exception only permits more.
 ///
 /// `AND` binds more tightly than `OR`, which older manifests write as a slash.
 fn is_permitted(expression: &str, allowed: &BTreeSet<String>) -> bool {

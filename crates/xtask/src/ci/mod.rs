@@ -1,8 +1,9 @@
-//! Everything that has to hold before a change is taken, from a fresh clone, but for the tests.
+//! All checks that have to pass before a change is taken, from a fresh clone, except the tests.
 //!
-//! Needs rustup's stable toolchain, a C linker, python3 with venv; no network beyond crates.io,
-//! PyPI, Rust's own toolchains and, where Chromium is not installed, the packages of the system; no
-//! GPU. Builds and screenshots go to `target`, everything else to a folder that is removed.
+//! Needed are rustup's stable toolchain, a C linker, and python3 with venv. No network is needed
+//! beyond crates.io, PyPI, Rust's own toolchains and, where Chromium is not installed, the packages
+//! of the system; no GPU. Builds and screenshots go to `target`, everything else to a folder that
+//! is removed.
 
 mod blender;
 mod end_to_end;
@@ -18,7 +19,7 @@ use std::fs;
 
 use crate::shell::{Outcome, Shell};
 
-/// Runs all steps; the first that fails ends it.
+/// Runs all steps until one fails.
 pub fn run(shell: &Shell) -> Outcome<()> {
     toolchain(shell)?;
     shell.step("format");
@@ -30,7 +31,8 @@ pub fn run(shell: &Shell) -> Outcome<()> {
     shell.cargo("test --locked --release --quiet -p xtask").run()?;
     others(shell)?;
     shell.step("documentation");
-    // The library's only: the program has the same name, so that its page would take the same place.
+    // Libraries only: the program has the name of a library, so that its page would replace the
+    // library's.
     shell
         .cargo("doc --locked --release --workspace --no-deps --lib")
         .env("RUSTDOCFLAGS", "-D warnings")
@@ -64,8 +66,8 @@ pub fn run(shell: &Shell) -> Outcome<()> {
     scenes::check(shell, &program)
 }
 
-/// Who wants the renderer needs no reader of files; who wants the statistics builds neither these
-/// nor a plotter.
+/// Checks that the renderer builds without the readers of files, and that the statistics depend on
+/// neither these readers nor a plotter.
 fn alone(shell: &Shell) -> Outcome<()> {
     const ALL: [&str; 6] = ["glam", "libm", "rand_core", "rand_pcg", "tashika-math", "tashika-stats"];
     shell.cargo("check --locked --release -p tashika --no-default-features").run()?;
@@ -78,7 +80,7 @@ fn alone(shell: &Shell) -> Outcome<()> {
     Ok(())
 }
 
-/// A minimal toolchain comes without these two.
+/// Installs two components that a minimal toolchain lacks.
 fn toolchain(shell: &Shell) -> Outcome<()> {
     for (tool, component) in [("clippy", "clippy"), ("fmt", "rustfmt")] {
         if !shell.cargo(tool).arg("--version").succeeds() {
@@ -88,10 +90,11 @@ fn toolchain(shell: &Shell) -> Outcome<()> {
     Ok(())
 }
 
-/// What has to compile for machines that it is not run on here.
+/// Targets that the program has to compile for, although it does not run on them here.
 const OTHER_MACHINES: [&str; 2] = ["aarch64-apple-darwin", "x86_64-pc-windows-gnu"];
 
-/// What the manifests promise of machines and compilers, where there is a rustup to fetch them.
+/// Checks the targets and the oldest compiler that the manifests promise, if rustup can install
+/// them.
 fn others(shell: &Shell) -> Outcome<()> {
     if !shell.has("rustup") {
         return Ok(());

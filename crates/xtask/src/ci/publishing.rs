@@ -1,7 +1,9 @@
-//! What crates.io would be given: the crates that are published, packed in the order in which they need
-//! each other, as `cargo publish --workspace` does it, but for the upload. Needs the index of crates.io;
-//! some ten seconds, since nothing is compiled: `cargo publish --workspace --dry-run` does that, before
-//! a release (CONTRIBUTING.md).
+//! Packages for crates.io: the published crates, packed as by `cargo publish --workspace`, without
+//! the upload.
+//!
+//! The crates are packed in the order in which they need each other. This needs the index of
+//! crates.io and some ten seconds, since nothing is compiled. Before a release, `cargo publish
+//! --workspace --dry-run` compiles the crates (CONTRIBUTING.md).
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -11,12 +13,12 @@ use serde_json::Value;
 
 use crate::shell::{Outcome, Shell};
 
-/// What crates.io takes at most (bytes).
+/// Largest package that crates.io takes (bytes).
 const MOST_BYTES: u64 = 10_000_000;
-/// What every crate has beside its code.
+/// Files that every crate has beside its code.
 const FILES: [&str; 3] = ["README.md", "LICENSE-MIT", "LICENSE-APACHE"];
 
-/// Whether all crates that are published can be, with words about them and their licences.
+/// Checks that all published crates can be packed, with their descriptions and licences.
 pub fn check(shell: &Shell) -> Outcome<()> {
     let target = shell.folder("packages")?;
     let publish = "publish --workspace --dry-run --no-verify --allow-dirty --locked --quiet --target-dir";
@@ -42,8 +44,8 @@ pub fn check(shell: &Shell) -> Outcome<()> {
     Ok(())
 }
 
-/// Names and versions of the crates that are published, each with what crates.io asks for and what
-/// people look for.
+/// Names and versions of the published crates; each must have the fields that crates.io requires
+/// and that people look for.
 fn published(metadata: &Value) -> Outcome<Vec<(String, String)>> {
     let packages = metadata["packages"].as_array().ok_or("cargo metadata names no packages")?;
     let mut crates = Vec::new();
@@ -59,7 +61,7 @@ fn published(metadata: &Value) -> Outcome<Vec<(String, String)>> {
     if crates.is_empty() { Err("no crate is published".to_owned()) } else { Ok(crates) }
 }
 
-/// The size of a file of that name in a folder or in those in it (bytes).
+/// Size (bytes) of the file of that name in a folder or in one of its subfolders.
 fn size_below(folder: &Path, name: &str) -> Option<u64> {
     let size = |folder: &Path| fs::metadata(folder.join(name)).ok().map(|file| file.len());
     let below = || fs::read_dir(folder).ok()?.flatten().find_map(|entry| size(&entry.path()));

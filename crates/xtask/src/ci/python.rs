@@ -1,17 +1,17 @@
-//! What needs Python: other readers of our files, a job of another engine, pages in a browser, and
-//! the Python package.
+//! Checks that need Python: other readers of our files, a job of another engine, pages in a
+//! browser, and the Python package.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::shell::{Outcome, Shell, Task};
 
-/// A Python with what reads OpenEXR and PNG, and drives a browser.
+/// Makes a Python environment with packages that read OpenEXR and PNG, and drive a browser.
 pub fn python_of_readers(shell: &Shell) -> Outcome<PathBuf> {
     environment(shell, "readers", "numpy OpenEXR OpenImageIO pillow playwright")
 }
 
-/// A Python of its own with these packages.
+/// Makes a Python environment with these packages, and returns its interpreter.
 pub fn environment(shell: &Shell, name: &str, packages: &str) -> Outcome<PathBuf> {
     let folder = shell.folder(name)?;
     shell.command("python3", "-m venv").arg(&folder).run()?;
@@ -22,7 +22,7 @@ pub fn environment(shell: &Shell, name: &str, packages: &str) -> Outcome<PathBuf
     Ok(python)
 }
 
-/// What pip does for that Python.
+/// Command of pip for this interpreter.
 pub(super) fn pip(shell: &Shell, python: &Path, what: &str) -> Task {
     shell.command(python, "-m pip --quiet --disable-pip-version-check").args(what.split(' '))
 }
@@ -30,7 +30,8 @@ pub(super) fn pip(shell: &Shell, python: &Path, what: &str) -> Task {
 /// Hard scenes whose two renders take seconds.
 const QUICK: [&str; 3] = ["pane", "double_pane", "coloured_pane"];
 
-/// Intervals of two seeds of the quick ones of the hard scenes: at most one in fifty may be disjoint.
+/// Renders the quick hard scenes with two seeds: at most one pair of intervals in fifty may be
+/// disjoint.
 pub fn seeds(shell: &Shell, python: &Path, program: &Path) -> Outcome<()> {
     let scenes = QUICK.map(|name| shell.root().join(format!("crates/xtask/hard_scenes/{name}.xml")));
     let options = "-- --size 16x9 --error 20%".split(' ');
@@ -38,7 +39,7 @@ pub fn seeds(shell: &Shell, python: &Path, program: &Path) -> Outcome<()> {
     task.args(["--limit", "0.02"]).args(scenes).args(options).run()
 }
 
-/// Five shares of an image, rendered and joined by an engine of Open Job Description.
+/// Renders five shares of an image, and joins them, by an engine of Open Job Description.
 pub fn job(shell: &Shell, python: &Path, program: &Path, room: &Path) -> Outcome<()> {
     const LINE: &str = "render builtin:tiny --size 70x50 --truth vpl --vpls 200 --gather 2 --error 5%";
     pip(shell, python, "install").arg("openjd-cli").run()?;
@@ -61,7 +62,7 @@ pub fn job(shell: &Shell, python: &Path, program: &Path, room: &Path) -> Outcome
     Ok(())
 }
 
-/// Pages in a browser, which is installed where there is none; screenshots go to the folder.
+/// Shows pages in a browser, which is installed if there is none; screenshots go to the folder.
 pub fn pages(shell: &Shell, python: &Path, program: &Path, screenshots: &Path) -> Outcome<()> {
     let known = ["chromium", "chromium-browser", "google-chrome"];
     if std::env::var_os("CHROMIUM").is_none() && !known.iter().any(|name| shell.has(name)) {
@@ -72,7 +73,7 @@ pub fn pages(shell: &Shell, python: &Path, program: &Path, screenshots: &Path) -
     shell.command(python, "").arg(shell.script("page.py")).args([program, screenshots]).run()
 }
 
-/// Makes the wheel of the Python package with the program in it; where it is.
+/// Makes the wheel of the Python package with the program in it; returns its path.
 pub fn wheel(shell: &Shell, python: &Path, program: &Path, folder: &Path) -> Outcome<PathBuf> {
     let scripts = shell.root().join("crates/tashika-python/program/scripts");
     let trouble = |e: std::io::Error| format!("{}: {e}", scripts.display());
@@ -80,7 +81,7 @@ pub fn wheel(shell: &Shell, python: &Path, program: &Path, folder: &Path) -> Out
     fs::copy(program, scripts.join("tashika")).map_err(trouble)?;
     let wheel = pip(shell, python, "wheel").args(["--no-deps", "--wheel-dir"]).arg(folder);
     let made = wheel.arg("./crates/tashika-python").run();
-    // A wheel that is made without it must not have an old one.
+    // A later wheel without the program must not contain this one.
     fs::remove_dir_all(&scripts).map_err(trouble)?;
     made?;
     let names = fs::read_dir(folder).map_err(|e| e.to_string())?;
@@ -89,7 +90,7 @@ pub fn wheel(shell: &Shell, python: &Path, program: &Path, folder: &Path) -> Out
     Ok(folder.join(wheel.ok_or("the wheel is not for the stable interface")?))
 }
 
-/// The Python package: its wheel, installed, with the program, and its tests.
+/// Installs the wheel of the Python package, with the program, and runs its tests.
 pub fn package(shell: &Shell, program: &Path) -> Outcome<()> {
     let python = environment(shell, "package", "")?;
     let wheel = wheel(shell, &python, program, &shell.folder("wheels")?)?;
@@ -100,7 +101,7 @@ pub fn package(shell: &Shell, program: &Path) -> Outcome<()> {
     if module != program_of_wheel {
         return Err(format!("the wheel has the module {module} and the program {program_of_wheel}"));
     }
-    // There are no wheels of it for some machines; its tests are left out there.
+    // `pyoidn` has no wheels for some machines; its tests are omitted there.
     if pip(shell, &python, "install").arg("pyoidn").run_quietly().is_err() {
         shell.say("pyoidn cannot be installed here: no test with Open Image Denoise");
     }

@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 
 use crate::shell::{Outcome, Shell};
 
-/// Where they are, beside the checkout.
+/// Folder of the scenes, beside the checkout.
 const SCENES: &str = "../shared/scenes";
-/// The list of those that are rendered.
+/// List of the scenes that are rendered.
 const LIST: &str = "record/contact-sheet/scenes.txt";
-/// Fewest of these, and fewest corner cases.
+/// Fewest scenes of the list, and fewest corner cases.
 const FEWEST: [usize; 2] = [30, 100];
 
-/// Renders all of them, small: pictures of the scenes; of corner cases and damaged files a picture
-/// or a message, never a crash.
+/// Renders all scenes at a small size. Those of the list must give pictures. Corner cases and
+/// damaged files must give a picture or a message, never a crash.
 pub fn check(shell: &Shell, program: &Path) -> Outcome<()> {
     let scenes = shell.root().join(SCENES);
     if !(scenes.join("unpack").is_file() && shell.has("xz")) {
@@ -23,7 +23,7 @@ pub fn check(shell: &Shell, program: &Path) -> Outcome<()> {
     let folder = shell.folder("scenes")?;
     shell.command(scenes.join("unpack"), "-d").arg(&folder).run_quietly()?;
     let image = shell.folder("scene")?.join("scene.exr");
-    // Each takes a second or two; two minutes are a hang.
+    // Each takes a second or two; one that takes two minutes hangs.
     let small = |scene: &Path| {
         let _ = fs::remove_file(&image);
         let options =
@@ -57,7 +57,7 @@ pub fn check(shell: &Shell, program: &Path) -> Outcome<()> {
     Ok(())
 }
 
-/// The scenes in folders of conformance files, in order.
+/// Scenes in folders of conformance files, in order.
 fn corner_cases(folder: &Path) -> Outcome<Vec<PathBuf>> {
     let mut found = Vec::new();
     let mut waiting: Vec<PathBuf> = entries(folder)?

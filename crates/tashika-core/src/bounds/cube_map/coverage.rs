@@ -1,4 +1,4 @@
-//! Which texels the directions of a box or of a cone fall into.
+//! Texels that the directions of a box or of a cone fall into.
 //!
 //! A vector `d` with its longest component `x = d_a > 0` falls into column `[s, t]` if
 //! `s x ≤ d_b ≤ t x`. In a box, `d_b` is any number of `[lo, hi]`, so the column is met for the `x`
@@ -8,32 +8,32 @@
 //! s x ≤ hi  and  t x ≥ lo:    an interval X_u of x
 //! ```
 //!
-//! and a row likewise for an interval `X_v`, with `d_b` and `d_c` free of each other for a given
-//! `x`. A texel is met if and only if `X_u`, `X_v` and the box's own `[lo_a, hi_a]` have a common
-//! `x`: this is the perspective image of the box, texel by texel; the product of the ranges of `u`
-//! and of `v` would be its bounding rectangle.
+//! and a row likewise for an interval `X_v`, with `d_b` and `d_c` independent of each other for a
+//! given `x`. A texel is met if and only if `X_u`, `X_v` and the box's own `[lo_a, hi_a]` have a
+//! common `x`: this is the perspective image of the box, texel by texel; the product of the ranges
+//! of `u` and of `v` would be its bounding rectangle.
 //!
-//! For a cone: the texels met by the smallest box about its unit vectors, less those whose bounding
-//! cones are apart from it.
+//! For a cone: the texels met by the smallest box around its unit vectors, less those whose
+//! bounding cones are apart from the cone.
 //!
 //! # Guarantee
-//! Every direction falls into a texel that is covered, but for vectors none of whose components is
-//! longer than [`SHORTEST`]. The edges are moved outwards by more than the rounding of the products
-//! here. Tested below.
+//! Every direction falls into a texel that is covered, except for vectors none of whose components
+//! is longer than [`SHORTEST`]. The edges are moved outwards by more than the rounding of the
+//! products here. Tested below.
 
 use super::faces::Faces;
 use super::texel::Texel;
 use crate::bounds::Towards;
 use crate::math::{Aabb, Cone, Vec3};
 
-/// Vectors with no longer component are left out: `2⁻⁶¹`, less than 10⁻¹⁷ / √3 (m).
+/// Longest component of vectors that are ignored: `2⁻⁶¹`, less than 10⁻¹⁷ / √3 (m).
 ///
 /// Otherwise a flat box through the origin would cover everything: the origin, which is no
 /// direction, lies on all edges.
 const SHORTEST: f32 = 1.0 / (1u64 << 61) as f32;
 
-/// By how much what is computed of a cone is moved outwards: more than its rounding, about
-/// `10 · 2⁻²⁴`.
+/// Amount by which quantities computed from a cone are moved outwards: more than their rounding,
+/// about `10 · 2⁻²⁴`.
 const CONE_ROUNDING: f32 = 1e-6;
 
 /// The largest of the texels that a direction of `towards` falls into.
@@ -69,7 +69,7 @@ pub fn upper<const N: usize>(towards: &Towards, texels: &[[[Texel; N]; N]; 6]) -
     upper.into_iter().fold(Texel::ZERO, Texel::max)
 }
 
-/// The part of a box that projects onto one face: where its columns and rows are met.
+/// The part of a box that projects onto one face: the intervals in which columns and rows are met.
 struct Face<const N: usize> {
     columns: Intervals<N>,
     rows: Intervals<N>,
@@ -83,7 +83,7 @@ struct Intervals<const N: usize> {
 }
 
 impl<const N: usize> Face<N> {
-    /// `None` if no vector of the box points to the face's side.
+    /// Projects a box onto a face; `None` if no vector of the box points to the face's side.
     #[inline]
     fn of(number: usize, vectors: &Aabb) -> Option<Self> {
         let (a, against) = (number / 2, number % 2 == 1);
@@ -102,7 +102,7 @@ impl<const N: usize> Face<N> {
         self.rows.lo[v] > self.rows.hi[v]
     }
 
-    /// Which texels of a row are met.
+    /// Texels of a row that are met.
     #[inline]
     fn row(&self, v: usize) -> [bool; N] {
         let (lo, hi) = (self.rows.lo[v], self.rows.hi[v]);
@@ -134,7 +134,7 @@ impl<const N: usize> Intervals<N> {
     }
 }
 
-/// A box about the unit vectors of a cone.
+/// A box around the unit vectors of a cone.
 fn box_of(cone: &Cone) -> Aabb {
     if cone.is_empty() {
         return Aabb::EMPTY;
@@ -147,7 +147,8 @@ fn box_of(cone: &Cone) -> Aabb {
     Aabb { lo: -of_axis(-cone.axis), hi: of_axis(cone.axis) }
 }
 
-/// Whether the cones have a direction in common, or nearly; the second has less than a right angle.
+/// Returns true if the cones have a direction in common, or nearly; `texel` has less than a right
+/// angle.
 fn meets(cone: &Cone, texel: &Cone) -> bool {
     let (sin, texel_sin) = (sin_of(cone.cos), sin_of(texel.cos));
     // Angles that sum to more than a half turn reach every axis.
@@ -173,7 +174,7 @@ mod tests {
     /// Texels by face, row and column.
     type Set = [[[bool; N]; N]; 6];
 
-    /// The texels that are looked at: each alone is set, and seen or not.
+    /// Texels that are read, found by setting each alone.
     fn covered(towards: &Towards) -> Set {
         let mut texels = [[[Texel::ZERO; N]; N]; 6];
         let one = Texel::at_least(1.0);
@@ -248,7 +249,7 @@ mod tests {
         Vec3::new(x, y, z)
     }
 
-    /// As `contribution` computes it.
+    /// Unit vector as `contribution` computes it.
     fn unit(d: Vec3) -> Vec3 {
         d / d.length_squared().sqrt().max(f32::MIN_POSITIVE)
     }
@@ -274,7 +275,7 @@ mod tests {
         }
     }
 
-    /// Whether the ray from the origin along `d` meets the box, in `f64`.
+    /// Returns true if the ray from the origin along `d` meets the box, in `f64`.
     fn ray_meets(b: &Aabb, d: DVec3) -> bool {
         let (mut near, mut far) = (f64::from(SHORTEST), f64::INFINITY);
         for axis in 0..3 {
@@ -292,8 +293,8 @@ mod tests {
         near <= far
     }
 
-    /// The texels of which a ray on a grid of `RAYS × RAYS` meets what is asked for; the grid holds
-    /// edges and corners.
+    /// Texels in which a ray on a grid of `RAYS × RAYS` satisfies `meets`; the grid holds edges and
+    /// corners.
     fn met_by_rays(meets: impl Fn(DVec3) -> bool) -> Set {
         const RAYS: usize = 33;
         std::array::from_fn(|face| {
@@ -313,8 +314,7 @@ mod tests {
         })
     }
 
-    /// How many texels both sets have, and how many only the first; none may be in the second
-    /// alone.
+    /// Number of texels in both sets, and in the first only; none may be in the second alone.
     fn compare(covered: &Set, met: &Set, what: &Towards) -> [usize; 2] {
         let mut counts = [0; 2];
         for face in 0..6usize {
@@ -329,8 +329,8 @@ mod tests {
         counts
     }
 
-    /// Against ray tracing. A texel in whose corner the box has a part smaller than the grid's step
-    /// may be covered and not met.
+    /// Compares with ray tracing. A texel in whose corner the box has a part smaller than the
+    /// grid's step may be covered and not met.
     #[test]
     fn hardly_a_texel_is_covered_that_no_direction_of_the_box_falls_into() {
         let mut s = Stream::new(2, Purpose::Test, 1);

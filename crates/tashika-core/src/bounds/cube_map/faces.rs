@@ -1,6 +1,6 @@
 //! The texels of a cube as sets of directions.
 //!
-//! Face `2a` looks along the axis `a`, face `2a + 1` against it. With `b = a + 1` and `c = a + 2`
+//! Face `2a` points along the axis `a`, face `2a + 1` against it. With `b = a + 1` and `c = a + 2`
 //! (modulo 3) a vector `d` on the face, that is with the longest component along it, has the
 //! coordinates
 //!
@@ -17,21 +17,22 @@
 
 use crate::math::{Cone, Vec3};
 
-/// By how much bounding cones are wider than their texels (rad) and edges are moved.
+/// Amount by which bounding cones are wider than their texels (rad) and edges are moved.
 ///
-/// `contribution` computes a unit vector by dividing three differences by one length: each component
-/// is off by `2⁻²⁴` of itself, the direction by no more radians. This is sixteen times that.
+/// `contribution` computes a unit vector by dividing three differences by one length: each
+/// component is off by `2⁻²⁴` of itself, the direction by no more radians. This is sixteen times
+/// that.
 const WIDENING: f64 = 1.0 / (1 << 20) as f64;
 
 /// A row of texels of the face along the third axis: bounding cones, `u` along the first axis and
 /// `v` along the second.
 #[derive(Clone, Copy)]
 pub struct Row<const N: usize> {
-    /// Components of the unit axes.
+    /// First components of the unit axes.
     pub x: [f32; N],
-    /// Second component.
+    /// Second components of the unit axes.
     pub y: [f32; N],
-    /// Third component.
+    /// Third components of the unit axes.
     pub z: [f32; N],
     /// Cosines of the half-angles.
     pub cos: [f32; N],
@@ -61,8 +62,8 @@ impl<const N: usize> Faces<N> {
         Cone { axis, cos: row.cos[u] }
     }
 
-    /// `w` by its components along `u`, `v` and the face's normal: its scalar products with the
-    /// axes of [`Faces::ROWS`] are those with the axes of the face.
+    /// Components of `w` along `u`, `v` and the face's normal: their scalar products with the axes
+    /// of [`Faces::ROWS`] are those of `w` with the axes of the face.
     pub fn turned(face: usize, w: Vec3) -> Vec3 {
         let side = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
         match face / 2 {
@@ -80,7 +81,7 @@ impl<const N: usize> Faces<N> {
         let mut reciprocals = [0.0; N];
         let mut k = 0;
         while k < N {
-            // An edge at zero has become one at `moved`.
+            // An edge at zero is moved to `moved`.
             reciprocals[k] = (1.0 / (Self::edge(k + side) + moved)) as f32;
             k += 1;
         }
@@ -120,7 +121,7 @@ impl<const N: usize> Faces<N> {
         }
         let [x, y, z] = unit(sum);
         let axis = [x as f32, y as f32, z as f32];
-        // The angle is measured from the axis as it is rounded.
+        // The angle is measured from the rounded axis.
         let [x, y, z] = unit([axis[0] as f64, axis[1] as f64, axis[2] as f64]);
         let mut cos: f64 = 1.0;
         k = 0;
@@ -144,7 +145,7 @@ const fn unit(v: [f64; 3]) -> [f64; 3] {
 const fn root(square: f64) -> f64 {
     let mut root = 0.5 * (1.0 + square);
     let mut k = 0;
-    // From above; each step halves the error at least, and squares it once it is small.
+    // From above; each step at least halves the error, and squares it once it is small.
     while k < 20 {
         root = 0.5 * (root + square / root);
         k += 1;
@@ -158,7 +159,7 @@ mod tests {
     use crate::math::elementary::acos;
     use crate::rng::{Purpose, Stream};
 
-    /// Directions of every texel, at its corners and inside, moved by [`WIDENING`]; and cones that
+    /// Cones hold the directions of their texels, at corners and inside, moved by [`WIDENING`], and
     /// are no wider than needed.
     fn cones_hold_their_texels<const N: usize>() {
         let mut s = Stream::new(3, Purpose::Test, N as u64);

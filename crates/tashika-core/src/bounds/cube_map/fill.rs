@@ -5,17 +5,17 @@
 //! lobe · c_i ≤           ρ (n + 2)/2π cosⁿα c_i or             F D G₂ / (4 c_o)
 //! ```
 //!
-//! and a coat's on top.
+//! and a coat is added.
 //!
-//! The same bounds as those of [`Reflector::upper_brdf`] and [`Reflector::upper_brdf_cos`], for
+//! These are the bounds of [`Reflector::upper_brdf`] and [`Reflector::upper_brdf_cos`], for
 //! hundreds of cones at once: the angles of a row of texels are one operation
-//! ([`spans`](super::spans)), and what depends on the point alone is done once. Many times faster,
-//! and hardly larger. They would be larger where half vectors are near the normal, at the peak of
-//! lobes of facets; these texels are bounded one by one.
+//! ([`spans`](super::spans)), and work that depends on the point alone is done once. This is many
+//! times faster, and the bounds are hardly larger. They would be larger where half vectors are near
+//! the normal, at the peak of lobes of facets; these texels are bounded one by one.
 //!
 //! # Guarantee
-//! At least the largest channel as `contribution` computes it, for every direction of the texel. Zero
-//! where the texel is certainly below the plane of either normal.
+//! At least the largest channel as `contribution` computes it, for every direction of the texel.
+//! Zero where the texel is certainly below the plane of either normal.
 //!
 //! # Held to this by
 //! The tests below, `bounds::tests::cube_map`.
@@ -35,28 +35,28 @@ use crate::bounds::lobes::{Lobe, Parts, phong, round_up};
 use crate::bsdf::{FacetModel, MIN_COSINE, Microfacets};
 use crate::math::Cone;
 
-/// Cosines of incidence at which reflectances are kept: `(k / KNOTS)²`. Higher values make `F`
-/// tighter and cost time. Chosen: the ratio of neighbours is below 1.25 for dielectrics of an index
-/// above 1.3 and for Schlick's `F` with `F₀` above 0.04.
+/// Number of steps between the cosines of incidence at which reflectances are stored,
+/// `(k / KNOTS)²`. Higher values make `F` tighter and cost time. Chosen: the ratio of neighbours is
+/// below 1.25 for dielectrics of an index above 1.3 and for Schlick's `F` with `F₀` above 0.04.
 const KNOTS: usize = 32;
 
-/// Largest cosines with the normal for which the diffuse part is kept: `(k + 1) / STEPS`. Matters
-/// for coats, which let less light in at grazing angles.
+/// Number of upper limits of the cosine with the normal for which the diffuse part is stored:
+/// `(k + 1) / STEPS`. Matters for coats, which let less light in at grazing angles.
 const STEPS: usize = 8;
 
-/// Phong lobes that are fainter than `e⁻²⁴` of their peak are bounded by that: most texels of a
-/// sharp lobe need no logarithm.
+/// Phong lobes that are fainter than `e⁻²⁴` of their peak are bounded by that value: most texels of
+/// a sharp lobe need no logarithm.
 const FAINT_POWER: f64 = 24.0;
 
-/// At least `e⁻²⁴`.
+/// Upper bound of `e⁻²⁴`.
 const FAINT: f64 = 3.8e-11;
 
-/// Half vectors within `α`, but no more than this angle (rad), of the normal are near the peak.
-/// Chosen: higher values cost time, and there the factors at their largest one by one are hardly
-/// larger than their product.
+/// Half vectors are near the peak if they are within `α` of the normal, or within this angle (rad)
+/// if `α` is larger. Chosen: higher values cost time, and there the product of separate maxima is
+/// hardly larger than the maximum of the product.
 const WIDEST_PEAK: f32 = 0.1;
 
-/// What texels bound.
+/// Quantity that texels bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bounded {
     /// `f_r`.
@@ -65,10 +65,10 @@ pub enum Bounded {
     LobeCosine,
 }
 
-/// What the texels of one point are made of.
+/// Data from which the texels of one point are computed.
 struct Source {
     bounded: Bounded,
-    /// The point, without its diffuse part where that is not bounded.
+    /// Gather point whose texels are filled.
     point: Reflector,
     cos_o: f32,
     /// Upper bounds of the diffuse part (sr⁻¹).
@@ -77,13 +77,13 @@ struct Source {
     coat: Option<Coats>,
     /// Upper bounds of `F`; zeros if there are no facets.
     reflected: [f64; KNOTS + 1],
-    /// By what facets reflect.
+    /// Model of the reflection at facets.
     kind: FacetKind,
     /// The facets; of roughness 1 if there are none.
     facets: Microfacets,
 }
 
-/// Fills the texels of a point, which are zero.
+/// Fills the texels of a point, which must be zero.
 pub fn fill<const N: usize>(texels: &mut [[[Texel; N]; N]; 6], point: &Reflector, bounded: Bounded) {
     const { assert!(N >= 2 && N <= 16, "half-angles of texels are not between 1/20 and a right angle") };
     let Some(source) = Source::of(point, bounded) else { return };
@@ -109,7 +109,7 @@ pub fn fill<const N: usize>(texels: &mut [[[Texel; N]; N]; 6], point: &Reflector
 }
 
 impl Source {
-    /// `None` if all texels are zero.
+    /// Prepares the data of a point; `None` if all texels are zero.
     fn of(point: &Reflector, bounded: Bounded) -> Option<Self> {
         let cos_o = point.wo.z.abs();
         let parts = Parts::of(&point.bsdf, cos_o, 1.0);
@@ -188,7 +188,7 @@ impl Source {
         })
     }
 
-    /// At least `D G₂ / (4 c_o c_i)`, or that times `c_i`, as in `bounds::lobes::facets`.
+    /// Upper bounds of `D G₂ / (4 c_o c_i)`, or of that times `c_i`, as in `bounds::lobes::facets`.
     fn facets<const N: usize>(&self, horizon: &Horizon<N>, spans: &Spans<N>) -> [f64; N] {
         let kind = self.kind;
         if kind == FacetKind::Model(FacetModel::Ggx) && self.facets.is_even() {
@@ -210,8 +210,8 @@ impl Source {
         })
     }
 
-    /// The same of GGX facets that are correlated by height and as rough in all directions, for a
-    /// row at once.
+    /// [`Source::facets`] for GGX facets that are correlated by height and equally rough in all
+    /// directions, for a row at once.
     fn correlated<const N: usize>(&self, horizon: &Horizon<N>, spans: &Spans<N>) -> [f32; N] {
         let alpha = self.facets.widest();
         let alpha2 = alpha * alpha;
@@ -229,7 +229,7 @@ impl Source {
         })
     }
 
-    /// Whether `D` is near its peak at the least angle of the half vector.
+    /// Returns true if `D` is near its peak at the least angle of the half vector.
     fn near_peak(&self, half_sin: f32) -> bool {
         let of_lobe = match self.lobe {
             Lobe::None | Lobe::Phong { .. } => 0.0,
@@ -281,8 +281,8 @@ mod tests {
         bsdf
     }
 
-    /// Random points of these kinds: every texel is a bound of its directions. Quotients of texels by
-    /// the bounds of their cones, sorted.
+    /// Checks that every texel is a bound of its directions, for random points of these kinds.
+    /// Returns the quotients of texels by the bounds of their cones, sorted.
     fn texels_are_bounds<const N: usize>(
         kinds: &[Kind],
         bounded: Bounded,
@@ -296,7 +296,7 @@ mod tests {
                 let whole = random_point(*kind, &mut s);
                 let (part, channel) = match bounded {
                     Bounded::Brdf => (whole, 0),
-                    // What sheen leaves of a lobe is known with the sheen only.
+                    // A lobe under sheen is attenuated by it, and sheen is in the diffuse part.
                     Bounded::LobeCosine if matches!(whole.bsdf, Bsdf::Layered(b) if b.sheen.is_there()) => {
                         continue;
                     }
@@ -327,14 +327,14 @@ mod tests {
         quotients
     }
 
-    /// Of the sorted, the one at a share of the way.
+    /// Quantile of the sorted quotients.
     fn at(quotients: &[f64], share: f64) -> f64 {
         quotients[((quotients.len() - 1) as f64 * share) as usize]
     }
 
-    // The limits are those measured and a tenth of the excess over 1. The 16 bits of a texel are a
-    // fifth of a hundredth. What is left comes from steps of `F` and, at the borders of sharp
-    // lobes, from the slack.
+    // The limits are the measured values plus a tenth of their excess over 1. The 16 bits of a
+    // texel account for 0.2 %. The rest comes from steps of `F` and, at the borders of sharp lobes,
+    // from the slack.
 
     #[test]
     fn texels_are_bounds_and_hardly_larger_than_those_of_single_cones() {

@@ -8,13 +8,13 @@
 //! M   ≤ max_{T met by D} U_T · max cos⁺∠(D, normals)    (sr⁻¹)
 //! ```
 //!
-//! where `D` holds all vectors from the points to the lights, and `normals` is a cone about the
+//! where `D` holds all vectors from the points to the lights, and `normals` is a cone around the
 //! shading normals. Two clusters are merged texel by texel. The cube is aligned with the world's
 //! axes, so that the texels of all points are the same sets of directions.
 //!
 //! # Guarantee
-//! [`UpperMaterial::upper_material`] is at least the largest channel of `M` as `contribution` computes it in `f32`, for every point merged
-//! and every light in `towards`.
+//! [`UpperMaterial::upper_material`] is at least the largest channel of `M` as `contribution`
+//! computes it in `f32`, for every point merged and every light in `towards`.
 //!
 //! # Assumption
 //! A light and a point are either at the same place or at least 10⁻¹⁷ m apart. (Closer, the square
@@ -26,20 +26,20 @@
 //! onto the cube.
 //!
 //! # Differences from the source
-//! * What is projected is the box of all differences of the two clusters. The box of the lights
-//!   alone, seen from one point, is no bound once the points are apart.
-//! * The texels that are looked at are exactly those that a direction of the box falls into
-//!   ([`coverage`]); the source does not say how it finds them. A pyramid of maxima would look at
+//! * The projected box is that of all differences of the two clusters. The box of the lights alone,
+//!   seen from one point, is no bound once the points are apart.
+//! * The texels that are read are exactly those that a direction of the box falls into
+//!   ([`coverage`]); the source does not state how it finds them. A pyramid of maxima would read
 //!   four texels a face at most, but its bounds of wide boxes are many times larger, and rows of
 //!   texels are read nearly as fast.
-//! * The source states neither resolution nor format. Here `N = 8` unless another is asked for, and
-//!   a texel is 16 bits wide ([`texel`]).
+//! * The source states neither resolution nor format. Here `N = 8` by default, and a texel is 16
+//!   bits wide ([`texel`]).
 //! * The source bounds Phong lobes. Here every [`Bsdf`](crate::bsdf::Bsdf) is bounded ([`fill`]).
 //! * `FOLDED` is an alternative of our own: the texels hold the lobe *times* the cosine, and the
-//!   diffuse part is two numbers beside them, `M ≤ min(K max cos⁺, K_c) + max U_T`. GGX lobes without the
-//!   cosine grow towards the horizon, so that their product with the largest cosine of a cluster
-//!   can be many times too large; a diffuse part times the largest cosine of a texel is a little
-//!   too large.
+//!   diffuse part is two numbers beside them, `M ≤ min(K max cos⁺, K_c) + max U_T`. GGX lobes
+//!   without the cosine grow towards the horizon, so that their product with the largest cosine of
+//!   a cluster can be many times too large; a diffuse part times the largest cosine of a texel is a
+//!   little too large.
 //!
 //! # Held to this by
 //! `bounds::tests::cube_map`, and the tests beside each part.
@@ -57,11 +57,11 @@ use crate::math::{Cone, UNIT_ROUNDOFF};
 use fill::Bounded;
 use texel::Texel;
 
-/// By how much the product of a bound and a cosine can be exceeded.
+/// Relative excess that is allowed for over the product of a bound and a cosine.
 ///
-/// [`Towards::upper_cos`] is at most 1, which a cosine computed in `f32` exceeds by up to 10 roundings: four of the length of the
-/// direction, three of the normal's, three of the scalar product. The others are those of a sum and
-/// of products here and there.
+/// [`Towards::upper_cos`] is at most 1, which a cosine computed in `f32` exceeds by up to 10
+/// roundings: four of the length of the direction, three of the normal's, three of the scalar
+/// product. The other roundings are those of a sum and of products in `contribution` and here.
 const ROUNDING: f32 = 16.0 * UNIT_ROUNDOFF;
 
 /// Upper bounds of the BRDF by direction, on a cube of `6 N²` texels; `M` is at most the largest
@@ -69,13 +69,13 @@ const ROUNDING: f32 = 16.0 * UNIT_ROUNDOFF;
 ///
 /// * `N`: texels along an edge, 2 to 16. Higher values bound sharp lobes better and cost memory
 ///   (`12 N²` bytes) and time.
-/// * `FOLDED`: whether texels hold lobes times cosines, which is tighter, instead of BRDFs, which
-///   is as published.
+/// * `FOLDED`: true if texels hold lobes times cosines, which is tighter; false if they hold BRDFs,
+///   as published.
 #[derive(Clone, Debug)]
 pub struct UpperCubeMap<const N: usize = 8, const FOLDED: bool = false> {
-    /// The shading normals, on the sides of the viewers.
+    /// Shading normals, on the sides of the viewers.
     normals: Cone,
-    /// Largest diffuse part that is not in the texels, and largest one times the cosine (sr⁻¹).
+    /// Largest diffuse part outside of the texels, without and with the cosine (sr⁻¹).
     diffuse: [f32; 2],
     /// `texels[face][v][u]` (sr⁻¹).
     texels: Box<[[[Texel; N]; N]; 6]>,
@@ -156,7 +156,7 @@ mod tests {
         assert!(maps.iter().all(|m| all.normals.contains(m.normals.axis)));
     }
 
-    /// The texel that a direction falls into, and no other, is what a bound towards it is made of.
+    /// The bound towards a direction reads the texel that the direction falls into, and no other.
     #[test]
     fn a_bound_is_a_texel_times_a_cosine() {
         let mut s = Stream::new(1, Purpose::Test, 1);

@@ -16,10 +16,10 @@
 //! Scalar products are off by [`COSINE`]. A difference of angles is cut off at zero, or its larger
 //! angle is at least the half-angle of a texel, so that its sine is at least 1/20 and the angle off
 //! by at most `20 COSINE`. Every texel is taken [`SLACK`] wider, which is ten times that. In
-//! `∠(ω_o + a, n) − arcsin(2 sin(β/2) / ‖ω_o + a‖)` the first is off by at most `50 COSINE` and the
-//! second larger by at least `0.9 SLACK / 2`, nearly twice that. What is left makes up for what
-//! `contribution` turns directions by ([`TURN`]). Small differences are kept as sines, since a cosine
-//! near 1 does not tell them from zero.
+//! `∠(ω_o + a, n) − arcsin(2 sin(β/2) / ‖ω_o + a‖)` the first angle is off by at most `50 COSINE`
+//! and the second larger by at least `0.9 SLACK / 2`, nearly twice that. The rest covers the turns
+//! of directions in `contribution` ([`TURN`]). Small differences are stored as sines, since a
+//! cosine near 1 does not distinguish them from zero.
 //!
 //! # Held to this by
 //! The tests below and those of `fill`.
@@ -29,25 +29,26 @@ use crate::bounds::Reflector;
 use crate::bsdf::MIN_COSINE;
 use crate::math::Vec3;
 
-/// Error of scalar products here: directions are unit and turned by frames to 10⁻⁶, products
-/// rounded by `3 · 2⁻²⁴`.
+/// Error of scalar products here: directions are of unit length, and turned by frames, to 10⁻⁶;
+/// products are rounded by `3 · 2⁻²⁴`.
 const COSINE: f32 = 2e-6;
 
 /// `√(2 COSINE)`: the largest error of a sine taken from a cosine.
 const SINE: f32 = 2e-3;
 
-/// What `contribution` turns directions by, and halves of sums of unit vectors are off by, with room.
+/// Largest turn of directions in `contribution` (rad) and error of half sums of unit vectors, with
+/// room.
 const TURN: f32 = 1e-5;
 
-/// By how much the half-angles of texels are taken larger (rad). Chosen: enough for the roundings,
-/// and less than a hundredth of a texel.
+/// Widening of the half-angles of texels (rad). Chosen: enough for the roundings, and less than a
+/// hundredth of a texel.
 const SLACK: f32 = 4e-4;
 
-/// Below this cosine of incidence the rounding of two directions (3·10⁻⁶) may turn the half vector
+/// Cosine of incidence below which the rounding of two directions (3·10⁻⁶) may turn the half vector
 /// by more than `SLACK / 4`.
 const SMALLEST_INCIDENCE: f32 = 0.02;
 
-/// The unit directions that a BRDF is measured from, the normals on the side of the viewer.
+/// Unit directions to which the angles of a BRDF refer; the normals are on the side of the viewer.
 #[derive(Clone, Copy)]
 pub struct Directions {
     normal: Vec3,
@@ -61,15 +62,15 @@ pub struct Directions {
     horizon_incidence: f32,
 }
 
-/// How the texels of a row lie to the planes of the normals.
+/// Position of the texels of a row relative to the planes of the normals.
 pub struct Horizon<const N: usize> {
-    /// Whether the texel reaches above both planes.
+    /// True if the texel reaches above both planes.
     pub above: [bool; N],
     /// Largest cosine with the normal, above zero where the texel reaches above.
     pub max_cos_i: [f32; N],
 }
 
-/// Extremes of what a lobe depends on.
+/// Extremes of the angles that a lobe depends on.
 pub struct Spans<const N: usize> {
     /// Least cosine with the normal, cut off at that of the horizon.
     pub min_cos_i: [f32; N],
@@ -82,7 +83,7 @@ pub struct Spans<const N: usize> {
 }
 
 impl Directions {
-    /// In world space.
+    /// Directions of a point in world space.
     pub fn of(point: &Reflector) -> Self {
         let Vec3 { x, y, z } = point.wo;
         let world = |local: Vec3| point.frame.to_world(local).normalize();
@@ -98,7 +99,8 @@ impl Directions {
         }
     }
 
-    /// By components along `u`, `v` and the normal of a face, as the rows of texels are.
+    /// Components of the directions along `u`, `v` and the normal of a face, as in the rows of
+    /// texels.
     pub fn turned<const N: usize>(self, face: usize) -> Self {
         let turned = |w: Vec3| Faces::<N>::turned(face, w);
         Self {
@@ -110,7 +112,7 @@ impl Directions {
         }
     }
 
-    /// Which texels of a row light can come from.
+    /// Texels of a row that light can come from, and their largest cosines.
     pub fn horizon<const N: usize>(&self, row: &Row<N>) -> Horizon<N> {
         let mut horizon = Horizon { above: [false; N], max_cos_i: [0.0; N] };
         for u in 0..N {
@@ -124,7 +126,7 @@ impl Directions {
         horizon
     }
 
-    /// The extremes over the texels of a row, of light above the horizon.
+    /// Extremes over the texels of a row, for light above the horizon.
     pub fn spans<const N: usize>(&self, row: &Row<N>) -> Spans<N> {
         let mut spans = Spans::NONE;
         for u in 0..N {
@@ -150,7 +152,8 @@ impl Directions {
             let wide_sin = (0.5 - 0.5 * mirror_cos).max(0.0).sqrt();
             let half_sin = if mirror_cos > 0.0 { 0.5 * mirror_sin / half_cos } else { wide_sin };
             let by_mirror = if cos_incidence < SMALLEST_INCIDENCE { 0.0 } else { half_sin };
-            // ∠(ω_o + a, n) less that of the ball; beyond a right angle there is no half vector.
+            // ∠(ω_o + a, n) less the angle of the ball; beyond a right angle there is no half
+            // vector.
             let length = (2.0 + 2.0 * cos_o).max(1e-12).sqrt();
             let ball_sin = sin / (0.5 + 0.5 * cos).sqrt() / length;
             let ball_cos = sin_of(ball_sin.min(1.0));
@@ -216,7 +219,7 @@ mod tests {
         }
     }
 
-    /// All extremes against those of the directions themselves, in `f64`.
+    /// All extremes hold for the directions themselves, in `f64`.
     #[test]
     fn extremes_are_extremes() {
         let mut s = Stream::new(61, Purpose::Test, 0);
@@ -252,7 +255,7 @@ mod tests {
         assert!(seen.iter().all(|&k| k > 10_000), "{seen:?}");
     }
 
-    /// What [`SLACK`] rests on.
+    /// The assumption of [`SLACK`].
     #[test]
     fn half_angles_of_texels_are_at_least_a_twentieth() {
         assert!(Faces::<16>::ROWS.iter().flat_map(|row| row.cos).all(|cos| sin_of(cos) > 0.05));

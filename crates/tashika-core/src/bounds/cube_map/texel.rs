@@ -2,22 +2,22 @@
 //!
 //! The first 16 bits of an `f32` after its sign: eight of the exponent, eight of the mantissa. So
 //! numbers are rounded up by at most `2⁻⁸` of their value, the range is that of `f32`, infinity
-//! included, and the order is that of the bits. Half the memory of `f32`, and twice as many in a
-//! register. Tested below.
+//! included, and the order is that of the bits. They take half the memory of `f32`, and twice as
+//! many fit into a register. Tested below.
 
 /// A non-negative number, rounded up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(transparent)]
 pub struct Texel(u16);
 
-/// Bits of an `f32` that are not kept, at its end.
+/// Number of trailing bits of an `f32` that are not stored.
 const DROPPED: u32 = 15;
 
 impl Texel {
-    /// Zero.
+    /// Zero, the smallest of all texels.
     pub const ZERO: Self = Self(0);
 
-    /// The smallest that is at least `x`; zero for numbers below it, infinity for NaN.
+    /// The smallest texel that is at least `x`; zero for numbers below zero, infinity for NaN.
     pub fn at_least(x: f32) -> Self {
         if x <= 0.0 {
             return Self::ZERO;
@@ -27,7 +27,7 @@ impl Texel {
         Self(((bits + ((1 << DROPPED) - 1)) >> DROPPED) as u16)
     }
 
-    /// The number.
+    /// The number that is stored.
     pub fn value(self) -> f32 {
         f32::from_bits(u32::from(self.0) << DROPPED)
     }

@@ -18,13 +18,14 @@ use std::f64::consts::FRAC_1_PI;
 use crate::bounds::angle::Angle;
 use crate::math::elementary::exp_f64;
 
-/// `t/α²` in `f32` is at least this share of what it is: three roundings and those of `t`, whose
-/// parts are sums of squares.
+/// Least ratio of `t/α²` in `f32` to its exact value: three roundings and those of `t`, whose parts
+/// are sums of squares.
 const ROUNDED: f64 = 1.0 - 2e-6;
 
-/// At least `D` (sr⁻¹) for all `α` in the range and all angles of the half vector from `least` on.
+/// Upper bound of `D` (sr⁻¹) for all `α` in the range and all angles of the half vector from
+/// `least` on.
 ///
-/// Beyond `π/2` no half vector of two directions above the horizon lies; there `D` is zero.
+/// No half vector of two directions above the horizon lies beyond `π/2`; there `D` is zero.
 pub(super) fn upper_distribution(alphas: [f64; 2], least: Angle) -> f64 {
     if least.cos <= 0.0 {
         return 0.0;
@@ -36,7 +37,7 @@ pub(super) fn upper_distribution(alphas: [f64; 2], least: Angle) -> f64 {
     exp_f64(-ROUNDED * t / alpha2) * (1.0 + t) * (1.0 + t) * FRAC_1_PI / alpha2
 }
 
-/// At least `v` for all cosines and roughnesses from the given ones on.
+/// Upper bound of `v` for all cosines and roughnesses from the given ones on.
 pub(super) fn upper_visible(alpha: f64, cos: f64) -> f64 {
     let sin = (1.0 - cos * cos).max(0.0).sqrt();
     let a = cos / (alpha * sin).max(f64::MIN_POSITIVE);

@@ -12,8 +12,9 @@
 //! e = 5/4 · (E (1 / (c_o + c_i) − ½) + ½),    E = (1 + (R/2 − 1) w_o)(1 + (R/2 − 1) w_i)
 //! ```
 //!
-//! grows with `E`, since `c_o + c_i ≤ 2`, and falls with `c_i` but for that; `E` grows with `R` and is
-//! linear in `w_i`. Near the horizon it grows as `1 / (c_o + c_i)`, times the cosine it does not:
+//! grows with `E`, since `c_o + c_i ≤ 2`, and otherwise falls with `c_i`; `E` grows with `R` and is
+//! linear in `w_i`. Near the horizon `e` grows as `1 / (c_o + c_i)`, but times the cosine it does
+//! not:
 //!
 //! ```text
 //! e c_i = 5/4 · (E (c_i / (c_o + c_i) − c_i/2) + c_i/2),    c_i / (c_o + c_i) grows with c_i
@@ -23,18 +24,18 @@
 //! horizon, the one opposite to the viewer's and in the surface is farthest from it.
 //!
 //! # Guarantee
-//! At least the `f32` values but for relative roundings.
+//! At least the `f32` values except for relative roundings.
 //!
 //! # Held to this by
 //! The test below, `bounds::tests::reflector`, `bounds::tests::analytic`.
 
-/// Pieces of the cosines over which `b` is bounded.
+/// Number of pieces of the cosines over which `b` is bounded.
 const PIECES: u32 = 4;
 
-/// The same where there is flatness: shorter towards the horizon, where `e` is steep.
+/// Number of pieces where there is flatness: shorter towards the horizon, where `e` is steep.
 const FLAT_PIECES: u32 = 16;
 
-/// At least `(1 − f) b + f e`, and at least that times `c_i`, for all `cos_i` in `[0, max_cos_i]`.
+/// Upper bounds of `(1 − f) b + f e`, and of that times `c_i`, for all `cos_i` in `[0, max_cos_i]`.
 pub(super) fn upper_shape(roughness: f32, flatness: f32, cos_o: f64, max_cos_i: f64) -> [f64; 2] {
     let (r, flatness) = (f64::from(roughness), f64::from(flatness));
     let larger = |a: [f64; 2], b: [f64; 2]| [a[0].max(b[0]), a[1].max(b[1])];
@@ -57,12 +58,12 @@ pub(super) fn upper_shape(roughness: f32, flatness: f32, cos_o: f64, max_cos_i: 
     (0..FLAT_PIECES).map(of_piece).fold([0.0; 2], larger)
 }
 
-/// At least `R` for all `cos_i` in the range.
+/// Upper bound of `R` for all `cos_i` in the range.
 fn retro(roughness: f64, cos_o: f64, [low, high]: [f64; 2]) -> f64 {
     roughness * (1.0 + (cos_o * high + sine(cos_o) * sine(low)).min(1.0))
 }
 
-/// At least `b` for all `cos_i` in the range and `R` up to `r`.
+/// Upper bound of `b` for all `cos_i` in the range and `R` up to `r`.
 fn upper_rough(r: f64, cos_o: f64, [low, high]: [f64; 2]) -> f64 {
     let w_o = grazing(cos_o);
     let at =
@@ -70,7 +71,7 @@ fn upper_rough(r: f64, cos_o: f64, [low, high]: [f64; 2]) -> f64 {
     at(grazing(low)).max(at(grazing(high)))
 }
 
-/// At least `e`, and at least `e c_i`, for all `cos_i` in the range and `R` up to `r`.
+/// Upper bounds of `e` and of `e c_i`, for all `cos_i` in the range and `R` up to `r`.
 fn upper_flat(r: f64, cos_o: f64, [low, high]: [f64; 2]) -> [f64; 2] {
     let at = |w: f64| 1.0 + (0.5 * r - 1.0) * w;
     let even = at(grazing(cos_o)) * at(grazing(low)).max(at(grazing(high)));
@@ -79,9 +80,9 @@ fn upper_flat(r: f64, cos_o: f64, [low, high]: [f64; 2]) -> [f64; 2] {
     [of(1.0 / (cos_o + low) - 0.5, 0.5), of(high / (cos_o + high) - 0.5 * low, 0.5 * high)]
 }
 
-/// At least `(1 − c_d)⁵` for all directions above the horizon.
+/// Upper bound of `(1 − c_d)⁵` for all directions above the horizon.
 pub(super) fn upper_sheen(cos_o: f64) -> f64 {
-    // 1 − s_o, as it is where it is small; directions are unit vectors to 10⁻⁶.
+    // 1 − s_o, in a form that is precise where it is small; directions are unit vectors to 10⁻⁶.
     let least = (0.5 * cos_o * cos_o / (1.0 + sine(cos_o)) - 1e-6).max(0.0).sqrt();
     grazing(least)
 }
@@ -99,7 +100,7 @@ fn sine(cos: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Against all directions of a grid, for cosines of the light up to a largest one.
+    /// Compares with all directions of a grid, for cosines of the light up to a largest one.
     #[test]
     fn shapes_and_sheens_hold_and_are_near() {
         for (roughness, flatness) in [(0.0_f32, 0.0_f32), (0.3, 0.0), (1.0, 0.0), (0.3, 0.5), (1.0, 1.0)] {
@@ -122,7 +123,7 @@ mod tests {
                         sheen = sheen.max(grazing(cos_d));
                     }
                     let bound = upper_shape(roughness, flatness, cos_o, max_cos_i);
-                    // Without flatness the second is not asked for.
+                    // Without flatness the second bound is not checked.
                     for (factor, limit) in [(0, 1.6), (1, if flatness > 0.0 { 1.9 } else { f64::INFINITY })] {
                         let (bound, largest) = (bound[factor], shape[factor]);
                         let what = || format!("{roughness} {flatness} {cos_o} {max_cos_i} {factor}");

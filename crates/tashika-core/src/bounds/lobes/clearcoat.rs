@@ -1,7 +1,8 @@
-//! Upper bounds of what clear coats reflect, over ranges of angles and of roughness.
+//! Upper bounds of the reflection of clear coats, over ranges of angles and of roughness.
 //!
 //! With `v(c) = 1 / (c + S(c))` of the roughness ¼ that masks and `F(c) = 0.04 + 0.96 (1 − c)⁵`
-//! ([`bsdf`](crate::bsdf), [`ggx`]), a coat is a factor `s` of what is known of its viewer times
+//! ([`bsdf`](crate::bsdf), [`ggx`]), a coat is a factor `s`, which depends on its viewer alone,
+//! times
 //!
 //! | model | `s` | `F` | `V` | `V` falls with | `V c_i` grows with |
 //! |---|---|---|---|---|---|
@@ -9,7 +10,7 @@
 //! | Mitsuba | `w c_o v(c_o)` | `F(c_d)` | `c_i v(c_i) ≤ ½` | | `c_i` |
 //! | layer | `w F(c_o)` | 1 | `G₂ / (4 c_o c_i)` | `α`, `c_o`, `c_i` | `c_i` |
 //!
-//! and `D`: of layers that of GGX, else
+//! and times `D`, which is that of GGX for layers, else
 //!
 //! ```text
 //! D₁ = K(α) (1 + t) / (α² + t),    K = (1 − α²) / (−2π ln α)          falls with t = tan²θ_h
@@ -17,11 +18,11 @@
 //!
 //! `K` grows with `α`: `∂ ln K/∂ ln α = 1/L − 2α²/(1 − α²)` with `L = −ln α`, and
 //! `2L = ln (1 + (1 − α²)/α²) < (1 − α²)/α²`. So over `[a, b]` `D₁` is at most
-//! `K(b) (1 + t) / (a² + t)`; a range is cut in pieces of equal ratio, and a single roughness has its
-//! own value.
+//! `K(b) (1 + t) / (a² + t)`; a range is cut in pieces of equal ratio, and a single roughness has
+//! its own value.
 //!
 //! # Guarantee
-//! At least the `f32` values but for relative roundings.
+//! At least the `f32` values except for relative roundings.
 //!
 //! # Held to this by
 //! The tests below, `bounds::tests::reflector`, `bounds::tests::analytic`,
@@ -35,7 +36,7 @@ use crate::bounds::angle::Angle;
 use crate::bsdf::{Clearcoat, CoatModel, MASKING_ALPHA, coat_reflectance};
 use crate::math::elementary::{ln_f64, powf_f64};
 
-/// Pieces of a range of roughness over which `D₁` is bounded: of a ratio below 1.8.
+/// Number of pieces of a range of roughness over which `D₁` is bounded: of a ratio below 1.8.
 const PIECES: u32 = 8;
 
 /// Tangents of the angle of the half vector, in units of the largest `α`, between which factors are
@@ -48,26 +49,26 @@ pub(in crate::bounds) struct Coats {
     model: CoatModel,
     /// Smallest and largest `α`.
     alphas: [f32; 2],
-    /// At least the largest `s`; zero if there is no coat.
+    /// Upper bound of `s`; zero if there is no coat.
     scale: f32,
 }
 
-/// What the reflection of coats is bounded for.
+/// Quantity to bound, and the light directions over which it is bounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::bounds) enum Light {
-    /// `f_r`, of light at cosines from this on.
+    /// `f_r`, for light at cosines from this on.
     From(f64),
-    /// `f_r c_i`, of light at cosines up to this, which is above zero.
+    /// `f_r c_i`, for light at cosines up to this, which is above zero.
     UpTo(f64),
 }
 
 impl Coats {
-    /// None of this model.
+    /// An empty set of coats of a model.
     pub(in crate::bounds) const fn none(model: CoatModel) -> Self {
         Self { model, alphas: [f32::INFINITY, f32::NEG_INFINITY], scale: 0.0 }
     }
 
-    /// Of one surface, seen at the cosine `cos_o > 0`; `None` if there is no coat.
+    /// Coat of one surface, seen at the cosine `cos_o > 0`; `None` if there is no coat.
     pub(super) fn of(coat: &Clearcoat, cos_o: f32) -> Option<Self> {
         let (amount, cos) = (f64::from(coat.amount), f64::from(cos_o));
         let scale = match coat.model {
@@ -79,7 +80,7 @@ impl Coats {
         (coat.amount > 0.0).then_some(Self { model: coat.model, alphas: [coat.alpha; 2], scale })
     }
 
-    /// Whose they are.
+    /// Model that all of the coats follow.
     pub(in crate::bounds) fn model(&self) -> CoatModel {
         self.model
     }
@@ -89,7 +90,7 @@ impl Coats {
         self.alphas[1]
     }
 
-    /// Of what either holds, of the same model.
+    /// Ranges that hold those of both sets, which are of one model.
     pub(in crate::bounds) fn union(self, other: Self) -> Self {
         let ([low, high], [other_low, other_high]) = (self.alphas, other.alphas);
         Self {
@@ -99,11 +100,11 @@ impl Coats {
         }
     }
 
-    /// At least what coats reflect (sr⁻¹) for all half vectors from `least` on.
+    /// Upper bound of the reflection of coats (sr⁻¹) for all half vectors from `least` on.
     ///
-    /// * `viewer`: at least the angle between any normal and its viewer.
-    /// * `cos_incidence`: at most the cosine of incidence on a facet.
-    /// * `cos_o`: at most the cosine between any normal and its viewer.
+    /// * `viewer`: upper bound of the angle between any normal and its viewer.
+    /// * `cos_incidence`: lower bound of the cosine of incidence on a facet.
+    /// * `cos_o`: lower bound of the cosine between any normal and its viewer.
     pub(in crate::bounds) fn upper(
         &self,
         least: Angle,
@@ -117,7 +118,7 @@ impl Coats {
         }
         let cos_light = match light {
             Light::From(least) => least,
-            // The same in all rings.
+            // Equal in all rings.
             Light::UpTo(_) => 1.0,
         };
         let all = Ring { cos_incidence, cos_light };
@@ -132,7 +133,7 @@ impl Coats {
         })
     }
 
-    /// The same without looking at rings of half vectors: faster, and larger near the peak.
+    /// [`Coats::upper`] without rings of half vectors: faster, and larger near the peak.
     pub(in crate::bounds) fn upper_at_once(
         &self,
         least: Angle,
@@ -146,7 +147,8 @@ impl Coats {
         self.upper_distribution(least) * self.upper_others(cos_incidence, cos_o, light)
     }
 
-    /// At least `D` (sr⁻¹) for all roughnesses and all angles of the half vector from `least` on.
+    /// Upper bound of `D` (sr⁻¹) for all roughnesses and all angles of the half vector from `least`
+    /// on.
     fn upper_distribution(&self, least: Angle) -> f64 {
         let [low, high] = self.alphas.map(f64::from);
         if self.model == CoatModel::Layer {
@@ -167,13 +169,13 @@ impl Coats {
         let ratio = powf_f64(high / low, 1.0 / f64::from(PIECES));
         let ends = |piece: u32| {
             let start = low * powf_f64(ratio, f64::from(piece));
-            // The last is to reach the end, rounded as it may be.
+            // The last piece must reach the end despite rounding.
             (start, (start * ratio * (1.0 + 1e-12)).min(high))
         };
         (0..PIECES).map(ends).map(|(low, high)| of_piece(low, high)).fold(0.0, f64::max)
     }
 
-    /// At least the product of the other factors.
+    /// Upper bound of the product of the other factors.
     fn upper_others(&self, cos_incidence: f64, cos_o: f64, light: Light) -> f64 {
         let (layer, masking) = (f64::from(self.alphas[0]), f64::from(MASKING_ALPHA));
         let visible = |cos| ggx::upper_visible(masking, cos);
@@ -218,8 +220,9 @@ mod tests {
         low.union(high)
     }
 
-    /// Ranges of roughness against roughnesses in steps of equal ratio: `D₁` at the end of a piece is
-    /// at most the square of its ratio times that at the other, and as much as it is of one roughness.
+    /// Compares ranges of roughness with roughnesses in steps of equal ratio: within a piece, `D₁`
+    /// varies by at most the square of the piece's ratio, and the bound of a single roughness is
+    /// exact.
     #[test]
     fn ranges_of_roughness_hold_and_are_tight() {
         for [low, high] in [[1e-3_f32, 1e-3], [1e-3, 0.1], [0.01, 0.03], [0.1, 0.1]] {
@@ -242,8 +245,8 @@ mod tests {
         }
     }
 
-    /// All factors at once, at directions at random: bounds of the half vector and of the cosines that
-    /// are those of the directions hold, and are equal where nothing is left open.
+    /// All factors at random directions: with the half vector and the cosines of the directions
+    /// themselves, bounds hold, and are equal except where a factor is replaced by a constant.
     #[test]
     fn coats_are_bounded_by_their_own_angles() {
         let mut s = Stream::new(81, Purpose::Test, 0);

@@ -1,33 +1,33 @@
 //! Upper bounds of reflection at facets, `F D G₂ / (4 c_o c_i)`, over ranges of angles and of
 //! roughness.
 //!
-//! The factors are those of [`ggx`] and [`beckmann`]: of all models `D` is largest at a known angle
-//! and roughness, `V = G₂ / (4 c_o c_i)` falls with `α`, `c_o` and `c_i`, and `V c_i` grows with
-//! `c_i`.
+//! The factors are those of [`ggx`] and [`beckmann`]: for all models `D` is largest at a known
+//! angle and roughness, `V = G₂ / (4 c_o c_i)` falls with `α`, `c_o` and `c_i`, and `V c_i` grows
+//! with `c_i`.
 //!
-//! That of Ashikhmin and Shirley is `V = 1 / (4 c_d max(c_o, c_i))` with the cosine `c_d = ω_i·h` of
+//! Ashikhmin and Shirley have `V = 1 / (4 c_d max(c_o, c_i))` with the cosine `c_d = ω_i·h` of
 //! incidence, `‖ω_o + ω_i‖/2 ≥ (c_o + c_i)/2`. With `m` at least that and at most `c_d`,
-//! `1 / (4 m max(c_o, c_i))` falls with all cosines; times `c_i` it grows up to `c_i = c_o`, and falls from
-//! there on.
+//! `1 / (4 m max(c_o, c_i))` falls with all cosines; times `c_i` it grows up to `c_i = c_o`, and
+//! falls from there on.
 //!
 //! # Brushed surfaces
 //! Let `α_n ≤ α_w` be the roughnesses along the two axes. With `q = h_x²/α_u² + h_y²/α_v²`, GGX has
-//! `D = 1 / (π α_n α_w (q + h_z²)²)`, Beckmann's `D = e^(−q/h_z²) / (π α_n α_w h_z⁴)`. Both fall with
-//! `q`, and `q ≥ (h_x² + h_y²)/α_w²`; so
+//! `D = 1 / (π α_n α_w (q + h_z²)²)`, Beckmann's `D = e^(−q/h_z²) / (π α_n α_w h_z⁴)`. Both fall
+//! with `q`, and `q ≥ (h_x² + h_y²)/α_w²`; so
 //!
 //! ```text
 //! D ≤ (α_w/α_n) D(α_w)      in all directions, and equal along the axis of α_w
 //! V ≤ V(α_n)                since α_u² ω_x² + α_v² ω_y² ≥ α_n² sin²θ
 //! ```
 //!
-//! where `D(α)` and `V(α)` are those of a surface as rough as that in all directions.
+//! where `D(α)` and `V(α)` are those of a surface of roughness `α` in all directions.
 //!
-//! The product of the largest factors is far from the largest product where a wide cone of lights
-//! holds both the mirror direction, at which `D` is large, and grazing ones, at which `F` is; so
-//! [`upper_reflection`] takes them ring by ring.
+//! The product of the largest factors is far above the largest product where a wide cone of lights
+//! holds both the mirror direction, at which `D` is large, and grazing ones, at which `F` is large;
+//! so [`upper_reflection`] multiplies them ring by ring.
 //!
 //! # Guarantee
-//! Each function bounds its factor over the whole range, but for roundings of `f32` that are
+//! Each function bounds its factor over the whole range, except for roundings of `f32` that are
 //! relative to it.
 //!
 //! # Held to this by
@@ -38,17 +38,17 @@ use crate::bounds::angle::Angle;
 use crate::bounds::spans::LENGTHS;
 use crate::bsdf::{FacetModel, Microfacets};
 
-/// By what facets reflect.
+/// Model of the reflection at facets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::bounds) enum FacetKind {
-    /// `D` and `G₂` of a model.
+    /// `D` and `G₂` of a microfacet model.
     Model(FacetModel),
-    /// `D` of GGX, and `V = 1 / (4 ω_i·h max(c_o, c_i))`.
+    /// GGX's `D`, and `V = 1 / (4 ω_i·h max(c_o, c_i))`.
     AshikhminShirley,
 }
 
 impl FacetKind {
-    /// All of them.
+    /// All kinds, in the order in which ranges over kinds are stored.
     pub(in crate::bounds) const ALL: [Self; 4] = [
         Self::Model(FacetModel::ALL[0]),
         Self::Model(FacetModel::ALL[1]),
@@ -58,11 +58,12 @@ impl FacetKind {
 }
 
 /// Tangents of the angle of the half vector, in units of the largest `α`, between which the factors
-/// are bounded one by one. There, `D` of GGX is `4`, `10²` and `10⁴` times below its peak. Chosen.
+/// are bounded one by one. At these, `D` of GGX is `4`, `10²` and `10⁴` times below its peak.
+/// Chosen.
 const CUTS: [f64; 3] = [1.0, 3.0, 10.0];
 
-/// Below this `c_o` the factors are bounded all at once: rounding may turn the half vectors of
-/// nearly opposite directions anywhere.
+/// Value of `c_o` below which the factors are bounded all at once: rounding may turn the half
+/// vectors of nearly opposite directions anywhere.
 const MIN_COS_O: f64 = 0.01;
 
 /// Roughnesses of a set of facets of one model.
@@ -72,28 +73,28 @@ pub(in crate::bounds) struct Widths {
     pub(in crate::bounds) widest: [f32; 2],
     /// Least of the smaller roughnesses `α_n`.
     pub(in crate::bounds) narrowest: f32,
-    /// At least the largest `α_w/α_n`.
+    /// Upper bound of `α_w/α_n`.
     pub(in crate::bounds) ratio: f32,
 }
 
 impl Widths {
-    /// Of nothing.
+    /// Roughnesses of an empty set.
     pub(in crate::bounds) const NONE: Self =
         Self { widest: [f32::INFINITY, f32::NEG_INFINITY], narrowest: f32::INFINITY, ratio: 1.0 };
 
-    /// Of one surface.
+    /// Roughnesses of the facets of one surface.
     pub(in crate::bounds) fn of(facets: &Microfacets) -> Self {
         let (narrowest, widest) = (facets.narrowest(), facets.widest());
         let ratio = if facets.is_even() { 1.0 } else { (widest / narrowest).next_up() };
         Self { widest: [widest; 2], narrowest, ratio }
     }
 
-    /// At which half vectors the bound of reflection is cut in rings.
+    /// Tangents of the angle of the half vector at which the bound of reflection is cut in rings.
     pub(in crate::bounds) fn cuts(self) -> [f64; 3] {
         CUTS.map(|cut| cut * f64::from(self.widest[1]))
     }
 
-    /// Of what either holds.
+    /// Ranges that hold those of both sets.
     pub(in crate::bounds) fn union(self, other: Self) -> Self {
         let ([low, high], [other_low, other_high]) = (self.widest, other.widest);
         Self {
@@ -104,7 +105,7 @@ impl Widths {
     }
 }
 
-/// What is known where the half vector is within a range of angles from the normal.
+/// Bounds of cosines where the half vector is within a range of angles from the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::bounds) struct Ring {
     /// Least cosine of the angle of incidence on a facet.
@@ -113,18 +114,19 @@ pub(in crate::bounds) struct Ring {
     pub(in crate::bounds) cos_light: f64,
 }
 
-/// At least `D · others` for all half vectors from `least` on.
+/// Upper bound of `D · others` for all half vectors from `least` on.
 ///
-/// * `distribution`: at least `D` from an angle on.
+/// * `distribution`: upper bound of `D` from an angle on.
 /// * `cuts`: tangents of the angle of the half vector between which the factors are bounded one by
 ///   one, in ascending order.
-/// * `viewer`: at least the angle between any normal and its viewer.
-/// * `all`: what is known of all directions.
-/// * `others`: at least the other factors within a ring; it may grow as the ring's cosines fall.
+/// * `viewer`: upper bound of the angle between any normal and its viewer.
+/// * `all`: bounds of the cosines for all directions.
+/// * `others`: upper bound of the other factors within a ring; it may grow as the ring's cosines
+///   fall.
 ///
-/// The brightest facets are those that face the normal, and there the others are those of the
-/// mirror direction. So the range of `θ_h` is cut in rings; within one that ends at `θ`, the angle
-/// of incidence is at most `θ_o + θ`, and that of the light `θ_o + 2θ`.
+/// `D` is largest for facets that face the normal, where the other factors are those of the mirror
+/// direction. So the range of `θ_h` is cut in rings; within one that ends at `θ`, the angle of
+/// incidence is at most `θ_o + θ`, and that of the light `θ_o + 2θ`.
 pub(in crate::bounds) fn upper_reflection(
     distribution: impl Fn(Angle) -> f64,
     cuts: impl IntoIterator<Item = f64>,
@@ -159,7 +161,7 @@ pub(in crate::bounds) fn upper_reflection(
     largest.max(distribution(least) * others(all))
 }
 
-/// At least `D` (sr⁻¹) for all roughnesses and all angles of the half vector from `least` on.
+/// Upper bound of `D` (sr⁻¹) for all roughnesses and all angles of the half vector from `least` on.
 pub(in crate::bounds) fn upper_distribution(kind: FacetKind, widths: Widths, least: Angle) -> f64 {
     let alphas = widths.widest.map(f64::from);
     let even = match kind {
@@ -171,8 +173,8 @@ pub(in crate::bounds) fn upper_distribution(kind: FacetKind, widths: Widths, lea
     even * f64::from(widths.ratio)
 }
 
-/// What the visibility of facets is bounded for: the least of each, but for the cosine of light that
-/// [`upper_visibility_cos`] says.
+/// Range for which the visibility of facets is bounded: the least value of each quantity, except
+/// that [`upper_visibility_cos`] takes the largest cosine of light.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bounds) struct Seen {
     /// The smaller roughness.
@@ -186,14 +188,14 @@ pub(in crate::bounds) struct Seen {
 }
 
 impl Seen {
-    /// At least Ashikhmin and Shirley's `V`.
+    /// Upper bound of Ashikhmin and Shirley's `V`.
     fn unmasked(&self) -> f64 {
         let Self { cos_o, cos_i, cos_incidence, .. } = *self;
         0.25 / (cos_incidence.max(0.5 * (cos_o + cos_i)) * cos_o.max(cos_i))
     }
 }
 
-/// At least `V` for all that is not below what is said.
+/// Upper bound of `V` where no quantity is below its value in `seen`.
 pub(in crate::bounds) fn upper_visibility(kind: FacetKind, seen: &Seen) -> f64 {
     let Seen { alpha, cos_o, cos_i, .. } = *seen;
     match kind {
@@ -208,8 +210,8 @@ pub(in crate::bounds) fn upper_visibility(kind: FacetKind, seen: &Seen) -> f64 {
     }
 }
 
-/// At least `V c_i` for light at cosines up to the given one, which is above zero, and all else that
-/// is not below what is said.
+/// Upper bound of `V c_i` for light at cosines up to `seen.cos_i`, which is above zero, where no
+/// other quantity is below its value in `seen`.
 pub(in crate::bounds) fn upper_visibility_cos(kind: FacetKind, seen: &Seen) -> f64 {
     match kind {
         FacetKind::Model(FacetModel::Ggx) => ggx::upper_visibility_cos(seen.alpha, seen.cos_o, seen.cos_i),
@@ -230,7 +232,7 @@ mod tests {
     const EVERYTHING: Ring = Ring { cos_incidence: 0.0, cos_light: 0.0 };
     const UPRIGHT: HalfVector<f32> = HalfVector { tangential2: 0.0, axial2: 1.0 };
 
-    /// Each of these with each model.
+    /// Each of the pairs with each model.
     fn models_of<const N: usize>(alphas: [[f64; 2]; N]) -> impl Iterator<Item = (FacetModel, [f64; 2])> {
         FacetModel::ALL.into_iter().flat_map(move |model| alphas.map(|alphas| (model, alphas)))
     }
@@ -256,8 +258,8 @@ mod tests {
         (0..=200).map(move |i| low * (high / low).powf(f64::from(i) / 200.0))
     }
 
-    /// The least angle and the roughness of largest `D` are that of the bound: steps of 5 % miss
-    /// less than `(1 + 0.05²)²` of it.
+    /// The bound uses the least angle and the roughness of largest `D`: steps of 5 % miss less than
+    /// `(1 + 0.05²)²` of it.
     #[test]
     fn ranges_of_roughness_hold_and_are_tight() {
         let of = |model, alphas: [f64; 2], least: Angle| {
@@ -271,7 +273,7 @@ mod tests {
                 let bound = of(model, alphas, Angle { sin: tan * cos, cos });
                 let mut largest = 0.0_f64;
                 for alpha in between(alphas) {
-                    // Beckmann's of a roughness near 1 is largest off the normal.
+                    // Beckmann's `D` of a roughness near 1 is largest off the normal.
                     let widest = (2.0 * alpha * alpha - 1.0).max(0.0) / (tan * tan).max(1e-12);
                     for wider in [1.0, 1.01, 1.5, 10.0, widest.max(1.0)] {
                         let half =
@@ -364,7 +366,8 @@ mod tests {
         }
     }
 
-    /// Of Ashikhmin and Shirley, over all azimuths: the bounds hold, and are met by a single direction.
+    /// Ashikhmin and Shirley's visibility, over all azimuths: the bounds hold, and a single
+    /// direction reaches them.
     #[test]
     fn unmasked_visibilities_are_bounded_by_the_ends_that_are_named() {
         const KIND: FacetKind = FacetKind::AshikhminShirley;

@@ -1,4 +1,5 @@
-//! Upper bounds of what a facet reflects over angles of incidence from the normal to a widest one.
+//! Upper bounds of the reflectance of facets over angles of incidence from the normal to a widest
+//! one.
 //!
 //! With `c` the cosine of the angle of incidence, `N = η + i k` and `w = √(1 + (N² − 1) / c²)`:
 //!
@@ -16,8 +17,8 @@
 //!   `F`, for metals hardly more than `F`.
 //!
 //! # Guarantee
-//! At least the `f32` values of [`bsdf::fresnel`](crate::bsdf::fresnel); the functions below say
-//! what of their rounding is allowed for.
+//! At least the `f32` values of [`bsdf::fresnel`](crate::bsdf::fresnel); the functions below state
+//! the roundings that are allowed for.
 //!
 //! # Held to this by
 //! The tests below, `bounds::tests::reflector`.
@@ -26,53 +27,53 @@ use crate::bsdf::boundary::Boundary;
 use crate::bsdf::{TintedFresnel, fresnel};
 use crate::color::Rgb;
 
-/// What a facet reflects, with a factor.
+/// Reflectance of a facet, with a factor.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bounds) enum Reflected {
     /// Schlick's approximation.
     Schlick {
         /// Factor, by channel.
         scale: Rgb,
-        /// At normal incidence.
+        /// Reflectance at normal incidence, by channel.
         f0: Rgb,
     },
-    /// A dielectric.
+    /// A dielectric, by the Fresnel equations.
     Dielectric {
         /// Largest channel of the factor.
         scale: f32,
         /// Relative index, at least 1.
         ior: f32,
     },
-    /// A metal.
+    /// A metal, by the Fresnel equations.
     Conductor {
         /// Factor, by channel.
         scale: Rgb,
         /// Real part of the index.
         eta: Rgb,
-        /// Imaginary part.
+        /// Imaginary part of the index.
         k: Rgb,
     },
     /// A mean of Schlick's approximation and of a dielectric.
     Tinted {
         /// Factor.
         scale: f32,
-        /// What is reflected but for that.
+        /// Reflectance without the factor.
         fresnel: TintedFresnel,
     },
 }
 
 impl Reflected {
-    /// Whether nothing is reflected at any angle.
+    /// Returns true if nothing is reflected at any angle.
     pub(in crate::bounds) fn is_black(&self) -> bool {
         match self {
             Self::Schlick { scale, .. } | Self::Conductor { scale, .. } => scale.max_channel() <= 0.0,
             Self::Dielectric { scale, .. } => *scale <= 0.0,
-            // All of it at grazing angles.
+            // Everything is reflected at grazing angles.
             Self::Tinted { scale, .. } => *scale <= 0.0,
         }
     }
 
-    /// The same times `factor`.
+    /// The reflectance times `factor`.
     pub(super) fn scaled(mut self, factor: f32) -> Self {
         match &mut self {
             Self::Schlick { scale, .. } | Self::Conductor { scale, .. } => *scale *= factor,
@@ -81,7 +82,8 @@ impl Reflected {
         self
     }
 
-    /// At least the largest channel reflected at any angle of incidence of cosine `cos` or more.
+    /// Upper bound of the largest channel reflected at any angle of incidence of cosine `cos` or
+    /// more.
     pub(in crate::bounds) fn upper(&self, cos: f64) -> f64 {
         match *self {
             Self::Schlick { scale, f0 } => {
@@ -103,7 +105,7 @@ impl Reflected {
     }
 }
 
-/// At least `fresnel::dielectric` at any cosine in `[cos, 1]`.
+/// Upper bound of `fresnel::dielectric` at any cosine in `[cos, 1]`.
 fn upper_dielectric(cos: f64, ior: f32) -> f64 {
     let grazing = fresnel::dielectric((cos as f32).next_down().max(0.0), ior);
     let root = f64::from(grazing.max(fresnel::dielectric(1.0, ior))).sqrt();
@@ -112,7 +114,7 @@ fn upper_dielectric(cos: f64, ior: f32) -> f64 {
     (root * root).min(1.0)
 }
 
-/// At least `1 − fresnel::dielectric` at any cosine in `[0, cos]`.
+/// Upper bound of `1 − fresnel::dielectric` at any cosine in `[0, cos]`.
 ///
 /// Up to an index of `2 + √3`, transmittance grows with the cosine; beyond,
 /// `F ≥ R_s / 2 ≥ F(1) / 2`.
@@ -126,12 +128,12 @@ pub(in crate::bounds) fn upper_transmittance(cos: f64, ior: f32) -> f64 {
     (1.0 - f64::from(reflected) + 4e-6).min(1.0)
 }
 
-/// Pieces of the cosines over which a rough boundary is bounded.
+/// Number of pieces of the cosines over which a rough boundary is bounded.
 const PIECES: u32 = 8;
 
-/// At least [`Boundary::transmittance`] at any cosine in `[0, cos]`: of each piece, that of the
-/// smooth boundary at the end that makes it large, and the largest Bernstein coefficient of the
-/// cubic, which no value of it exceeds.
+/// Upper bound of [`Boundary::transmittance`] at any cosine in `[0, cos]`. Each piece is bounded by
+/// the smooth boundary at the end that makes it large, and by the largest Bernstein coefficient of
+/// the cubic, which no value of the cubic exceeds.
 pub(in crate::bounds) fn upper_passed(cos: f64, ior: f32, boundary: &Boundary) -> f64 {
     let (share, cubic) = boundary.fit();
     if cubic == [0.0; 4] {
@@ -142,7 +144,7 @@ pub(in crate::bounds) fn upper_passed(cos: f64, ior: f32, boundary: &Boundary) -
     let of_piece = |piece: u32| {
         let [low, high] = [piece, piece + 1].map(|end| cos * f64::from(end) / f64::from(PIECES));
         let width = high - low;
-        // About the lower end, in units of the width.
+        // The cubic around the lower end, in units of the width.
         let slope = (b + low * (2.0 * c + 3.0 * d * low)) * width;
         let bend = (c + 3.0 * d * low) * width * width;
         let start = a + low * (b + low * (c + d * low));
@@ -161,10 +163,10 @@ pub(in crate::bounds) fn upper_passed(cos: f64, ior: f32, boundary: &Boundary) -
     (largest + 5e-6).min(1.0)
 }
 
-/// At least a channel of `fresnel::conductor` at any cosine in `[cos, 1]`: `R_s`, with room for its
-/// roundings.
+/// Upper bound of a channel of `fresnel::conductor` at any cosine in `[cos, 1]`: `R_s`, with room
+/// for its roundings.
 ///
-/// With `q = √(N² − s²)` and `R_s = |(c − q)/(c + q)|²`: `f32` knows `q²` to
+/// With `q = √(N² − s²)` and `R_s = |(c − q)/(c + q)|²`: `f32` gives `q²` to
 /// `ε = 4·10⁻⁷ (|N|² + 1)`, hence `q` to `min(√ε, ε/|q|)` and the amplitude to `2/max(c, |q|)`
 /// times that. The real part of `q` is the root of a difference, `½(|q²| + Re q²)`; where it
 /// cancels, `R_s` is above one half and off by at most 7·10⁻⁴. `|c − q|²` is a difference, too:
@@ -193,8 +195,8 @@ mod tests {
         (0..=400).map(|i| (f64::from(i) / 400.0).powi(3))
     }
 
-    /// Goes from normal incidence outwards; returns the largest ratio of bound and largest
-    /// reflectance so far.
+    /// Compares from normal incidence outwards; returns the largest ratio of the bound to the
+    /// largest reflectance so far.
     fn check(facets: &Reflected, reflected: impl Fn(f32) -> f32) -> f64 {
         let (mut largest, mut loosest) = (0.0_f64, 1.0_f64);
         for cos in cosines().rev() {
@@ -233,7 +235,7 @@ mod tests {
                 assert!(loosest < 2.01, "{eta} + {k} i: {loosest}");
             }
         }
-        // Where there is hardly a boundary, `f32` sees one at grazing angles.
+        // Where the indices nearly agree, `f32` still reflects at grazing angles.
         for (eta, k) in [(1.0, 0.0), (1.0, 1e-4), (1.0, 0.01), (0.9999, 0.0), (1.0001, 0.0), (1.001, 1e-3)] {
             let facets = Reflected::Conductor { scale: Rgb::WHITE, eta: Rgb::gray(eta), k: Rgb::gray(k) };
             check(&facets, |cos| fresnel::conductor(cos, Rgb::gray(eta), Rgb::gray(k))[0]);

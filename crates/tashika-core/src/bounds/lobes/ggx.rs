@@ -19,9 +19,10 @@ use std::f64::consts::FRAC_1_PI;
 
 use crate::bounds::angle::Angle;
 
-/// At least `D` (sr⁻¹) for all `α` in the range and all angles of the half vector from `least` on.
+/// Upper bound of `D` (sr⁻¹) for all `α` in the range and all angles of the half vector from
+/// `least` on.
 ///
-/// Beyond `π/2` no half vector of two directions above the horizon lies; there `D` is zero.
+/// No half vector of two directions above the horizon lies beyond `π/2`; there `D` is zero.
 pub(super) fn upper_distribution(alphas: [f64; 2], least: Angle) -> f64 {
     if least.cos <= 0.0 {
         return 0.0;
@@ -35,17 +36,19 @@ pub(super) fn upper_distribution(alphas: [f64; 2], least: Angle) -> f64 {
     root * root * FRAC_1_PI
 }
 
-/// At least `V`, correlated by height, for all cosines and roughnesses from the given ones on.
+/// Upper bound of `V`, correlated by height, for all cosines and roughnesses from the given ones
+/// on.
 pub(super) fn upper_visibility(alpha: f64, cos_o: f64, cos_i: f64) -> f64 {
     0.5 / (cos_o * stretch(cos_i, alpha) + cos_i * stretch(cos_o, alpha))
 }
 
-/// The same times `cos_i`, which is up to the given one and above zero.
+/// Upper bound of `V c_i`, correlated by height, for cosines of light up to `cos_i`, which is above
+/// zero, and for other quantities from the given ones on.
 pub(super) fn upper_visibility_cos(alpha: f64, cos_o: f64, cos_i: f64) -> f64 {
     0.5 / (cos_o * stretch(cos_i, alpha) / cos_i + stretch(cos_o, alpha))
 }
 
-/// At least `v` for all cosines and roughnesses from the given ones on.
+/// Upper bound of `v` for all cosines and roughnesses from the given ones on.
 pub(super) fn upper_visible(alpha: f64, cos: f64) -> f64 {
     1.0 / (cos + stretch(cos, alpha))
 }

@@ -1,4 +1,5 @@
-//! BSDFs in parts that can be bounded: one that hardly depends on directions, a lobe, and a coat.
+//! BSDFs as sums of parts that can be bounded: one that hardly depends on directions, a lobe, and a
+//! coat.
 //!
 //! ```text
 //! f_r ≤ diffuse + lobe + coat          (sr⁻¹, the largest channel of each)
@@ -14,12 +15,11 @@
 //! | MetallicRoughness | `ρ_d (1 − F₀)/π` | [`facets`] |
 //! | AshikhminShirley | its diffuse part, which grows with `c_i` | [`facets`] |
 //! | Principled | `ρ_d/π · b` and the sheen, by [`burley`] | [`facets`] |
-//! | Layered | what is left of its base's, and [`sheen`] | what is left of its base's, and a coat: [`clearcoat`] |
+//! | Layered | attenuated base, and [`sheen`] | attenuated base, and a coat: [`clearcoat`] |
 //!
 //! # Guarantee
-//! The sum of the bounds is at least the value in the `f32` arithmetic of
-//! [`bsdf`](crate::bsdf), once it went through
-//! [`round_up`].
+//! The sum of the bounds, once rounded by [`round_up`], is at least the value in the `f32`
+//! arithmetic of [`bsdf`](crate::bsdf).
 //!
 //! # Held to this by
 //! `bounds::tests::reflector`, `bounds::tests::analytic`.
@@ -46,18 +46,19 @@ use fresnel::Reflected;
 pub(super) struct Parts {
     /// Upper bound of the diffuse part and the sheen (sr⁻¹).
     pub(super) diffuse: f64,
-    /// Upper bound of these times the cosine: that times the largest cosine, or less.
+    /// Upper bound of the diffuse part and the sheen times the cosine; at most `diffuse` times the
+    /// largest cosine.
     pub(super) diffuse_cos: f64,
     /// The part that depends on directions.
     pub(super) lobe: Lobe,
-    /// A coat over both.
+    /// Coat over the diffuse part and the lobe.
     pub(super) coat: Option<Coats>,
 }
 
 /// The part of a BSDF that depends on directions.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Lobe {
-    /// Nothing.
+    /// No lobe.
     None,
     /// `scale (n + 2) / 2π · cosⁿα`.
     Phong {
@@ -68,11 +69,11 @@ pub(super) enum Lobe {
     },
     /// `F D G₂ / (4 c_o c_i)`.
     Facets {
-        /// By what they reflect.
+        /// Model of the facets' reflection.
         kind: FacetKind,
-        /// The facets.
+        /// Distribution and roughness of the facets.
         facets: Microfacets,
-        /// What a facet reflects, `F`.
+        /// Reflectance `F` of a facet.
         reflected: Reflected,
     },
 }
@@ -109,7 +110,7 @@ impl Parts {
                 let reflected = match b.fresnel {
                     ConductorFresnel::Schlick { f0 } => Reflected::Schlick { scale, f0 },
                     ConductorFresnel::Exact { eta, k } => Reflected::Conductor { scale, eta, k },
-                    // Most at normal incidence.
+                    // Largest at normal incidence.
                     ConductorFresnel::Passed { f0 } => {
                         Reflected::Schlick { scale: scale * (Rgb::WHITE - f0), f0: Rgb::WHITE }
                     }
@@ -156,14 +157,14 @@ impl Parts {
         Self { diffuse: brdf(diffuse), diffuse_cos, lobe, coat: None }
     }
 
-    /// Whether there is nothing but the diffuse part.
+    /// Returns true if there is nothing except the diffuse part.
     pub(super) fn is_diffuse(&self) -> bool {
         matches!(self.lobe, Lobe::None) && self.coat.is_none()
     }
 }
 
 impl Lobe {
-    /// The same times `factor`.
+    /// The lobe times `factor`.
     fn scaled(self, factor: f32) -> Self {
         match self {
             Self::None => Self::None,
@@ -183,9 +184,9 @@ fn facets(facets: Microfacets, reflected: Reflected) -> Lobe {
 
 /// `bound` as `f32`, with room for the rounding of the BSDFs; zero stays zero.
 ///
-/// Less than 40 roundings of `f32` (2.4·10⁻⁶) in the factors that the documentation of the lobes
-/// does not speak of, and lengths of directions that are off by 10⁻⁶. The addend is above the
-/// smallest normal number, below which roundings are no longer relative.
+/// The room covers less than 40 roundings of `f32` (2.4·10⁻⁶) in factors whose error the
+/// documentation of the lobes does not treat, and lengths of directions that are off by 10⁻⁶. The
+/// addend is above the smallest normal number, below which roundings are no longer relative.
 pub(super) fn round_up(bound: f64) -> f32 {
     if bound > 0.0 { ((bound * (1.0 + 1e-5) + 1e-37) as f32).next_up() } else { 0.0 }
 }

@@ -12,7 +12,7 @@
 //! At least the value of [`bsdf::Phong`](crate::bsdf::Phong) in its `f32` arithmetic. There
 //! `1 − cos α` is off by the lengths of two directions, 2·10⁻⁶, and seven roundings,
 //! `n log₂(1 − x)` by 6·10⁻⁷ of itself (3·10⁻⁶ together), products by 1.6·10⁻⁵ of the value, and
-//! what is below `e⁻¹⁰⁰` is zero.
+//! powers below `e⁻¹⁰⁰` are zero.
 //!
 //! # Held to this by
 //! The tests below, `bounds::tests::reflector`, `bounds::tests::analytic`.
@@ -22,18 +22,19 @@ use std::f64::consts::TAU;
 use crate::bounds::angle::{Angle, TURN};
 use crate::math::elementary::{exp, powf_f64};
 
-/// What is left of `1 − cos α` after its roundings and those of the exponent. As `−ln(1 − x)` is
-/// convex and zero at zero, a smaller `x` takes at least as much off the exponent.
+/// Factor on `1 − cos α` for its roundings and those of the exponent. As `−ln(1 − x)` is convex and
+/// zero at zero, a smaller `x` takes at least as much off the exponent.
 const VERSINE: f64 = 1.0 - 4e-6;
 
-/// `bsdf::Phong` takes powers below `e⁻¹⁰⁰` for zero; with room for the rounding of that
-/// comparison.
+/// Negated exponent below which `bsdf::Phong` takes powers for zero, `e⁻¹⁰⁰`, with room for the
+/// rounding of that comparison.
 const NEGLIGIBLE_POWER: f64 = 100.001;
 
-/// What powers that are products may be above the exact ones (`bsdf::phong`).
+/// Largest ratio of powers that are computed as products to the exact ones (`bsdf::phong`).
 const PRODUCTS: f64 = 1.0 + 1.6e-5;
 
-/// At least `(n + 2) / 2π cosⁿα` (sr⁻¹) for all `n` in the range and all angles from `least` on.
+/// Upper bound of `(n + 2) / 2π cosⁿα` (sr⁻¹) for all `n` in the range and all angles from `least`
+/// on.
 pub(in crate::bounds) fn upper_power(exponents: [f64; 2], least: Angle) -> f64 {
     let half = least.half().sin;
     let versine = 2.0 * half * half * VERSINE;
@@ -46,8 +47,8 @@ pub(in crate::bounds) fn upper_power(exponents: [f64; 2], least: Angle) -> f64 {
     PRODUCTS * (n + 2.0) * f64::from(exp((n * log) as f32)) / TAU
 }
 
-/// At least `(n + 2) / 2π cosⁿα cos⁺θ_i` (sr⁻¹) over all light directions, for a mirror direction
-/// at least `mirror` from the normal.
+/// Upper bound of `(n + 2) / 2π cosⁿα cos⁺θ_i` (sr⁻¹) over all light directions, for a mirror
+/// direction at least `mirror` from the normal.
 ///
 /// In the plane of both, with `t = tan α`: `(1 + t²)^(−(n+1)/2) (cos θ + t sin θ)`, largest at
 /// `n sin θ t² + (n + 1) cos θ t = sin θ`.
@@ -59,8 +60,8 @@ pub(in crate::bounds) fn upper_peak(exponent: f64, mirror: Angle) -> f64 {
     PRODUCTS * (exponent + 2.0) / TAU * power * (cos + t * sin)
 }
 
-/// At least `ln(1 − x)` for `x` in `[0, 1)`: the first terms of `−2 (y + y³/3 + y⁵/5 + …)` with
-/// `y = x / (2 − x)`.
+/// Upper bound of `ln(1 − x)` for `x` in `[0, 1)`: the first terms of `−2 (y + y³/3 + y⁵/5 + …)`
+/// with `y = x / (2 − x)`.
 ///
 /// Off by 2·10⁻⁵ of itself at `x = ½`, by 4 % at `x = 0.9`.
 fn upper_ln_1m(x: f64) -> f64 {
@@ -80,7 +81,7 @@ mod tests {
     use crate::rng::{Purpose, Stream};
     use crate::warp;
 
-    /// Exponents in steps of 1 % miss less than 10⁻⁴ of the largest value; the series costs more at
+    /// Exponents in steps of 1 % miss less than 10⁻⁴ of the largest value; the series adds more at
     /// wide angles, by its documentation.
     #[test]
     fn ranges_of_exponents_hold_and_are_tight() {
@@ -107,7 +108,7 @@ mod tests {
         }
     }
 
-    /// The angle is that of the `f32` directions themselves, so that what is left is rounding: the
+    /// The angle is that of the `f32` directions themselves, so that only rounding remains: the
     /// slack is needed, and is enough.
     #[test]
     fn values_in_f32_are_below() {

@@ -9,25 +9,26 @@
 //! ```
 //!
 //! # Guarantee
-//! At least the `f32` values but for relative roundings.
+//! At least the `f32` values except for relative roundings.
 //!
 //! # Held to this by
-//! The test below, `bounds::tests::reflector`, `bounds::tests::analytic`, `bounds::tests::cube_map`.
+//! The test below, `bounds::tests::reflector`, `bounds::tests::analytic`,
+//! `bounds::tests::cube_map`.
 
 use std::f64::consts::TAU;
 
 use crate::bsdf::{Sheen, UPPER_SHEEN_VISIBILITY};
 use crate::math::elementary::powf_f64;
 
-/// What powers and exponentials in `f32` may be off by: the roundings of exponents of up to 50, and
-/// of `Λ`, which falls to 10⁻⁵ of itself.
+/// Factor for the errors of powers and exponentials in `f32`: the roundings of exponents of up to
+/// 50, and of `Λ`, which falls to 10⁻⁵ of itself.
 const ROUNDINGS: f64 = 1.0 + 1e-4;
 
-/// Pieces of the cosines, shorter towards the horizon.
+/// Number of pieces of the cosines, shorter towards the horizon.
 const PIECES: u32 = 8;
 
-/// At least the largest channel of the sheen (sr⁻¹), and at least that times the cosine, for light at
-/// cosines of at most `max_cos_i`, seen at the cosine `cos_o > 0`.
+/// Upper bounds of the largest channel of the sheen (sr⁻¹), and of that times the cosine, for light
+/// at cosines of at most `max_cos_i`, seen at the cosine `cos_o > 0`.
 pub(super) fn upper(sheen: &Sheen, cos_o: f32, max_cos_i: f64) -> [f64; 2] {
     if !sheen.is_there() {
         return [0.0; 2];
@@ -56,7 +57,7 @@ pub(super) fn upper(sheen: &Sheen, cos_o: f32, max_cos_i: f64) -> [f64; 2] {
 }
 
 fn sine(cos: f64) -> f64 {
-    // As above.
+    // Directions are unit vectors to 10⁻⁶.
     ((1.0 - cos) * (1.0 + cos) + 4e-6).clamp(0.0, 1.0).sqrt()
 }
 
@@ -68,7 +69,8 @@ mod tests {
     use crate::math::Vec3;
     use crate::math::elementary::sin_cos;
 
-    /// Against all directions of a grid; with the cosine nearly reached, where it is not next to nothing.
+    /// The bounds hold for all directions of a grid; with the cosine they are nearly reached,
+    /// unless the value is negligible.
     #[test]
     fn sheens_are_bounded_and_bounds_with_the_cosine_are_near() {
         let black = Bsdf::Lambert(Lambert { reflectance: Rgb::BLACK });
@@ -95,7 +97,7 @@ mod tests {
                             *largest = largest.max(value.into());
                         }
                     }
-                    // Of less than that nothing is seen.
+                    // Smaller values are invisible.
                     let near = bounds[1] / largest[1].max(1e-3);
                     assert!(near < 3.0, "{roughness} {cos_o} {max_cos_i}: {} for {}", bounds[1], largest[1]);
                 }

@@ -1,4 +1,4 @@
-//! Bounds of merged points over boxes and cones of lights.
+//! Tests of bounds of merged points over boxes and cones of lights.
 
 use glam::DVec3;
 
@@ -9,20 +9,20 @@ use crate::bsdf::{Bsdf, FacetModel, MIN_COSINE, Microfacets};
 use crate::math::{Aabb, Cone, Vec3};
 use crate::rng::{Purpose, Stream};
 
-/// One of the values.
+/// A random element of `values`.
 fn one_of<T: Copy>(values: &[T], s: &mut Stream) -> T {
     values[s.below(values.len() as u64) as usize]
 }
 
-/// How the points of a set differ.
+/// Differences among the points of a set.
 struct Spread {
     normals: f64,
     viewers: f64,
-    /// Whether each point has a BSDF of its own.
+    /// True if each point has a BSDF of its own.
     bsdfs: bool,
 }
 
-/// 1 to 64 points about a first one; with `mixed`, of any kinds.
+/// 1 to 64 points near a first one; with `mixed`, of any kinds.
 fn points(kind: Kind, mixed: bool, s: &mut Stream) -> Vec<Reflector> {
     let count = one_of(&[1, 2, 3, 8, 64], s);
     let spread = Spread {
@@ -73,7 +73,7 @@ fn into(towards: &Towards, v: DVec3) -> Vec3 {
     }
 }
 
-/// The largest `M` found; each value is shown to `look`.
+/// The largest `M` found; each value is passed to `look`.
 pub(super) fn climb(
     points: &[Reflector],
     towards: &Towards,
@@ -165,9 +165,9 @@ fn check(
 
 /// Sets of points that have anything from nothing to everything in common; lights anywhere.
 ///
-/// Limits: measured medians of the analytic bound, up to 1.46 and 1.65, and a tenth more; of the
-/// principled material, whose diffuse part and sheen are bounded over all lights, 1.88 and 2.10. In
-/// sets that begin with a coat it is 1.80.
+/// Limits: measured medians of the analytic bound, up to 1.46 and 1.65, and a tenth more. The
+/// principled material, whose diffuse part and sheen are bounded over all lights, has medians of
+/// 1.88 and 2.10. In sets that begin with a coat the median is 1.80.
 #[test]
 fn bounds_of_sets_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -189,11 +189,11 @@ fn bounds_of_sets_hold_and_are_tight() {
     }
 }
 
-/// One point: what is lost to boxes, tables and separate factors alone.
+/// One point: only boxes, tables and separate factors make the bound larger.
 ///
-/// Limits of median and ninth decile: measured, up to 1.10 and 1.99, of the principled material
-/// 1.33 and 3.88, of coats over it and others 1.03 and 3.08, of Ashikhmin and Shirley's 1.06 and 2.43,
-/// and a tenth more.
+/// Limits: measured median and ninth decile, and a tenth more. They are up to 1.10 and 1.99; for
+/// the principled material 1.33 and 3.88, for coats over it and others 1.03 and 3.08, for Ashikhmin
+/// and Shirley's 1.06 and 2.43.
 #[test]
 fn bounds_of_points_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -226,8 +226,8 @@ fn bounds_of_sheen_hold() {
     assert!(quantile(&mut analytic, 0.5) < 10.0, "{}", quantile(&mut analytic, 0.5));
 }
 
-/// For diffuse surfaces the constant bound is the analytic one; for lobes it is near what they
-/// reflect of light from everywhere (measured: up to 1.16).
+/// For diffuse surfaces the constant bound is the analytic one; for lobes it is near their
+/// reflection of light from everywhere (measured: up to 1.16).
 #[test]
 fn constants_are_tight_where_they_can_be() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -244,8 +244,8 @@ fn constants_are_tight_where_they_can_be() {
 
 /// A set of two that are nearly the same has nearly the bound of one.
 ///
-/// Cosines hold no cone narrower than 3.5·10⁻⁴ rad, so that is what the cones of the set are wider
-/// by; with `α ≥ 0.05` and cosines above 0.2 it changes bounds by less than `5 · 3.5·10⁻⁴ · 2/α`.
+/// Cosines represent no cone narrower than 3.5·10⁻⁴ rad, so the cones of the set are wider by that
+/// much; with `α ≥ 0.05` and cosines above 0.2 it changes bounds by less than `5 · 3.5·10⁻⁴ · 2/α`.
 #[test]
 fn near_equal_children_have_the_bound_of_one() {
     let mut s = Stream::new(40, Purpose::Test, 0);
@@ -265,7 +265,7 @@ fn near_equal_children_have_the_bound_of_one() {
             Bsdf::MetallicRoughness(b) => is_wide(b.facets),
             Bsdf::AshikhminShirley(b) => is_wide(b.facets),
             Bsdf::Principled(b) => is_wide(b.facets),
-            // Of what is below, whose kind is compared by itself, GGX facets and Beckmann's.
+            // Bases may have GGX facets or Beckmann's; their kinds are compared by themselves.
             Bsdf::Layered(b) => b.roughness().is_none_or(|alpha| alpha > 0.3),
             _ => true,
         };
@@ -280,7 +280,7 @@ fn near_equal_children_have_the_bound_of_one() {
         compared += 1;
         let larger = bounds[0].max(bounds[1]);
         let limit = match first.bsdf {
-            // Another of the knots at which `F` is kept.
+            // `F` may be that of another knot.
             Bsdf::Plastic(_)
             | Bsdf::Coated(_)
             | Bsdf::Conductor(_)

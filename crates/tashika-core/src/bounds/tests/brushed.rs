@@ -1,4 +1,4 @@
-//! Bounds of brushed facets, of one point and of sets.
+//! Tests of bounds of brushed facets, of one point and of sets.
 
 use glam::DVec3;
 
@@ -19,7 +19,7 @@ const KINDS: [Kind; 6] = [
     Kind::Principled,
 ];
 
-/// Facets of two roughnesses: either along the first axis, up to the ends of their ranges.
+/// Facets of two roughnesses, the larger along either axis, up to the ends of their ranges.
 fn facets(s: &mut Stream) -> Microfacets {
     let model = FacetModel::ALL[s.below(3) as usize];
     let most = if model == FacetModel::Beckmann || s.below(4) > 0 { 1.0 } else { MAX_ALPHA };
@@ -43,13 +43,13 @@ fn brushed(mut bsdf: Bsdf, s: &mut Stream) -> Bsdf {
     bsdf
 }
 
-/// A point whose frame is turned about its normal anyhow.
+/// A point whose frame has a random rotation around its normal.
 fn turned(bsdf: Bsdf, normal: Vec3, seen_from: Vec3, s: &mut Stream) -> Reflector {
     let frame = Frame::along(normal, crate::warp::sphere(s.uniform_2()));
     Reflector { bsdf, frame, wo: frame.to_local(seen_from), geometric_normal: normal }
 }
 
-/// 1 to 8 points about a first one, of one BSDF or of one each.
+/// 1 to 8 points near a first one, of one BSDF or of one each.
 fn points(kind: Kind, s: &mut Stream) -> Vec<Reflector> {
     let first = random_point(kind, s);
     let (normal, seen_from) = (first.normal(), first.frame.to_world(first.wo));
@@ -73,7 +73,7 @@ fn along_axis(point: &Reflector, axis: usize, slope: f32) -> DVec3 {
     point.frame.to_world(half * (2.0 * point.wo.dot(half)) - point.wo).as_dvec3()
 }
 
-/// Every bound against the largest values found, also along both axes of the lobe.
+/// Compares every bound with the largest values found, also along both axes of the lobe.
 #[test]
 fn bounds_of_brushed_points_hold() {
     let mut lit = 0;
@@ -118,11 +118,12 @@ fn bounds_of_brushed_points_hold() {
     assert!(lit > 2000, "{lit}");
 }
 
-/// The same of one point over cones, with and without the cosine. Of a narrow cone along the wide
-/// axis of the lobe the bound is what is found, but for masking and shadowing.
+/// Bounds of one point over cones, with and without the cosine. For a narrow cone along the wide
+/// axis of the lobe the bound is the largest value found, except for masking and shadowing.
 ///
-/// With cosines above 0.6 and `α_w ≤ 0.3` those of `α_n` are at most 1.08 times those of `α_w`; the
-/// half-angle of 4·10⁻⁴ changes `ln D` of `α_w ≥ 0.05` by less than 0.04 up to the slope `2 α_w`.
+/// With cosines above 0.6 and `α_w ≤ 0.3` the factors of `α_n` are at most 1.08 times those of
+/// `α_w`; the half-angle of 4·10⁻⁴ changes `ln D` of `α_w ≥ 0.05` by less than 0.04 up to the slope
+/// `2 α_w`.
 #[test]
 fn bounds_over_cones_hold_and_are_tight_along_the_wide_axis() {
     let mut s = Stream::new(72, Purpose::Test, 0);

@@ -1,5 +1,5 @@
-//! Random gather points, cones and directions, and what a gather point reflects as `contribution`
-//! evaluates it.
+//! Random gather points, cones and directions, and the reflection of gather points as
+//! `contribution` evaluates it.
 
 use glam::DVec3;
 
@@ -32,8 +32,8 @@ pub enum Kind {
     Sheen,
 }
 
-/// All kinds whose bounds are tight: what [`Kind::Passed`] is bounded by does not know that hardly
-/// anything passes at grazing angles, and that of [`Kind::Sheen`] does not know directions.
+/// All kinds whose bounds are tight: the bound of [`Kind::Passed`] ignores that hardly anything
+/// passes at grazing angles, and that of [`Kind::Sheen`] ignores directions.
 pub const KINDS: [Kind; 10] = [
     Kind::Lambert,
     Kind::Phong,
@@ -129,8 +129,7 @@ pub fn bsdf(kind: Kind, s: &mut Stream) -> Bsdf {
     }
 }
 
-/// A point with this BSDF, shading normal, and a viewer above both normals, often at grazing
-/// angles.
+/// A point with the given BSDF and viewer, whose shading and geometric normals are `normal`.
 pub fn point(bsdf: Bsdf, normal: Vec3, viewer: Vec3) -> Reflector {
     let frame = Frame::about(normal);
     Reflector { bsdf, frame, wo: frame.to_local(viewer), geometric_normal: normal }
@@ -167,7 +166,7 @@ pub fn mirror(point: &Reflector) -> DVec3 {
     point.frame.to_world(Vec3::new(-x, -y, z)).as_dvec3().normalize()
 }
 
-/// The direction at `angle` from `axis`, turned about it by `phi`.
+/// The direction at `angle` from `axis`, turned around the axis by `phi`.
 pub fn at(axis: DVec3, angle: f64, phi: f64) -> DVec3 {
     let axis = axis.normalize();
     let t = axis.any_orthonormal_vector();
@@ -212,12 +211,12 @@ pub fn reflected(point: &Reflector, d: Vec3) -> [f32; 2] {
     [bsdf.eval(point.wo, wi).max_channel(), bsdf.eval_cos(point.wo, wi).max_channel()]
 }
 
-/// The middle of the values, which are sorted.
+/// The middle of the values; sorts them.
 pub fn median(values: &mut [f64]) -> f64 {
     quantile(values, 0.5)
 }
 
-/// The value above `share` of the values, which are sorted.
+/// The value above `share` of the values; sorts them.
 pub fn quantile(values: &mut [f64], share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     values[(values.len() as f64 * share) as usize]

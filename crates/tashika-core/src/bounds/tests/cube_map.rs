@@ -1,4 +1,4 @@
-//! Cube maps of single points and of clusters against random members.
+//! Tests of cube maps of single points and of clusters against random members.
 
 use super::cases::*;
 use super::many;
@@ -7,11 +7,11 @@ use crate::math::{Aabb, Cone, Vec3};
 use crate::rng::{Purpose, Stream};
 use crate::warp;
 
-/// As published, and with the cosine in the texels.
+/// Maps as published, and with the cosine in the texels.
 type Published = UpperCubeMap;
 type Folded = UpperCubeMap<8, true>;
 
-/// The points of a pixel: all of one BSDF, about the same normal and viewer, or of all these kinds,
+/// The points of a pixel: all of one BSDF, with similar normals and viewers, or of all of `kinds`,
 /// anywhere.
 fn cluster(kinds: &[Kind], s: &mut Stream, size: usize) -> Vec<Reflector> {
     let one = |s: &mut Stream| kinds[s.below(kinds.len() as u64) as usize];
@@ -41,8 +41,8 @@ fn map_of<B: UpperMaterial>(points: &[Reflector]) -> B {
     map
 }
 
-/// Lights towards the mirror direction of a point or anywhere: mostly a box of vectors; flat,
-/// touching the origin, on an edge or a corner of the cube.
+/// Lights towards the mirror direction of a point or anywhere. Mostly boxes of vectors, some of
+/// which are flat, touch the origin, or lie on an edge or a corner of the cube.
 fn lights(points: &[Reflector], s: &mut Stream) -> Towards {
     let distance = log_uniform(s, 1e-3, 1e3);
     let direction = match s.below(3) {
@@ -75,7 +75,7 @@ fn lights(points: &[Reflector], s: &mut Stream) -> Towards {
 }
 
 /// A vector to one of the lights, every second time as near to the mirror direction of the point as
-/// it can be; `None` if rounding took it out of its cone.
+/// possible; `None` if rounding moved it out of its cone.
 fn member(lights: &Towards, point: &Reflector, s: &mut Stream) -> Option<Vec3> {
     let aim = near(mirror(point), f64::from(log_uniform(s, 1e-5, 1.0)), s);
     let aimed = s.below(2) == 0;
@@ -101,13 +101,13 @@ fn member(lights: &Towards, point: &Reflector, s: &mut Stream) -> Option<Vec3> {
     Some(Vec3::new(x, y, z))
 }
 
-/// Bounds of random clusters of a size are above all members tried. The median over clusters and
-/// lights of bound over largest member, where that is not zero.
+/// Checks that bounds of random clusters of a size are above all members tried. Returns the median
+/// over clusters and lights of the ratio of bound to largest member, where that is not zero.
 fn bounds_hold<B: UpperMaterial>(size: usize, rounds: usize) -> f64 {
     bounds_of_kinds_hold::<B>(&KINDS[..7], size, rounds)
 }
 
-/// The same of some kinds.
+/// [`bounds_hold`] for some kinds.
 fn bounds_of_kinds_hold<B: UpperMaterial>(kinds: &[Kind], size: usize, rounds: usize) -> f64 {
     let mut s = Stream::new(41, Purpose::Test, size as u64);
     let mut quotients = Vec::new();
@@ -135,7 +135,7 @@ fn bounds_of_kinds_hold<B: UpperMaterial>(kinds: &[Kind], size: usize, rounds: u
     median(&mut quotients)
 }
 
-// The limits of medians are those measured in the slow suite and a tenth of the excess over 1, at
+// The limits of medians are those measured in the slow suite plus a tenth of the excess over 1, at
 // least 0.01. Clusters have lobes down to the narrowest.
 
 #[test]
@@ -166,7 +166,7 @@ fn bounds_of_sheen_hold() {
     }
 }
 
-/// Principled surfaces and coats: of several lobes, each of which is bounded by itself. Medians as
+/// Principled surfaces and coats have several lobes, each of which is bounded by itself. Medians as
 /// measured here.
 #[test]
 fn bounds_of_several_lobes_hold_and_are_tight() {
@@ -191,7 +191,8 @@ fn bounds_of_all_resolutions_hold_and_finer_ones_are_tighter() {
     assert!(medians.is_sorted() && medians[0] < 1.64 && medians[3] < 2.86, "{medians:?}");
 }
 
-/// Against the bound of the one point over the cone about the same lights: what the texels cost.
+/// Compares with the bound of the one point over the cone around the same lights: the cost of
+/// texels.
 #[test]
 fn a_map_is_hardly_larger_than_the_bound_that_it_is_made_of() {
     let mut s = Stream::new(42, Purpose::Test, 0);

@@ -1,5 +1,5 @@
-//! The geometric bounds against members: vectors, cosines and geometric terms in the `f32` formulas
-//! of `contribution`, and in `f64`.
+//! Tests of the geometric bounds against members: vectors, cosines and geometric terms in the `f32`
+//! formulas of `contribution`, and in `f64`.
 //!
 //! Clusters have sides of zero to all of their size, sizes of 10⁻⁶ m to 10⁶ m, and lie apart, near,
 //! in touch, or in one another, at the origin or far from it. Members are corners, points in
@@ -22,14 +22,14 @@ struct Pair {
     points: Aabb,
 }
 
-/// How far apart two boxes are.
+/// Distance between two boxes.
 #[derive(Clone, Copy, Debug)]
 enum Apart {
-    /// Centres at this multiple of their size, or up to twice of it.
+    /// Centres are one to two times this multiple of their size apart.
     By(f32),
     /// In touch, in one plane or at a corner.
     Touching,
-    /// As it happens.
+    /// At a random distance.
     Any,
 }
 
@@ -58,7 +58,7 @@ impl Pair {
         let points = Aabb { lo: p - points, hi: p + points };
         let mut lights = Aabb { lo: l - lights, hi: l + lights };
         if matches!(apart, Apart::Touching) {
-            // To the bit, on the first axis.
+            // They touch to the bit, on the first axis.
             lights.lo.x = points.hi.x;
             lights.hi.x = lights.hi.x.max(lights.lo.x);
         }
@@ -100,8 +100,8 @@ struct Directions {
 }
 
 impl Directions {
-    /// As light trees make them: the union of what lies about a direction, at most about so far
-    /// (rad) from it.
+    /// Directions at most `angle` (rad) from `axis`, and the union of their cones, as light trees
+    /// build it.
     fn about(axis: Vec3, angle: f32, s: &mut Stream) -> Self {
         let mut members = vec![axis];
         for _ in 0..s.below(4) {
@@ -131,22 +131,22 @@ impl Directions {
     }
 }
 
-/// `contribution`: the unit direction from a point to a light, and the squared distance.
+/// Unit direction from a point to a light, and the squared distance, as in `contribution`.
 fn link(light: Vec3, point: Vec3) -> (Vec3, f32) {
     let d = light - point;
     let squared = d.length_squared();
     (d / squared.sqrt().max(f32::MIN_POSITIVE), squared)
 }
 
-/// `contribution`: `G` for what the light's shape gives at the cosine between its direction and that
-/// to the point.
+/// `G` as in `contribution`, where `shape` is a function of the cosine between the light's
+/// direction and that to the point.
 fn geometric(light: Vec3, direction: Vec3, point: Vec3, clamp: f32, shape: impl Fn(f32) -> f32) -> f32 {
     let (towards, squared) = link(light, point);
     shape(-direction.dot(towards)) / squared.max(clamp * clamp).max(1e-20)
 }
 
 /// The vector of a box nearest to an axis in angle, as far as climbs from the best corner and from
-/// the centre find it. None if the box may hold zero.
+/// the centre find it. `None` if the box may hold zero.
 fn nearest_to_axis(b: &Aabb, axis: DVec3) -> Option<DVec3> {
     let (lo, hi) = (b.lo.as_dvec3(), b.hi.as_dvec3());
     if (lo.cmple(DVec3::ZERO) & hi.cmpge(DVec3::ZERO)).all() {
@@ -246,9 +246,8 @@ fn cosines_of_boxes_hold() {
     }
 }
 
-/// A form that is cheaper and has been published: the part across the axis is that of the vector
-/// nearest to the origin, not the least of all. Were it used, the sampling of these tests would
-/// find it out.
+/// A cheaper form that has been published takes the part across the axis from the vector nearest to
+/// the origin, not the least of all. The sampling of these tests finds that this form is no bound.
 #[test]
 fn the_unsound_form_is_found_out() {
     let unsound = |b: &Aabb, axis: Vec3| {
@@ -276,7 +275,7 @@ fn the_unsound_form_is_found_out() {
     assert!(exceeded > 20 && worst > 0.05, "{exceeded} members of 120 000, by up to {worst}");
 }
 
-/// A single direction opposite to an axis, and a cone about that axis which is almost as wide as
+/// A single direction opposite to an axis, and a cone around that axis which is almost as wide as
 /// can be.
 #[test]
 fn cosines_hold_opposite_to_wide_cones() {
@@ -359,7 +358,7 @@ fn cones_about_boxes_hold() {
             }
         }
         if matches!(apart, Apart::By(f) if f > 1.0) {
-            // Solid angle of the cone over that of the narrowest about this axis; cosines hold
+            // Solid angle of the cone over that of the narrowest around this axis; cosines resolve
             // nothing below 10⁻⁷.
             ratios.push((1.0 - f64::from(cone.cos) + 1e-6) / (1.0 - lowest + 1e-6));
         }
@@ -367,7 +366,7 @@ fn cones_about_boxes_hold() {
     assert!(median(ratios) < 1.01);
 }
 
-/// A light's factor at a cosine, as `contribution` has it.
+/// A light's factor at a cosine, as in `contribution`.
 type Shape = fn(f32) -> f32;
 
 /// Fall-offs of spots that reach zero at the cosine 0.6.
@@ -420,7 +419,7 @@ fn geometric_terms_hold() {
     }
 }
 
-/// Between a single light and a single point all is known.
+/// For a single light and a single point, no box or cone makes the bounds larger.
 #[test]
 fn single_members_have_tight_bounds() {
     let mut s = Stream::new(7, Purpose::Test, 0);
@@ -449,8 +448,8 @@ fn single_members_have_tight_bounds() {
     }
 }
 
-/// A pair that differs little from the one it is split from has a bound of its own; members of the
-/// child are held by both.
+/// A pair that differs little from the pair that it is split from has a bound of its own; members
+/// of the child are below both bounds.
 #[test]
 fn children_have_bounds_of_their_own() {
     let mut s = Stream::new(8, Purpose::Test, 0);
@@ -476,7 +475,7 @@ fn children_have_bounds_of_their_own() {
     }
 }
 
-/// The median of the bound over the largest of what can be found in clusters at moderate distance.
+/// Median ratio of the bound to the largest value found, for clusters at moderate distance.
 #[test]
 fn bounds_are_tight() {
     let mut s = Stream::new(9, Purpose::Test, 0);
@@ -556,7 +555,7 @@ fn what_is_known_of_nothing_and_of_everything() {
     assert_eq!(Towards::Any.cone(), Cone::ALL);
     let mixed = LightBounds { shape: LightShape::Mixed { peak: 1.0 }, ..far };
     assert_eq!(Towards::between(&mixed, &unit), Towards::Any);
-    // A directional light among them has 1; the nearest of the others is held by the clamp alone.
+    // A directional light has 1; the nearest of the others is bounded by the clamp alone.
     assert_eq!(upper_geometric(&mixed, &Towards::Any, 10.0), 1.0);
     assert_eq!(upper_geometric(&mixed, &Towards::Any, 0.5), 4.0);
     assert_eq!(

@@ -1,4 +1,4 @@
-//! Bounds of one point over one cone.
+//! Tests of bounds of one point over one cone.
 
 use super::cases::*;
 use super::many;
@@ -11,7 +11,7 @@ use crate::color::Rgb;
 use crate::math::{Cone, Vec3};
 use crate::rng::{Purpose, Stream};
 
-/// A cone of lights: about anything, or near the mirror direction of the point, where its lobe is.
+/// A cone of lights: anywhere, or near the mirror direction of the point, where its lobe is.
 fn cone(point: &Reflector, s: &mut Stream) -> Cone {
     let wide = log_uniform(s, 1e-4, 3.2);
     let axis = match s.below(4) {
@@ -24,8 +24,8 @@ fn cone(point: &Reflector, s: &mut Stream) -> Cone {
     Cone { axis: axis.as_vec3(), cos }
 }
 
-/// The largest of each value found in the cone: near the mirror direction and the rim nearest to
-/// it, anywhere, and uphill from there.
+/// Largest of each value found in the cone: near the mirror direction and the rim nearest to it,
+/// anywhere, and uphill from there.
 fn climb(point: &Reflector, cone: &Cone, s: &mut Stream, mut look: impl FnMut([f32; 2])) -> [f32; 2] {
     let mut largest = [0.0_f32; 2];
     let mut best = [into_cone(cone, mirror(point)); 2];
@@ -52,11 +52,11 @@ fn climb(point: &Reflector, cone: &Cone, s: &mut Stream, mut look: impl FnMut([f
     largest
 }
 
-/// Bounds against the largest of 160 values each, of 3000 points a kind, with parameters and angles
-/// up to the ends of their ranges.
+/// Compares bounds with the largest of 160 values each, for 3000 points a kind, with parameters and
+/// angles up to the ends of their ranges.
 ///
-/// Limits: measured median and ninth decile of the ratio, and a tenth more. Above them are cones of
-/// which only a sliver is above the horizon, and smooth lobes on the verge of a cone.
+/// Limits: measured median and ninth decile of the ratio, and a tenth more. Larger ratios come from
+/// cones of which only a sliver is above the horizon, and from smooth lobes at the edge of a cone.
 #[test]
 fn bounds_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -81,7 +81,7 @@ fn bounds_hold_and_are_tight() {
         let limits = match kind {
             // Its diffuse part and sheen are bounded over many directions at once.
             Kind::Principled => [[1.42, 3.8], [1.42, 3.8]],
-            // That is below a third of them.
+            // A principled base is below a third of the coats.
             Kind::Clearcoat => [[1.14, 2.7], [1.12, 2.4]],
             _ => [[1.3, 3.3], [1.2, 2.1]],
         };
@@ -95,7 +95,7 @@ fn bounds_hold_and_are_tight() {
     }
 }
 
-/// What facets let through, and sheen, is within its bounds, which most of it comes near to.
+/// Light that passed facets, and sheen, are within their bounds, and most are near.
 #[test]
 fn what_passes_and_sheen_are_bounded() {
     for (kind, limit) in [(Kind::Passed, 1.3), (Kind::Sheen, 2.0)] {
@@ -119,8 +119,8 @@ fn what_passes_and_sheen_are_bounded() {
     }
 }
 
-/// The same without colours: bounds take the largest channel of each part, which need not be the
-/// same.
+/// The BSDF without colours: bounds take the largest channel of each part, and the channels may
+/// differ.
 fn gray(bsdf: Bsdf) -> Bsdf {
     let gray = |c: Rgb| Rgb::gray(c.g);
     match bsdf {
@@ -153,7 +153,7 @@ fn gray(bsdf: Bsdf) -> Bsdf {
     }
 }
 
-/// Of one direction the bound is its value, but for `TURN` and `LENGTHS`, of 3·10⁻⁶ each.
+/// For one direction the bound is its value, except for `TURN` and `LENGTHS`, of 3·10⁻⁶ each.
 ///
 /// `ln D` changes by at most `2/α` for a unit of `tan θ_h`, and both together turn the half vector
 /// by `6·10⁻⁶ / 2 ω_o·h`; Phong lobes change by `n tan α ≤ √(16 n)` for a unit of the angle where
@@ -183,7 +183,7 @@ fn single_directions_have_nearly_their_value() {
                 Bsdf::MetallicRoughness(b) => is_off(b.facets),
                 Bsdf::AshikhminShirley(b) => is_off(b.facets),
                 Bsdf::Principled(b) => is_off(b.facets) || !(1.1..3.7).contains(&b.fresnel.ior),
-                // Of Mitsuba's coats without the cosine `c_i v(c_i)` is bounded by ½.
+                // Without the cosine, `c_i v(c_i)` of Mitsuba's coats is bounded by ½.
                 Bsdf::Layered(b) => b.coat.alpha < 0.05 || b.coat.model == CoatModel::Mitsuba,
                 _ => false,
             };
@@ -195,7 +195,7 @@ fn single_directions_have_nearly_their_value() {
             let limit = match kind {
                 // Its diffuse part has `1 − F` at normal incidence.
                 Kind::MetallicRoughness => 1.5,
-                // What a rough boundary lets through is bounded over an eighth of the cosines.
+                // The transmittance of a rough boundary is bounded over an eighth of the cosines.
                 // Facets that are correlated by height let up to a fifth more through at grazing
                 // angles.
                 Kind::Coated => 1.25,
@@ -230,7 +230,7 @@ fn what_is_certainly_dark_is_zero() {
             let across = point.frame.t * sin - point.normal() * cos;
             zero(&point, Cone { axis: across, cos: (sin + 1e-5).min(1.0) });
             zero(&point, Cone::EMPTY);
-            // Beckmann's lobes are nothing far from their peak, where a leaning normal may hide it.
+            // Beckmann's lobes are zero far from their peak, which a leaning normal may hide.
             let brightest = point.upper_over_all();
             assert!(brightest.diffuse + brightest.lobe_cos + brightest.coat_cos > 0.0);
             point.wo = Vec3::new(1.0, 0.0, 0.5 * MIN_COSINE);

@@ -1,5 +1,5 @@
-//! The bounds of what media scatter, at gather points and at lights, against members at random, in the
-//! `f32` formulas of `contribution`.
+//! Tests of the bounds of scattering in media, at gather points and at lights, against random
+//! members, in the `f32` formulas of `contribution`.
 
 use super::cases::{KINDS, log_uniform, random_point, reflected};
 use super::many;
@@ -37,13 +37,13 @@ fn inside(b: &Aabb, s: &mut Stream) -> Vec3 {
     (b.lo + (b.hi - b.lo) * Vec3::from(s.uniform_3())).clamp(b.lo, b.hi)
 }
 
-/// About an asymmetry, with peaks of up to 10⁴ now and then.
+/// Phase function of an asymmetry near `about`, with peaks of up to 10⁴ now and then.
 fn asymmetry(about: f32, s: &mut Stream) -> HenyeyGreenstein {
     HenyeyGreenstein { asymmetry: (about + 0.2 * (s.uniform() - 0.5)).clamp(-0.98, 0.98) }
 }
 
-/// No term of a cluster of lights in media at a cluster of points in media and on surfaces is above the
-/// product of the bounds; of a single pair they are sharp.
+/// No term of a cluster of lights in media at a cluster of points in media and on surfaces is above
+/// the product of the bounds; for a single pair the bounds are sharp.
 #[test]
 fn bounds_of_media_hold_and_are_sharp() {
     let mut s = Stream::new(11, Purpose::Test, 0);
@@ -109,15 +109,16 @@ fn bounds_of_media_hold_and_are_sharp() {
             ratios.push(f64::from(upper / largest));
         }
     }
-    // Cosines have slack of 10⁻⁵ or so, which the narrowest lobes of an asymmetry of 0.98 take as a
-    // few per cent at their edges.
+    // Cosines have slack of 10⁻⁵ or so, which changes the narrowest lobes, of an asymmetry of 0.98,
+    // by a few per cent at their edges.
     ratios.sort_by(f64::total_cmp);
     let [median, most] = [ratios[ratios.len() / 2], ratios[ratios.len() - 1]];
     assert!(median < 1.001 && most < 1.2, "{median}, {most}");
     assert!(checked > 100_000, "{checked}");
 }
 
-/// No distance of a pair of clusters lets more through than the bound; that of a single pair is sharp.
+/// No transmittance between members of two clusters exceeds the bound, which is sharp for a single
+/// pair.
 #[test]
 fn bounds_of_transmittance_hold_and_are_sharp() {
     let mut s = Stream::new(13, Purpose::Test, 0);
@@ -135,7 +136,7 @@ fn bounds_of_transmittance_hold_and_are_sharp() {
             let metres = inside(&points, &mut s).distance(inside(&lights, &mut s));
             let left = exp(-sigma * metres);
             assert!(left <= upper, "{left} > {upper}: {lights:?}, {points:?}, {sigma}");
-            // Of a thickness of up to 80 it is off by 80 times what is allowed for.
+            // For a thickness of up to 80, the bound is off by 80 times the allowance.
             assert!(!single || upper <= left * 1.001 + f32::MIN_POSITIVE, "{upper} for {left}");
             dimmed += u32::from((0.1..0.9).contains(&upper));
         }
@@ -144,8 +145,8 @@ fn bounds_of_transmittance_hold_and_are_sharp() {
     assert_eq!(upper_transmittance(3.0, &Towards::Any), 1.0);
 }
 
-/// Points of both kinds together are bounded by the larger of the two, and those on surfaces alone as
-/// without media.
+/// Points of both kinds together are bounded by the larger of the two bounds, and points on
+/// surfaces alone as without media.
 #[test]
 fn surfaces_and_media_are_bounded_together() {
     let mut s = Stream::new(12, Purpose::Test, 0);

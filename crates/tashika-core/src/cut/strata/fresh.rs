@@ -14,7 +14,7 @@ use crate::rng::Stream;
 /// Pairs as strata of two fresh terms.
 #[derive(Clone, Debug, Default)]
 pub struct FreshStrata {
-    /// By number of the pair.
+    /// Estimates by number of the pair.
     estimates: Vec<PairEstimate>,
 }
 

@@ -1,4 +1,4 @@
-//! Strata that keep their samples: a split hands each sample on to the child that it lies in.
+//! Strata that keep their samples: a split passes each sample on to the child that it lies in.
 //!
 //! ```text
 //! L̂ = E + Σ_k ȳ_k          V̂ = Σ_k s_k² / n_k          y in [0, R_k],   n_k ≥ 2
@@ -15,11 +15,11 @@
 //! # Why samples may be kept
 //! A term drawn from a pair has, given that it lies in a child, the child's own distribution of the
 //! same kind. Where a pair that is not tabulated has tabulated halves, a sample is kept with
-//! probability `(u/(I w)) / max (u/(I w))`, the maximum over the terms of the half: what is kept
-//! has the distribution of the half (rejection sampling). So the samples of a child are independent
-//! draws from it, given how many there are, *if neither the split nor the rejection
-//! looked at visibility*. A [`Rank`] cannot: it sees clusters alone. Rejection sees `u`. What a
-//! rank may look at besides (other pixels) comes from streams of its own.
+//! probability `(u/(I w)) / max (u/(I w))`, the maximum over the terms of the half: the samples
+//! kept have the distribution of the half (rejection sampling). So the samples of a child are
+//! independent draws from it, given how many there are, *if neither the split nor the rejection
+//! depends on visibility*. A [`Rank`] depends on clusters alone, and rejection on `u`. Other data
+//! that a rank may use (of other pixels) comes from streams of its own.
 //!
 //! # Guarantee
 //! Given the partition and the counts `n_k`, which do not depend on any visibility of this pixel's
@@ -40,29 +40,28 @@ use crate::cut::refinement::{Refinement, RefinementOptions, Split};
 use crate::cut::terms::{Term, TermBatch};
 use crate::rng::Stream;
 
-/// Samples of a stratum that is not evaluated as a whole.
+/// Number of samples of a stratum that is not evaluated as a whole.
 const SAMPLES: usize = 2;
-/// Terms up to which a pair is evaluated as a whole: as many as would be drawn from it.
+/// Number of terms up to which a pair is evaluated as a whole: as many as would be drawn from it.
 const FINEST: u64 = 2;
-/// Terms up to which a pair is tabulated when it is split.
+/// Number of terms up to which a pair is tabulated when it is split.
 const TABULATED: u64 = 1024;
 
 /// A cut whose strata inherit samples.
 pub type InheritedCut<'a, B> = Cut<'a, B, InheritedStrata<'a>>;
 
-/// What strata are made with. To leave something out is for measuring what it is worth.
+/// Options of strata; a part is switched off to measure its worth.
 #[derive(Clone, Copy, Debug)]
 pub struct StrataOptions<'a> {
-    /// Whether samples are handed on.
+    /// True if samples are passed on to children.
     pub inherits: bool,
-    /// Whether small pairs are tabulated.
+    /// True if small pairs are tabulated.
     pub tabulates: bool,
-    /// Whether what samples see corrects the visibility that was expected.
+    /// True if the visibility of samples corrects the expected visibility.
     pub corrects: bool,
-    /// Which numbers of the colour the strata tell about.
+    /// Error metric: the parts of the colour whose variances are estimated.
     pub controlled: Controlled,
-    /// What visibility is expected, by which intervals know how wide samples may lie that were not
-    /// drawn.
+    /// Expected visibility, from which intervals derive the spread of samples that were not drawn.
     pub prior: VisibilityPrior<'a>,
 }
 
@@ -78,15 +77,15 @@ pub struct InheritedStrata<'a> {
 /// Memory of [`InheritedStrata`].
 #[derive(Debug, Default)]
 pub(in crate::cut) struct InheritedMemory {
-    /// By number of the pair: into `samples`; none if it was split, contributes nothing, or is
-    /// evaluated as a whole.
+    /// Places in `samples`, by number of the pair; none if the pair was split, contributes nothing,
+    /// or is evaluated as a whole.
     pub(super) strata: Vec<Samples>,
     pub(super) samples: Vec<Sample>,
-    /// Terms that were evaluated as a whole.
+    /// Terms that were evaluated as a whole, with their values.
     pub(super) whole_terms: Vec<(Term, Rgb)>,
-    /// Those whose values are not known yet.
+    /// Terms of whole pairs whose values are not known yet.
     drawn_whole: Vec<Term>,
-    /// Of all strata that have samples, in the order of their pairs.
+    /// Summaries of all strata that have samples, in the order of their pairs.
     pub(super) summaries: Vec<StratumSummary>,
 }
 
@@ -96,16 +95,17 @@ type Samples = SmallVec<[u32; 4]>;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sample {
     pub(super) term: Term,
-    /// What its probability is proportional to: `I_i w_j`, or `u` of a tabulated pair's.
+    /// Measure to which its probability is proportional: `I_i w_j`, or `u` if drawn from a table.
     pub(super) measure: f64,
-    /// Its value, with visibility, over that.
+    /// Value of the term, with visibility, over `measure`.
     pub(super) unit: Rgb,
 }
 
 impl<'a, B: UpperMaterial> InheritedCut<'a, B> {
-    /// The cut of a single pair, or of one for each instant; `None` if the sum has no terms.
+    /// Creates the cut of a single pair, or of one for each instant; `None` if the sum has no
+    /// terms.
     ///
-    /// * `stream`: where samples come from; nothing that ranks pairs may draw from it.
+    /// * `stream`: source of samples; nothing that ranks pairs may draw from it.
     pub fn new(
         clusters: Clusters<'a, B>,
         rank: Rank<'a>,
@@ -178,7 +178,7 @@ impl<B: UpperMaterial> Strata<B> for InheritedStrata<'_> {
                 }
                 continue;
             }
-            // What was drawn comes after what was inherited.
+            // Drawn samples come after inherited ones.
             for (&value, &k) in values.iter().rev().zip(of_pair.iter().rev()) {
                 samples[k as usize].unit = value;
             }
@@ -190,8 +190,8 @@ impl<B: UpperMaterial> Strata<B> for InheritedStrata<'_> {
 }
 
 impl InheritedStrata<'_> {
-    /// Those of the samples of a parent that a child keeps; `from_table`: whether they were drawn
-    /// from a table.
+    /// Samples of a parent that a child keeps; `from_table` is true if they were drawn from a
+    /// table.
     fn inherited<B: UpperMaterial>(
         &mut self,
         refinement: &Refinement<'_, B>,
@@ -226,7 +226,7 @@ impl InheritedStrata<'_> {
         inside
     }
 
-    /// Evaluates all terms of a pair; those that have been drawn are known.
+    /// Evaluates all terms of a pair; terms that were drawn before have their values.
     fn draw_whole<B: UpperMaterial>(
         &mut self,
         refinement: &Refinement<'_, B>,

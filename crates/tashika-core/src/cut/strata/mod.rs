@@ -1,15 +1,14 @@
-//! How the pairs of a cut are estimated: the one thing in which the cuts of different methods
-//! differ.
+//! Estimators of the pairs of a cut: the one thing in which the cuts of different methods differ.
 //!
 //! | strata | terms of a pair | estimate |
 //! |---|---|---|
 //! | [`FreshStrata`] | two, drawn anew after each split | their mean |
 //! | [`Representatives`] | one, or the parent's if that lies in the pair | its value |
-//! | [`InheritedStrata`] | at least two: the parent's that lie in the pair, and what is lacking | their mean |
+//! | [`InheritedStrata`] | at least two: the parent's in the pair, and new ones | their mean |
 //!
-//! All are unbiased estimates of the pair's sum. A pair that is evaluated as a whole has that as
-//! its estimate, without variance, and a pair whose upper bound is zero is zero. Luminance is what
-//! variance is of.
+//! All are unbiased estimates of the pair's sum. A pair that is evaluated as a whole has its sum as
+//! estimate, without variance, and a pair whose upper bound is zero is zero. Variances are those of
+//! luminance.
 
 mod fresh;
 mod inherited;
@@ -29,24 +28,24 @@ use super::terms::TermBatch;
 use crate::color::Rgb;
 use crate::rng::Stream;
 
-/// A way to estimate pairs: in each epoch it is given all splits, then asked to draw, then given
-/// the values.
+/// An estimator of pairs: in each epoch it receives all splits, then draws terms, then receives
+/// their values.
 ///
 /// Roots come of no split; they are drawn like any other pair.
 pub trait Strata<B> {
-    /// A pair gave way to two: what they take over from it.
+    /// Passes data of a split pair on to its two children.
     fn split(&mut self, _: &Refinement<'_, B>, _: &Split, _: &mut Stream) {}
 
-    /// Adds the terms that the new pair `k` lacks; called once for each, in this order.
+    /// Adds the terms that the new pair `k` lacks; called once for each new pair, in this order.
     fn draw(&mut self, refinement: &Refinement<'_, B>, k: usize, stream: &mut Stream, to: &mut TermBatch);
 
-    /// Takes the values of these terms, with visibility: for each new pair `k`, in order.
+    /// Receives the values of the drawn terms, with visibility, for each new pair `k`, in order.
     fn hear<'v>(&mut self, refinement: &Refinement<'_, B>, values: impl Iterator<Item = (usize, &'v [Rgb])>);
 }
 
-/// Strata whose pairs have an estimate each, so that a rule can be looked at after every split.
+/// Strata whose pairs have an estimate each, so that a rule can be evaluated after every split.
 pub trait PairEstimates<B>: Strata<B> {
-    /// Of pair `k`.
+    /// Estimate of the sum of pair `k`.
     fn estimate(&self, k: usize) -> &PairEstimate;
 }
 
@@ -55,8 +54,8 @@ pub trait PairEstimates<B>: Strata<B> {
 pub struct PairEstimate {
     /// Estimate (W·m⁻²·sr⁻¹).
     pub radiance: Rgb,
-    /// Estimated variance of its luminance (squared unit).
+    /// Estimated variance of the luminance (squared unit).
     pub variance: f64,
-    /// Segments that were traced for it.
+    /// Number of segments traced for the estimate.
     pub segments: u64,
 }

@@ -1,39 +1,41 @@
-//! What the samples of a cut say of the lights and points that it sums over, where these are
-//! themselves drawn from all that there could be.
+//! Estimates, by the samples of a cut, for lights and points that are themselves drawn from all
+//! possible ones.
 //!
-//! A cut estimates `L = Σ_j Σ_i c_ij` over the points `j` and lights `i` that there are. Whose
-//! truth is the expectation over other lights and other points has to know how far `L` is from it.
+//! A cut estimates `L = Σ_j Σ_i c_ij` over given points `j` and lights `i`. If the truth is the
+//! expectation over other lights and other points, the distance of `L` from it has to be estimated,
+//! too.
 //!
 //! # Lights
-//! Of lights that are drawn independently, the sum over all of them has a variance of at most `Σ_i
-//! c_i²`, with `c_i = Σ_j c_ij`. From the samples `s` of the strata, each drawn with probability
-//! `p_s`,
+//! If lights are drawn independently, the sum over all of them has a variance of at most
+//! `Σ_i c_i²`, with `c_i = Σ_j c_ij`. From the samples `s` of the strata, each drawn with
+//! probability `p_s`,
 //!
 //! ```text
 //! Σ_i c_i² = Σ_ij c_ij c_i = E Σ_k (1/n_k) Σ_s c_s ĉ_s / p_s          ĉ_s = c_s / ω_s     or     c_s Σ_j u_ij / u_s
 //! ```
 //!
-//! where `ĉ_s` is about what the light of the sample adds at all points. The first costs nothing,
-//! with the share `ω_j` that the point `j` has of the weights: equal where all points receive the
-//! same of a light, and else more (Cauchy's inequality). A light next to a few of many points adds
-//! far less than that. The second takes the light to be visible everywhere if it is at the point of
-//! the sample, and the unoccluded terms `u_ij` of a few other points, which stand for all: more
-//! than it is by what is in shadow. How uncertain the variance is itself, where few lights give
-//! most, follows from `Σ_i c_i⁴`, which is estimated in the same way. Lights that are not drawn,
-//! points and spots say, are left out. Where lights are not drawn each by itself it has to be
-//! multiplied by what they have in common
+//! where `ĉ_s` approximates the contribution of the sample's light at all points. The first form
+//! costs nothing; `ω_j` is the share of point `j` in the weights, and `ω_s` that of the sample's
+//! point. It is equal to the contribution where all points receive the same from a light, and else
+//! larger (Cauchy's inequality): far larger for a light next to a few of many points. The second
+//! form takes the light to be visible everywhere if it is visible at the point of the sample. The
+//! unoccluded terms `u_ij` of a few other points stand for those of all. It is too large by the
+//! part in shadow. The uncertainty of the variance itself, where few lights contribute most,
+//! follows from `Σ_i c_i⁴`, which is estimated in the same way. Lights that are not drawn, such as
+//! points and spots, are ignored. Where lights are not drawn independently, the variance has to be
+//! multiplied by their correlation
 //! ([`importance_correlation`](crate::guidance::importance_correlation)).
 //!
 //! # Points
-//! How much light point `j` adds, `c_j = Σ_i c_ij`, is known from what its strata have on average
-//! and how its own samples deviate from that:
+//! The contribution of point `j`, `c_j = Σ_i c_ij`, is estimated from the means of its strata and
+//! from the deviations of its own samples:
 //!
 //! ```text
 //! c_j = b_j + r_j        b_j = Σ_{k ∋ j} ω_jk ȳ_k        r_j = Σ_k Σ_{s at j} (y_s − ȳ_k)/(n_k − 1)        d_j = Σ of the squares of these
 //! ```
 //!
-//! `r_j² − d_j` is without the noise of samples, since those of different strata are independent:
-//! so are squares of differences, less both `d`.
+//! `r_j² − d_j` is without the noise of samples, since samples of different strata are independent.
+//! So are squares of differences between points, less both `d`.
 //!
 //! Tested by `cut::tests::population`.
 
@@ -42,43 +44,44 @@ use crate::bounds::UpperMaterial;
 use crate::cut::terms::Term;
 use crate::vpl::Vpl;
 
-/// What the samples of a cut say of the lights and points that it sums over.
+/// Estimates for the lights and points that a cut sums over.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Population {
-    /// About at most the variance of the sum by which lights were drawn.
+    /// Approximate upper bound of the variance of the sum by the draw of lights.
     pub importance_by_lights: f64,
-    /// About at most the sum of the fourth powers of what each light adds: how few lights that
-    /// variance comes from.
+    /// Approximate upper bound of the sum of the fourth powers of the lights' contributions: it
+    /// grows as fewer lights make up the variance.
     pub importance_fourth: f64,
-    /// About the most that one light adds.
+    /// Approximate upper bound of the contribution of a single light.
     pub importance_largest: f64,
-    /// Of each point, in the order of the tree.
+    /// Contribution of each point, in the order of the tree.
     pub points: Vec<OfPoint>,
 }
 
-/// What a point adds to the sum.
+/// Contribution of a point to the sum.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OfPoint {
     /// `b_j + r_j`.
     pub value: f64,
-    /// `d_j`: how much of the square of that is noise.
+    /// `d_j`: noise in the square of `value`.
     pub noise: f64,
 }
 
 /// A term of a light that is drawn.
 struct Drawn {
     term: Term,
-    /// What it adds to the sum.
+    /// Contribution of the term to the sum.
     value: f64,
-    /// How many it stands for.
+    /// Number of terms that it stands for.
     count: f64,
 }
 
-/// Other points that tell what a light adds at all of them.
+/// Number of other points that stand for all points.
 const BESIDE: usize = 4;
 
 impl Population {
-    /// With what lights add, for a light of which a term is known.
+    /// Sets the estimates for lights; `added` returns the contribution of a drawn term's light at
+    /// all points.
     fn with_lights(&mut self, drawn: &[Drawn], added: impl Fn(usize, &Drawn) -> f64) {
         (self.importance_by_lights, self.importance_fourth, self.importance_largest) = (0.0, 0.0, 0.0);
         for (number, drawn) in drawn.iter().enumerate() {
@@ -92,12 +95,12 @@ impl Population {
 }
 
 impl<B: UpperMaterial> InheritedCut<'_, B> {
-    /// What the samples say of a part that is controlled, by its number among
+    /// Estimates for a part of the error metric, by its number among
     /// [`Controlled::parts`](crate::color::Controlled::parts).
     ///
-    /// * `is_given`: whether a light is always there, rather than one of those that could be.
-    /// * `worth`: a variance by lights beyond which it is told with other points than those of the
-    ///   samples.
+    /// * `is_given`: true if a light is always there, rather than drawn.
+    /// * `worth`: variance by lights above which it is estimated again, with points other than
+    ///   those of the samples.
     pub fn population(&self, part: usize, is_given: impl Fn(&Vpl) -> bool, worth: f64) -> Population {
         let of = &self.strata.options.controlled.parts()[part];
         let (clusters, memory) = (self.refinement.clusters(), &*self.strata.memory);
@@ -153,7 +156,8 @@ impl<B: UpperMaterial> InheritedCut<'_, B> {
         population
     }
 
-    /// About `Σ_j u_ij / u_s`. Which points stand for all goes round with the number of the sample.
+    /// Approximates `Σ_j u_ij / u_s`. Different samples use different points that stand for all, by
+    /// the number of the sample.
     fn all_points(&self, part: usize, number: usize, term: Term) -> f64 {
         let of = &self.strata.options.controlled.parts()[part];
         let clusters = self.refinement.clusters();
@@ -162,7 +166,7 @@ impl<B: UpperMaterial> InheritedCut<'_, B> {
         let unoccluded = |point: usize| of.of(clusters.contribution.unoccluded(&points[point], &light));
         let others = points.len() - 1;
         let beside = others.min(BESIDE);
-        // Numbers of the others, from that of the sample on.
+        // Numbers of the other points, from that of the sample on.
         let other =
             |k: usize| (term.point as usize + 1 + (number + k * others / beside) % others) % points.len();
         let sum: f64 = (0..beside).map(|k| unoccluded(other(k))).sum();

@@ -1,5 +1,4 @@
-//! What inherited samples say: of each stratum, of the whole sum, and of how far that may be from
-//! the truth.
+//! Statistics of inherited samples: of each stratum, of the whole sum, and of its possible error.
 
 use super::inherited::{InheritedCut, StrataOptions};
 use crate::bounds::UpperMaterial;
@@ -7,20 +6,20 @@ use crate::color::{Controlled, Rgb, RgbSum};
 use crate::cut::refinement::Refinement;
 use crate::stats::stratified::{Spread, Stratum};
 
-/// How many samples of the pixel an expected visibility weighs as much as, when it is corrected by
-/// what they saw.
+/// Weight of an expected visibility, in samples of the pixel, when it is corrected by their
+/// visibility.
 const PRIOR_WEIGHT: f64 = 1.0;
 
-/// What the samples of a stratum of the cut say; nothing of it changes until the stratum is split.
+/// Statistics of the samples of a stratum of the cut, which stay until the stratum is split.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StratumSummary {
-    /// Of the pair.
+    /// Number of the stratum's pair.
     pub(super) number: u32,
-    /// How many there are.
+    /// Number of the stratum's samples.
     pub(super) samples: u32,
     /// Estimate of the stratum.
     pub(super) mean: RgbSum,
-    /// Sample variance of each part that is controlled.
+    /// Sample variance of each part of the error metric.
     variances: [f64; Controlled::MOST_PARTS],
     /// `R`, `R'` and `σ'²` of the luminance ([`stratified`](crate::stats::stratified)).
     upper: f64,
@@ -29,7 +28,10 @@ pub(super) struct StratumSummary {
 }
 
 impl StratumSummary {
-    /// * `units`: values of the samples over what their probabilities are proportional to.
+    /// Summarizes the samples of a stratum.
+    ///
+    /// * `units`: values of the samples over the measures to which their probabilities are
+    ///   proportional.
     pub(super) fn new<B: UpperMaterial, U: Iterator<Item = Rgb>>(
         number: usize,
         units: impl Fn() -> U,
@@ -55,7 +57,7 @@ impl StratumSummary {
         let expected = options.prior.importance_visibility(&refinement.pairs()[number].light);
         let mut visibility = expected;
         if options.corrects {
-            // What is expected to be in shadow and is seen in the light is a reason to expect more.
+            // Lights that were expected in shadow but are visible are a reason to expect more.
             let seen = (sum.luminance() * weight / info.upper.0).min(n);
             visibility = (PRIOR_WEIGHT * expected + seen) / (PRIOR_WEIGHT + n);
         }
@@ -73,12 +75,12 @@ impl StratumSummary {
 }
 
 impl<B: UpperMaterial> InheritedCut<'_, B> {
-    /// Whether nothing is left that is only sampled: the estimate is the sum.
+    /// Returns true if no pair is merely sampled: the estimate is the exact sum.
     pub fn is_whole(&self) -> bool {
         self.strata.memory.summaries.is_empty()
     }
 
-    /// The estimate, in the order of the pairs.
+    /// Estimate of the sum, added up in the order of the pairs.
     pub fn estimate(&self) -> RgbSum {
         let mut sum = self.strata.whole;
         for summary in &self.strata.memory.summaries {
@@ -87,10 +89,11 @@ impl<B: UpperMaterial> InheritedCut<'_, B> {
         sum
     }
 
-    /// What the strata say of a part that is controlled, by its number among [`Controlled::parts`].
+    /// Statistics of the strata for a part of the error metric, by its number among
+    /// [`Controlled::parts`].
     ///
-    /// * `estimate`: [of the cut](InheritedCut::estimate). How much of the part there is for a
-    ///   luminance of 1 is taken from it, for what is expected; not for bounds.
+    /// * `estimate`: [of the cut](InheritedCut::estimate). The ratio of the part to luminance is
+    ///   taken from it, for expected ranges and variances; not for bounds.
     pub fn spread(&self, part: usize, estimate: &RgbSum) -> Spread {
         let of = &self.strata.options.controlled.parts()[part];
         let luminance = estimate.luminance();

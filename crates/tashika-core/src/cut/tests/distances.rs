@@ -1,12 +1,12 @@
-//! Lights all around points: what their distances do to the order of refinement.
+//! Tests of lights all around points: the effect of distances on the order of refinement.
 
 use super::super::{Rank, VisibilityPrior};
 use super::*;
 
-/// How much of each light is seen.
+/// Visibility of each light.
 const SEEN: f64 = 0.5;
 
-/// Of so many lights on the floor: about their distance from each other.
+/// Approximate distance of `lights` lights on the floor from each other (m).
 fn clamp_distance(lights: usize) -> f32 {
     4.0 / (lights as f32).sqrt()
 }
@@ -57,8 +57,8 @@ fn the_mean_square_over_a_plane_is_told() {
     }
 }
 
-/// Standard deviation of an estimate by strata of two samples, over the sum, after so many splits:
-/// of points amid a floor of lights, under a sky, where every other light is seen.
+/// Standard deviation of an estimate by strata of two samples, over the sum, after `splits` splits:
+/// for points amid a floor of lights, under a sky, where every second light is visible.
 fn error_after(splits: usize, lights: usize, rank: Rank<'_>) -> f64 {
     let mut s = Stream::new(6, Purpose::Test, 0);
     let in_sky = |s: &mut Stream| {
@@ -97,8 +97,8 @@ fn error_after(splits: usize, lights: usize, rank: Rank<'_>) -> f64 {
     variance.sqrt() / sum
 }
 
-/// Bounds have every light of a cluster about a point as near as the nearest: a cut that was
-/// refined for them would leave the sky as it is.
+/// Bounds assume every light of a cluster around a point to be as near as the nearest: a cut
+/// refined by bounds would leave the sky unsplit.
 #[test]
 fn pairs_are_not_spent_on_bounds_that_no_light_comes_up_to() {
     let place_of = vec![0; 2 * 65_000];

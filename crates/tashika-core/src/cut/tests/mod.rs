@@ -1,4 +1,4 @@
-//! Pairs, their bounds and their order, on lights and points at random.
+//! Tests of pairs, their bounds and their order, on random lights and points.
 
 mod distances;
 mod pilot;
@@ -25,7 +25,7 @@ use crate::warp;
 const CLAMP: f32 = 0.05;
 const TRANSPORT: ContributionKernel = ContributionKernel::new(CLAMP);
 
-/// Lights of all kinds about a room of 4 m.
+/// Lights of all kinds in a room of 4 m.
 fn lights(n: usize, s: &mut Stream) -> LightTree {
     let falloff = Falloff { cos_inner: 0.9, cos_outer: 0.4, shape: FalloffShape::Smoothstep };
     let light = |s: &mut Stream| {
@@ -82,7 +82,7 @@ fn points(n: usize, s: &mut Stream) -> Vec<GatherPoint> {
     (0..n).map(|_| point(s)).collect()
 }
 
-/// Some of the lights of the room, and as many in its fog, of two media.
+/// Half of the lights on surfaces of the room, half in its fog, with two phase functions.
 fn lights_in_media(n: usize, s: &mut Stream) -> LightTree {
     let light = |s: &mut Stream| {
         let (position, direction) = (Vec3::from(s.uniform_3()) * 4.0, warp::sphere(s.uniform_2()));
@@ -95,7 +95,7 @@ fn lights_in_media(n: usize, s: &mut Stream) -> LightTree {
     tree(on_surfaces.lights().iter().chain(in_media).collect())
 }
 
-/// Points of the floor, and others on the way to it.
+/// Points of the floor, and others on the viewer's way to it.
 fn points_in_media(n: usize, s: &mut Stream) -> Vec<GatherPoint> {
     let mut points = points(n, s);
     let before = Vec3::new(-0.6, -0.1, -0.79).normalize();
@@ -119,7 +119,7 @@ fn cut<B: UpperMaterial>(refinement: &mut Refinement<'_, B>, splits: usize) -> V
     refinement.pairs().iter().zip(in_cut).filter(|(_, inside)| *inside).map(|(pair, _)| *pair).collect()
 }
 
-/// Every term of every pair on the way down, as it is drawn: never brighter than the pair's bound.
+/// Checks that no drawn term of any pair on the way down is brighter than the pair's bound.
 fn terms_are_within_bounds<B: UpperMaterial>() {
     for round in 0..many(8) {
         let mut s = Stream::new(round as u64, Purpose::Test, 7);
@@ -128,7 +128,7 @@ fn terms_are_within_bounds<B: UpperMaterial>() {
             _ => (lights_in_media(200, &mut s), points_in_media(12, &mut s)),
         };
         let points = gather_tree::<B>(&points);
-        // In fog that takes least of the last channel.
+        // Fog with the least extinction in the last channel.
         let sigma = if round % 4 == 1 { Rgb::new(1.5, 0.7, 0.4) } else { Rgb::BLACK };
         let contribution = TRANSPORT.dimmed(sigma.b);
         let clusters = Clusters { lights: &lights, points: &points, contribution };
@@ -150,7 +150,7 @@ fn terms_are_within_bounds<B: UpperMaterial>() {
                     let drawn_from = f64::from(light.intensity.luminance())
                         * f64::from(point.weight.max_channel())
                         / (lights.luminance(c) * f64::from(g.weight));
-                    // Luminance and weights are rounded a few times outside of what is bounded.
+                    // Luminance and weights are rounded a few times outside of the bounded product.
                     assert!(
                         term / drawn_from <= clusters.upper(pair).0 * (1.0 + 8.0 * f64::from(f32::EPSILON)),
                         "{pair:?}: {} > {}: {light:?} {point:?}",
@@ -181,7 +181,7 @@ fn terms_are_within_bounds_from_cube_maps() {
     terms_are_within_bounds::<UpperCubeMap>();
 }
 
-/// Points of a share of 2⁻²⁵ would never be drawn by numbers of 24 bits.
+/// Points with a share of 2⁻²⁵ would never be drawn by numbers of 24 bits.
 #[test]
 fn points_of_hardly_any_weight_are_drawn() {
     let mut s = Stream::new(5, Purpose::Test, 0);
@@ -191,7 +191,7 @@ fn points_of_hardly_any_weight_are_drawn() {
     let (lights, tree) = (lights(1, &mut s), gather_tree::<UpperConstant>(&points));
     let clusters = Clusters { lights: &lights, points: &tree, contribution: TRANSPORT };
     let root = clusters.roots().next().unwrap();
-    // The probability that none of so many is the faint one is e⁻¹⁶, whichever end it is at.
+    // The probability that none of 2²⁹ draws is the faint one is e⁻¹⁶, whichever end it is at.
     let is_faint = |point: u32| tree.source(point) == 1;
     assert!((0..1_u64 << 29).any(|_| is_faint(clusters.draw(&root, &mut s).point)));
 }
@@ -204,7 +204,7 @@ fn a_cut_holds_every_term_once() {
     for splits in [1_000_000, 0, 1, 10, 100] {
         let clusters = Clusters { lights: &lights, points: &points, contribution: TRANSPORT };
         let mut held = vec![0; 60 * 9];
-        // Used again: what was there before does not count.
+        // The memory is reused: earlier contents do not count.
         let mut refinement = Refinement::new(clusters, RefinementOptions::PUBLISHED, &mut memory).unwrap();
         for pair in cut(&mut refinement, splits) {
             let (c, g) = (&pair.light, &points.nodes()[pair.points as usize]);

@@ -1,4 +1,4 @@
-//! What pilot segments tell of the visibility of lights.
+//! Tests of the visibility of lights as measured by pilot segments.
 
 use std::sync::Arc;
 
@@ -11,8 +11,8 @@ use crate::scene::builtin;
 use crate::tree::{LightTree, LightTreeBuilder};
 use crate::vpl::{Provenance, Vpl, VplKind, VplOptions, VplSet};
 
-/// The view of the built-in box, lit by its own VPLs and by as many outside of it, whom nothing in
-/// it can see.
+/// The view of the built-in box, lit by its own VPLs and by as many outside of the box, which are
+/// not visible from within.
 fn with_pilot<T>(work: impl FnOnce(&Pilot<'_>) -> T) -> T {
     let tracer = Tracer::new(Arc::new(builtin::tiny()));
     let traced = VplSet::trace(&tracer, &VplOptions { count: 300, ..VplOptions::default() }).unwrap();
@@ -70,8 +70,8 @@ fn a_cell_is_the_same_whoever_asks_first_and_another_with_another_seed() {
 #[test]
 fn what_it_costs_is_told() {
     with_pilot(|pilot| {
-        // 600 lights, each a cluster, and 8 points of a cell: those that face each other, over the
-        // 16 × 8 pixels of a cell below.
+        // 600 lights, each a cluster, and 8 points of a cell: segments join those that face each
+        // other, and are shared by the 16 × 8 pixels of a cell below.
         let visibility = PilotVisibility::new(pilot, 1);
         let cost = visibility.about(pilot, [1, 1]).segments_per_pixel;
         assert!((5..=600 * 8 / 128 + 1).contains(&cost), "{cost}");

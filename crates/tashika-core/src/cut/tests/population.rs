@@ -1,4 +1,4 @@
-//! What samples of a cut tell of its lights and points, against sums over all terms.
+//! Tests of the estimates for lights and points by samples of a cut, against sums over all terms.
 
 use std::sync::Arc;
 
@@ -17,13 +17,13 @@ use crate::scene::builtin;
 use crate::stats::Moments;
 use crate::vpl::{Vpl, VplKind};
 
-/// Estimates of many cuts of so many pairs, over as many points; and the truth: what each light,
-/// and each point, adds, with the points' shares.
+/// Estimates by many cuts of `pairs` pairs, and the truth: the contribution of each light at each
+/// point, with the points' shares.
 struct Known {
     populations: Vec<Population>,
-    /// By light: whether it is given, and by point.
+    /// By light: true if it is given, and its terms by point.
     terms: Vec<(bool, Vec<f64>)>,
-    /// As if all were visible.
+    /// Terms by light and point, as if all were visible.
     unoccluded: Vec<Vec<f64>>,
     shares: Vec<f64>,
 }
@@ -32,7 +32,7 @@ fn is_given(light: &Vpl) -> bool {
     light.kind == VplKind::Omni
 }
 
-/// * `worth`: of [`InheritedCut::population`].
+/// * `worth`: as in [`InheritedCut::population`].
 fn known(pairs: u64, runs: u64, worth: f64) -> Known {
     let tracer = Tracer::new(Arc::new(builtin::tiny()));
     let mut s = Stream::new(9, Purpose::Test, 7);
@@ -106,8 +106,8 @@ fn the_squares_of_what_lights_add_are_told_from_above() {
     }
 }
 
-/// With other points than those of the samples, as if lights that are seen from one were seen from
-/// all: nearer, and from above still.
+/// With points other than those of the samples, as if lights that are visible from one were visible
+/// from all, estimates are nearer, and still from above.
 #[test]
 fn what_lights_add_is_told_by_other_points() {
     for pairs in [60, 600] {
@@ -133,7 +133,7 @@ fn what_lights_add_is_told_by_other_points() {
     }
 }
 
-/// Squared differences between points that follow each other, with the noise of samples taken off.
+/// Squared differences between points that follow each other, with the noise of samples subtracted.
 #[test]
 fn differences_between_points_are_told_without_the_noise_of_samples() {
     for pairs in [60, 600] {

@@ -1,4 +1,4 @@
-//! Tabulated pairs: their sums, what is drawn from them, and that parts take their values from the
+//! Tests of tabulated pairs: their sums, draws from them, and parts that take their values from the
 //! whole.
 
 use super::{TRANSPORT, lights, points, tree};
@@ -20,7 +20,8 @@ fn world() -> (LightTree, GatherTree<UpperScattering<UpperAnalytic>>) {
     (lights(120, &mut s), gather_tree(&points(10, &mut s)))
 }
 
-/// Splits until nothing is left to split: the parents of all pairs but the first, in their order.
+/// Splits until nothing is left to split; returns the parents of all pairs except the first, in
+/// order.
 fn split_all(refinement: &mut Refinement<'_, UpperAnalytic>) -> Vec<Pair> {
     let mut parents = Vec::new();
     while let Some(split) = refinement.split_next() {
@@ -30,7 +31,7 @@ fn split_all(refinement: &mut Refinement<'_, UpperAnalytic>) -> Vec<Pair> {
     parents
 }
 
-/// What the terms of a pair come to by itself.
+/// Values of the terms of a pair, evaluated directly.
 fn terms(clusters: &Clusters<'_, UpperAnalytic>, pair: &Pair) -> Vec<f64> {
     let value = |term: crate::cut::Term| {
         let (light, point) = (clusters.lights.light(term.light), clusters.points.point(term.point));
@@ -74,21 +75,21 @@ fn halves_of_small_pairs_are_known_by_their_terms_and_others_by_bounds() {
     );
 }
 
-/// Where one light is far brighter than all others together, what is left of a sum without it is as
-/// exact as any.
+/// If one light is far brighter than all others together, the remainder of a sum without it is as
+/// exact as any sum.
 #[test]
 fn halves_are_exact_beside_a_bright_one() {
     halves_are_exact(30, |number| [1.0, 1e15][usize::from(number == 11)]);
 }
 
-/// The same where each light is far brighter than all that are dimmer, so that what is left is left
-/// of what is left.
+/// Halves are as exact where each light is far brighter than all dimmer ones together, so that
+/// remainders are taken of remainders.
 #[test]
 fn halves_are_exact_beside_ever_brighter_ones() {
     halves_are_exact(12, |number| crate::math::elementary::powf(10.0, number as f32 * 5.8 - 32.0));
 }
 
-/// `count` lights next to each other, each that factor brighter than usual.
+/// Tests `count` lights next to each other, each brighter than usual by `factor`.
 fn halves_are_exact(count: usize, factor: impl Fn(usize) -> f32) {
     let mut s = Stream::new(9, Purpose::Test, 7);
     let points = gather_tree::<UpperAnalytic>(&points(1, &mut s));
@@ -104,7 +105,7 @@ fn halves_are_exact(count: usize, factor: impl Fn(usize) -> f32) {
     let mut refinement = Refinement::new(clusters, OPTIONS, &mut memory).unwrap();
     assert!(!split_all(&mut refinement).is_empty());
     let (mut largest, mut smallest) = (0.0, f64::INFINITY);
-    // All but the first, which is tabulated for its halves.
+    // All except the first, which is tabulated for its halves.
     for (number, pair) in refinement.pairs().iter().enumerate().skip(1) {
         let entry = refinement.info(number).table.unwrap();
         let sum: f64 = terms(&clusters, pair).iter().sum();

@@ -1,5 +1,5 @@
-//! The estimate of a pixel: gather points, a cut of VPLs over them, and paths; it grows until it is
-//! said to be good.
+//! Estimate of a pixel: gather points, a cut of VPLs over them, and paths. It grows until it is
+//! precise enough.
 
 use super::super::Setting;
 use super::GuidedLights;
@@ -19,39 +19,40 @@ use crate::stats::stratified::Spread;
 use crate::tree::GatherTree;
 use crate::vpl::EmitterSampler;
 
-/// Lobes narrower than that of this GGX roughness are left to paths: a mirror image of so few VPLs
-/// would be spots. Chosen.
+/// GGX roughness below which lobes are left to paths: a few VPLs would appear as spots in a mirror.
+/// Chosen.
 const NARROW: f32 = 0.25;
-/// Share of the projected light of a pixel below which an estimate has not met it. By chance, by a pixel
-/// filter, or by objects in front of it, estimates meet somewhat less than all.
+/// Share of the projected light of a pixel below which an estimate is taken to miss it: chance, the
+/// pixel filter, or geometry in front of the light reduce it somewhat.
 pub(super) const MET: f64 = 0.25;
-/// Standard error by VPLs, over the tolerance, that need not be known better. Chosen.
+/// Standard error from the choice of VPLs, over the tolerance, below which a better estimate is not
+/// needed. Chosen.
 const SMALL: f64 = 0.1;
 /// Camera samples that are drawn at once where each has one path.
 const POINTS_AT_ONCE: u32 = 32;
 
-/// By what a pixel is estimated.
+/// Method of estimating a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Estimator {
-    /// A sum over VPLs, and paths of what these do not carry.
+    /// A sum over VPLs, and paths of the light that VPLs do not carry.
     Vpls,
-    /// Paths alone.
+    /// Paths of all light, without VPLs.
     Paths,
 }
 
-/// What the estimates of an image have in common.
+/// Shared data of all estimates of an image.
 #[derive(Clone, Copy)]
 pub(super) struct Common<'a> {
     pub setting: &'a Setting<'a>,
     pub emitters: &'a EmitterSampler<'a>,
     pub lights: &'a GuidedLights,
-    /// Whether what VPLs do not carry is put back.
+    /// True if paths add the light that VPLs do not carry.
     pub compensates: bool,
     pub controlled: Controlled,
 }
 
 impl<'a> Common<'a> {
-    /// What paths are followed in; `clamp_distance` is that of the VPLs.
+    /// Context of the paths of an estimator; `clamp_distance` is that of the VPLs.
     pub(super) fn lit(&self, estimator: Estimator, clamp_distance: f32) -> LightingContext<'a> {
         LightingContext {
             tracer: self.setting.tracer,
@@ -67,21 +68,21 @@ impl<'a> Common<'a> {
         }
     }
 
-    /// Whether lamps are seen in a pixel.
+    /// Returns true if lamps are seen in a pixel.
     pub(super) fn sees_lamps(&self, pixel: [u32; 2]) -> bool {
         self.lights.lamps().is_some_and(|lamps| lamps.importance_radiance(pixel) > 0.0)
     }
 
-    /// How bright lamps make a pixel, if these camera samples have met hardly any of it (luminance,
-    /// W·m⁻²·sr⁻¹).
+    /// Luminance of a pixel due to lamps that it sees, if these camera samples have met hardly any
+    /// of that light; else 0 (W·m⁻²·sr⁻¹).
     pub(super) fn lamps_not_met(&self, pixel: [u32; 2], seen: &PixelSum) -> f64 {
         let there = self.lights.lamps().map_or(0.0, |lamps| lamps.importance_radiance(pixel));
         let met = f64::from(seen.background.luminance());
         if met < MET * there { there } else { 0.0 }
     }
 
-    /// About the least luminance of the surfaces that camera samples met, by light paths alone
-    /// (W·m⁻²·sr⁻¹).
+    /// Approximate lower bound on the luminance of the surfaces that camera samples met, from light
+    /// paths alone (W·m⁻²·sr⁻¹).
     pub(super) fn by_light_paths(&self, seen: &PixelSum) -> f64 {
         let Some(photons) = self.lights.photons() else { return 0.0 };
         let of_point = |p: &GatherPoint| {
@@ -90,19 +91,19 @@ impl<'a> Common<'a> {
         seen.points.iter().filter(|p| p.phase.is_none()).map(of_point).sum()
     }
 
-    /// So many camera samples of a pixel, with these random numbers.
+    /// Draws `count` camera samples of a pixel by the random numbers of `key`.
     pub(super) fn samples(&self, pixel: [u32; 2], count: u32, key: u64) -> PixelSum {
         let seed = rng::key(key, Purpose::Gather, 0);
         self.setting.view.samples(self.setting.tracer, pixel, count, seed)
     }
 }
 
-/// Whether a surface mirrors too sharply for VPLs.
+/// Returns true if a surface mirrors too sharply for VPLs.
 pub(super) fn is_narrow(bsdf: &Bsdf) -> bool {
     bsdf.roughness().is_some_and(|alpha| alpha < NARROW)
 }
 
-/// The BSDF that VPLs are summed with, if any are.
+/// BSDF that VPLs are summed with, if any are.
 pub(super) fn summed_with(point: &GatherPoint, estimator: Estimator) -> Bsdf {
     if estimator == Estimator::Vpls && is_narrow(&point.bsdf) {
         Bsdf::Lambert(Lambert { reflectance: point.bsdf.vpl_reflectance(point.wo) })
@@ -111,21 +112,21 @@ pub(super) fn summed_with(point: &GatherPoint, estimator: Estimator) -> Bsdf {
     }
 }
 
-/// The gather points of an estimate.
+/// The gather points of an estimate, with their camera samples.
 pub(super) struct Points {
     pub pixel: PixelSum,
-    /// Whether emission that the camera sees is told by all camera samples of an estimate, or by
-    /// those of the points alone, which are spread evenly.
+    /// True if all camera samples of the estimate contribute to emission that the camera sees.
+    /// False if only those of the points do, which are spread evenly.
     is_emission_rare: bool,
-    /// As they are summed: without narrow lobes.
+    /// Tree of the points as they are summed: without narrow lobes.
     tree: GatherTree<UpperScattering<UpperAnalytic>>,
-    /// Camera samples, each next to those near by in the pixel.
+    /// Camera samples along a curve, each next to its neighbours in the pixel.
     by_place: Vec<u32>,
 }
 
 impl Points {
-    /// Of so many camera samples; `key` is that of their random numbers. Only where what VPLs do
-    /// not carry is put back are narrow lobes left to paths.
+    /// Draws `samples` camera samples by the random numbers of `key`. Narrow lobes are left to
+    /// paths only where paths add the light that VPLs do not carry.
     pub(super) fn new(
         common: &Common<'_>,
         pixel: [u32; 2],
@@ -159,14 +160,14 @@ impl Points {
         share * (self.pixel.points.iter().map(of_point).sum::<f64>() + beyond)
     }
 
-    /// Whether a point mirrors too sharply for VPLs.
+    /// Returns true if a point mirrors too sharply for VPLs.
     pub(super) fn are_narrow(&self) -> bool {
         self.pixel.points.iter().any(|point| is_narrow(&point.bsdf))
     }
 }
 
-/// Where a place in the unit square lies along a Hilbert curve, whose steps all lead to places next
-/// to each other.
+/// Position of a place in the unit square along a Hilbert curve, each step of which leads to an
+/// adjacent place.
 fn along_curve(place: [f32; 2]) -> u32 {
     const SIDE: u32 = 256;
     let [mut x, mut y] = place.map(|v| (v * SIDE as f32) as u32);
@@ -186,7 +187,7 @@ fn along_curve(place: [f32; 2]) -> u32 {
     along
 }
 
-/// Errors by which VPLs and camera samples there are.
+/// Errors due to the choice of VPLs and camera samples.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ByDraws {
     /// `V_lights`.
@@ -194,7 +195,7 @@ pub(super) struct ByDraws {
     /// `V_lights²/ν_lights = Σ_p T_p⁴/2`, for groups `p` of VPLs that are drawn together and add
     /// `T_p`.
     pub square_of_lights: f64,
-    /// The largest of these.
+    /// Largest contribution of such a group.
     pub largest_of_lights: f64,
     /// `V_points`.
     pub points: f64,
@@ -205,35 +206,35 @@ pub(super) struct Estimate<'a> {
     common: Common<'a>,
     pixel: [u32; 2],
     key: u64,
-    /// None where there are no VPLs.
+    /// Gather points, if there are VPLs.
     points: Option<&'a Points>,
     cut: Option<InheritedCut<'a, UpperAnalytic>>,
     compensation: Compensation<'a>,
-    /// Sum of what paths found.
+    /// Sum of the radiances of paths.
     of_paths: RgbSum,
     paths: u32,
-    /// How many of these began at a gather point.
+    /// Number of paths that began at a gather point.
     met: u32,
-    /// Of single paths, by part of what is controlled.
+    /// Moments of single paths, by part of the error metric.
     moments: [Moments; Controlled::MOST_PARTS],
-    /// Where emission that the camera sees is rare: what all camera samples have seen, those that
-    /// paths begin with as well.
+    /// Emission seen by all camera samples, including those that paths begin with, where emission
+    /// that the camera sees is rare.
     rare_emission: Option<RareEmission>,
     camera_rays: u64,
-    /// About the luminance of surfaces that no camera sample met.
+    /// Approximate luminance of surfaces that no camera sample met.
     importance_unmet: f64,
 }
 
-/// Emission that camera samples have seen.
+/// Emission seen by camera samples.
 #[derive(Clone, Copy, Debug, Default)]
 struct RareEmission {
     sum: RgbSum,
-    /// Of single samples, by part of what is controlled.
+    /// Moments of single samples, by part of the error metric.
     moments: [Moments; Controlled::MOST_PARTS],
 }
 
 impl RareEmission {
-    /// Adds what camera samples of the pixel have seen.
+    /// Adds the emission seen by camera samples of the pixel.
     fn add(&mut self, seen: &PixelSum, controlled: Controlled) {
         let count = seen.samples.len() as f32;
         for sample in &seen.samples {
@@ -247,8 +248,7 @@ impl RareEmission {
 }
 
 impl<'a> Estimate<'a> {
-    /// A sum over VPLs, with paths of what these do not carry; nothing is drawn yet but the first
-    /// pair.
+    /// Estimate by a sum over VPLs and compensation paths. Only the first pair is drawn so far.
     pub(super) fn of_vpls(
         common: Common<'a>,
         prior: VisibilityPrior<'a>,
@@ -273,7 +273,7 @@ impl<'a> Estimate<'a> {
         Self { points: Some(points), cut, rare_emission, camera_rays, ..Self::new(common, lit, pixel, key) }
     }
 
-    /// Paths alone.
+    /// Estimate by full paths, none of which are drawn yet.
     pub(super) fn of_paths(common: Common<'a>, pixel: [u32; 2], key: u64) -> Self {
         Self::new(common, common.lit(Estimator::Paths, 0.0), pixel, key)
     }
@@ -296,7 +296,7 @@ impl<'a> Estimate<'a> {
         }
     }
 
-    /// Refines the cut until it has so many pairs, and follows paths until there are so many.
+    /// Refines the cut to `pairs` pairs, and follows paths until there are `paths`.
     pub(super) fn grow(&mut self, pairs: u64, paths: u32) {
         if let Some(cut) = &mut self.cut {
             cut.grow(pairs);
@@ -306,8 +306,8 @@ impl<'a> Estimate<'a> {
         }
     }
 
-    /// Paths, each from a camera sample of its own: were they all from the points of the sum, they
-    /// would tell nothing of how these differ.
+    /// Follows paths, each from a camera sample of its own: paths from the points of the sum would
+    /// not show how these differ.
     fn follow(&mut self, paths: u32) {
         let estimator = if self.points.is_some() { Estimator::Vpls } else { Estimator::Paths };
         while self.paths < paths {
@@ -341,7 +341,7 @@ impl<'a> Estimate<'a> {
         }
     }
 
-    /// The estimate of the sum over VPLs.
+    /// Estimate of the sum over VPLs.
     pub(super) fn gathered(&self) -> RgbSum {
         self.cut.as_ref().map_or_else(RgbSum::default, InheritedCut::estimate)
     }
@@ -351,7 +351,7 @@ impl<'a> Estimate<'a> {
         self.of_paths.scaled(1.0 / f64::from(self.paths.max(1)))
     }
 
-    /// The estimate of light transport.
+    /// Estimate of the truth.
     pub(super) fn value(&self) -> RgbSum {
         let mut value = self.gathered();
         if let Some(emission) = &self.rare_emission {
@@ -363,22 +363,22 @@ impl<'a> Estimate<'a> {
         value
     }
 
-    /// What the strata of the sum over VPLs say of a part of what is controlled.
+    /// Spread of the sum over VPLs, by its strata, for a part of the error metric.
     ///
-    /// * `gathered`: that sum; how much of the part there is for a luminance of 1 is taken from it.
+    /// * `gathered`: that sum, from which the amount of the part for a luminance of 1 is taken.
     pub(super) fn spread(&self, part: usize, gathered: &RgbSum) -> Spread {
         self.cut.as_ref().map_or_else(Spread::default, |cut| cut.spread(part, gathered))
     }
 
-    /// What is about known of the errors by which VPLs and by which camera samples there are.
+    /// Approximate errors due to the choice of VPLs and of camera samples.
     ///
-    /// Samples are spread evenly over the pixel: two that are next to each other are taken for
-    /// independent draws from a place that holds both, so that their sum has the variance
+    /// Samples are spread evenly over the pixel. Two neighbouring samples are treated as
+    /// independent draws from a region that holds both, so that their sum has the variance
     /// `E (v_a − v_b)²`. Each is compared with the one before it and the one after it along a curve
     /// (successive differences, Wolter 2007, section 8.2): where there are bright samples and dark
     /// ones, some are next to each other.
     ///
-    /// * `tolerance`: which errors are so small that they need not be known better.
+    /// * `tolerance`: sets the size below which errors need not be known better.
     pub(super) fn by_draws(&self, part: usize, tolerance: f64) -> ByDraws {
         let Some(points) = self.points else { return ByDraws::default() };
         let of = &self.common.controlled.parts()[part];
@@ -410,7 +410,7 @@ impl<'a> Estimate<'a> {
         }
         let samples = points.by_place.len() as f64;
         by_samples *= 0.5 * samples / f64::max(samples - 1.0, 1.0);
-        // Of groups of `K` VPLs that are drawn together and add as much each.
+        // For groups of `K` VPLs that are drawn together and contribute equally.
         ByDraws {
             lights: k * population.importance_by_lights,
             square_of_lights: 0.5 * k * k * k * population.importance_fourth,
@@ -419,18 +419,18 @@ impl<'a> Estimate<'a> {
         }
     }
 
-    /// Of single paths, by part of what is controlled.
+    /// Moments of single paths, by part of the error metric.
     pub(super) fn moments(&self) -> &[Moments] {
         &self.moments[..self.common.controlled.parts().len()]
     }
 
-    /// Of single camera samples, if emission that they see is rare: what they saw of it, by part of
-    /// what is controlled.
+    /// Moments of the emission seen by single camera samples, by part of the error metric; `None`
+    /// unless such emission is rare.
     pub(super) fn rare_emission(&self) -> Option<&[Moments]> {
         self.rare_emission.as_ref().map(|emission| &emission.moments[..self.common.controlled.parts().len()])
     }
 
-    /// Whether it sums over gather points, of a fixed number of camera samples.
+    /// Returns true if the estimate sums over gather points, of a fixed number of camera samples.
     pub(super) fn has_points(&self) -> bool {
         self.points.is_some()
     }
@@ -443,7 +443,7 @@ impl<'a> Estimate<'a> {
         self.cut.as_ref().map_or(0, InheritedCut::pairs)
     }
 
-    /// Whether refining the sum tells no more.
+    /// Returns true if refining the sum gains nothing.
     pub(super) fn is_whole(&self) -> bool {
         self.cut.as_ref().is_none_or(InheritedCut::is_whole)
     }
@@ -454,10 +454,12 @@ impl<'a> Estimate<'a> {
         self.importance_unmet = importance_luminance;
     }
 
-    /// About the largest error by surfaces that no camera sample met, with the probability `1 − δ`.
+    /// Approximate largest error due to surfaces that no camera sample met, with the probability
+    /// `1 − δ`.
     ///
-    /// A share `c` of the pixel is missed by `n` samples with the probability `(1 − c)ⁿ`, which is below
-    /// `δ` from `c = ln(1/δ) / n` on. Of a sum over VPLs these are the samples of its gather points.
+    /// A share `c` of the pixel is missed by `n` samples with the probability `(1 − c)ⁿ`, which is
+    /// below `δ` from `c = ln(1/δ) / n` on. For a sum over VPLs these are the samples of its gather
+    /// points.
     pub(super) fn unmet(&self, part: usize, delta: f64) -> f64 {
         if self.importance_unmet == 0.0 || self.samples_meet_surface() {
             return 0.0;
@@ -467,17 +469,18 @@ impl<'a> Estimate<'a> {
         of_surface * ln_f64(delta.recip()) / samples.max(1) as f64
     }
 
-    /// Whether any camera sample of the gather points met a surface; of paths alone, any of theirs.
+    /// Returns true if any camera sample of the gather points met a surface, or for full paths, any
+    /// camera sample.
     pub(super) fn samples_meet_surface(&self) -> bool {
         self.points.map_or(self.met > 0, |points| !points.pixel.points.is_empty())
     }
 
-    /// Whether any camera sample met a surface that gathers.
+    /// Returns true if any camera sample met a surface that gathers light.
     pub(super) fn meets_surfaces(&self) -> bool {
         self.met > 0 || self.points.is_some_and(|points| !points.pixel.points.is_empty())
     }
 
-    /// Rays of a path, on average.
+    /// Mean number of rays of a path.
     pub(super) fn rays_per_path(&self) -> f64 {
         1.0 + self.compensation.rays() as f64 / f64::from(self.paths.max(1))
     }

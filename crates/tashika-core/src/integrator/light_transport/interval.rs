@@ -1,21 +1,22 @@
-//! How wrong an estimate of a pixel may be: the interval of an estimate whose errors have several
-//! sources.
+//! Interval of an estimate of a pixel whose errors have several sources.
 //!
 //! ```text
 //! V = V_cut + V_lights + V_points + V_paths        h = t_ν √V + κ b ln(2/δ)        ν = V² / (V_cut²/ν_cut + V_lights²/ν_lights + V_paths²/ν_paths)
 //! ```
 //!
-//! | | known from |
+//! | from the choice of | known from |
 //! |---|---|
-//! | `V_cut`, which terms were drawn | the strata of the cut ([`stratified`](crate::stats::stratified)) |
-//! | `V_lights`, `V_points`: which VPLs and camera samples there are | the same samples ([`Population`](crate::cut::Population)) |
-//! | `V_paths`, which paths were followed | the pixel's own paths and those of the neighbourhood ([`nearby`](super::nearby)); where emission that the camera sees is rare, all camera samples too |
+//! | terms: `V_cut` | the strata of the cut ([`stratified`](crate::stats::stratified)) |
+//! | VPLs: `V_lights`, camera samples: `V_points` | [`Population`](crate::cut::Population) |
+//! | paths: `V_paths` | the pixel's own paths and [`nearby`](super::nearby) ones |
 //!
-//! with the degrees of freedom of Satterthwaite 1946. `b` is about the largest contribution that no
-//! sample may have shown: of a stratum, of a path of the neighbourhood, or of a VPL. Where no camera
-//! sample met a surface and one may be in the pixel, the last term is at least the light of surfaces
-//! of the neighbourhood times the share of the pixel that so many samples may miss
-//! ([`Estimate::unmet`]). The interval is an estimate: measured, not proven.
+//! with the degrees of freedom of Satterthwaite 1946. [`Population`](crate::cut::Population) uses
+//! the samples of the cut. Where emission that the camera sees is rare, `V_paths` includes all
+//! camera samples. `b` is approximately the largest contribution that may be missing from the
+//! samples: of a stratum, of a path of the neighbourhood, or of a VPL. Where no camera sample met a
+//! surface and one may be in the pixel, the last term is at least the light of surfaces of the
+//! neighbourhood times the share of the pixel that these samples may miss ([`Estimate::unmet`]).
+//! The interval is an estimate: measured, not proven.
 
 use super::super::ControlOptions;
 use super::super::looks::AIM;
@@ -26,10 +27,11 @@ use crate::math::elementary::{ln_f64, powf_f64};
 use crate::stats::stratified::KAPPA;
 use crate::stats::{Moments, student_t_two_sided};
 
-/// Power of the pairs of a cut with which its variance falls (record, light transport).
+/// Exponent of the number of pairs with which the variance of a cut falls (record, light
+/// transport).
 const FALL: f64 = 1.77;
 
-/// What is found at a look; of what is controlled, the part with the widest interval.
+/// Result of an interim analysis, for the part of the error metric with the widest interval.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Finding {
     pub mean: RgbSum,
@@ -41,14 +43,14 @@ pub(super) struct Finding {
     variances: [f64; 4],
     /// `t_ν`.
     errors: f64,
-    /// `κ b ln(2/δ)` of strata, of paths and of VPLs.
+    /// Terms `κ b ln(2/δ)` of strata, of paths and of VPLs.
     rare: [f64; 3],
 }
 
 impl Finding {
-    /// The interval of confidence `1 − δ`.
+    /// Returns the interval of confidence `1 − δ`.
     ///
-    /// * `nearby`: of paths of the neighbourhood, by part of what is controlled.
+    /// * `nearby`: moments of paths of the neighbourhood, by part of the error metric.
     pub(super) fn of(
         estimate: &Estimate<'_>,
         nearby: &[Moments],
@@ -64,12 +66,12 @@ impl Finding {
         let of_part = |part: usize| {
             let spread = estimate.spread(part, &gathered);
             let own = &estimate.moments()[part];
-            // Where nothing is met there is no light to be found by the way.
+            // Where no surface is met, paths find no light.
             let theirs = nearby.get(part).copied().filter(|_| estimate.meets_surfaces()).unwrap_or_default();
             let paths = PathSpread::of(own, &theirs);
             let emission = estimate.rare_emission().map(|parts| parts[part]).unwrap_or_default();
             let samples = (emission.count() as f64).max(1.0);
-            // Taken for independent: a camera sample that sees emission alone has no path, so that
+            // Taken for independent: a camera sample that sees only emission has no path, so that
             // both together vary less.
             let of_paths = paths.variance + emission.variance() / samples;
             let by_draws = estimate.by_draws(part, tolerance);
@@ -88,7 +90,7 @@ impl Finding {
                 KAPPA_OF_PATHS * by_draws.largest_of_lights,
             ];
             let mut rare = rare.map(|b| b * ln_f64(2.0 / delta));
-            // Camera samples of gather points are fixed, those of paths grow.
+            // The camera samples of gather points are fixed, those of paths grow.
             let by_source = if estimate.has_points() { 2 } else { 1 };
             rare[by_source] = rare[by_source].max(estimate.unmet(part, delta));
             let half_width = errors * variance.sqrt() + rare.into_iter().fold(0.0, f64::max);
@@ -102,7 +104,7 @@ impl Finding {
         self.half_width <= self.tolerance
     }
 
-    /// Whether nothing is left to chance.
+    /// Returns true if the half-width is zero.
     pub(super) fn is_exact(&self) -> bool {
         self.half_width == 0.0
     }
@@ -111,26 +113,25 @@ impl Finding {
         self.variances.iter().sum::<f64>().sqrt()
     }
 
-    /// What the half-width would be if the terms that were drawn, VPLs and camera samples, or paths
-    /// were all.
+    /// Half-widths from single sources of error: terms drawn, VPLs with camera samples, and paths.
     pub(super) fn parts(&self) -> [f64; 3] {
         let [cut, lights, points, paths] = self.variances;
         [cut, lights + points, paths].map(|variance| self.errors * variance.sqrt())
     }
 
-    /// A variance that would be small enough.
+    /// Variance that would meet the tolerance, with the margin of [`AIM`].
     pub(super) fn tolerated_variance(&self) -> f64 {
         let error = AIM * self.tolerance / self.errors;
         error * error
     }
 
-    /// Whether a source of error that does not fall as the estimate grows stands in the way, which
-    /// by now is known well enough.
+    /// Returns true if a source of error that does not fall as the estimate grows exceeds `share`
+    /// of the tolerance, and its variance is known well enough.
     pub(super) fn is_held_up_by(&self, source: Source, share: f64) -> bool {
         self.share_of(source) > share && self.variance_by(source) > KNOWN * self.variances[0]
     }
 
-    /// What the half-width would be if a source of error were all, in units of the tolerance.
+    /// Half-width from a source of error alone, over the tolerance.
     pub(super) fn share_of(&self, source: Source) -> f64 {
         self.errors * self.variance_by(source).sqrt() / self.tolerance
     }
@@ -143,16 +144,17 @@ impl Finding {
         }
     }
 
-    /// By how much to grow the pairs and the paths of an estimate: always what lowers the variance
-    /// most for its work, until it is foreseen to be enough, or grown by the most.
+    /// Factors by which to grow the pairs and the paths of an estimate. Each step grows the one
+    /// that lowers the half-width most for its work, until the half-width is predicted to be narrow
+    /// enough, or the growth reaches `most`.
     ///
-    /// * `work`: of a pair and of a path, for as many as there are.
+    /// * `work`: work of all pairs and of all paths so far.
     ///
-    /// Also says whether that is foreseen to be enough.
+    /// Also returns true if the growth is predicted to be enough.
     pub(super) fn growth(&self, work: [f64; 2], most: [f64; 2]) -> ([f64; 2], bool) {
         let [cut, lights, points, paths] = self.variances;
         let mut growth = [1.0, 1.0];
-        // What varies not at all may still be rare.
+        // An estimate without variance may still miss rare light.
         let error = self.standard_error();
         let error = if error > 0.0 { error } else { 1.0 };
         loop {
@@ -164,7 +166,7 @@ impl Finding {
             if half_width <= AIM * self.tolerance {
                 return (growth, true);
             }
-            // How much the half-width falls for a little work.
+            // Decrease of the half-width for a little work.
             let gain = |k: usize| {
                 let power = if k == 0 { FALL } else { 1.0 };
                 let by_variance = self.errors * power * varies[k];
@@ -188,17 +190,16 @@ pub(super) enum Source {
     Both,
 }
 
-/// How many times the variance of the cut one must be that its samples tell, for them to tell it
-/// well.
+/// Multiple of the variance of the cut from which its samples estimate another variance well.
 const KNOWN: f64 = 3.0;
-/// Steps in which growth is looked for.
+/// Factor of one step of growth.
 const STEP: f64 = 1.05;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Of a background that all camera samples see alike, few samples are no proof, and more are.
+    /// A background that all camera samples see alike needs more than a few samples as proof.
     #[test]
     fn what_does_not_vary_grows_as_well() {
         let found = Finding {
@@ -214,8 +215,8 @@ mod tests {
         assert!(is_enough && growth[0] == 1.0 && (2.0..2.5).contains(&growth[1]), "{growth:?}");
     }
 
-    /// What is wide by its paths grows by paths, and what is wide by its cut by pairs, as far as is
-    /// needed.
+    /// An estimate with a wide interval from its paths grows by paths, one with a wide interval
+    /// from its cut by pairs, each as far as needed.
     #[test]
     fn estimates_grow_where_they_are_wide() {
         let found = |cut: f64, paths: f64| Finding {

@@ -19,15 +19,15 @@ use crate::vpl::{
     Clamp, Emission, EmitterSampler, LightTracer, Provenance, Vpl, VplKind, VplOptions, VplSet,
 };
 
-/// VPLs of a scene in their tree, guided to a view. For another view they are unbiased as well, but
-/// may be elsewhere.
+/// VPLs of a scene in their tree, guided to a view. They are unbiased for other views as well, but
+/// may be placed badly.
 #[derive(Clone, Debug)]
 pub struct GuidedLights {
     tree: LightTree,
     provenance: Provenance,
     options: VplOptions,
     truth: Truth,
-    /// Directions of the lights that are one direction each.
+    /// Directions of the emitters that are single directions.
     given_directions: Vec<Vec3>,
     importance_brightness: f64,
     importance_correlation: f64,
@@ -37,21 +37,21 @@ pub struct GuidedLights {
     lamps: Option<SeenLight>,
 }
 
-/// How many times as far VPLs are clamped where what that costs is put back. The variance of a VPL
-/// near by, in units of the light of a wall of them, falls with the square of this, that of the
-/// paths which find such walls hardly grows.
+/// Factor on the clamp distance where compensation adds the clamped light. The variance of a nearby
+/// VPL, in units of the light of a wall of VPLs, falls with the square of this factor; that of the
+/// paths that find such walls hardly grows.
 const COMPENSATED: f32 = 4.0;
 
-/// How many times as far again the VPLs of truths are clamped: their light varies half as much from
-/// one set to another, which no number of paths mends, and single paths up to twice as much.
+/// Further factor on the clamp distance of the VPLs of truths. Their light varies half as much from
+/// set to set, which no number of paths reduces, and single paths up to twice as much.
 const OF_TRUTHS: f32 = 4.0;
 
-/// How many times as far as they say themselves VPLs are clamped.
+/// Factor on the clamp distance of a set.
 fn farther(truth: Truth, clamp: Clamp) -> f32 {
     if (truth, clamp) == (Truth::Transport, Clamp::Auto) { COMPENSATED } else { 1.0 }
 }
 
-/// What emission matters to the view, and the options that tell how it is drawn.
+/// Learns which emission matters to the view. Returns the options by which it is drawn as well.
 fn learn<'t>(tracer: &'t Tracer, options: &VplOptions, view: &View<'_>) -> Result<(VplOptions, Guided<'t>)> {
     tracer.scene().check_method("tashika", Abilities::STILL)?;
     let options = VplOptions { emission: Emission::ByUse, ..options.clone() };
@@ -60,14 +60,14 @@ fn learn<'t>(tracer: &'t Tracer, options: &VplOptions, view: &View<'_>) -> Resul
     Ok((options, guided))
 }
 
-/// A set that is guided to the view, with the clamp that belongs to the truth.
+/// Traces a set that is guided to the view, with the clamp that belongs to the truth.
 fn traced<'t>(
     tracer: &'t Tracer,
     options: &VplOptions,
     truth: Truth,
     view: &View<'_>,
 ) -> Result<(VplSet, VplOptions, Guided<'t>)> {
-    // Both kinds of light are taken for carried by VPLs.
+    // VPLs are assumed to carry both direct and indirect light.
     if !(options.direct_share > 0.0 && options.direct_share < 1.0) {
         return Err(Error::option("direct_share", options.direct_share, "above 0 and below 1"));
     }
@@ -77,7 +77,7 @@ fn traced<'t>(
 }
 
 impl GuidedLights {
-    /// Traces about `options.count` VPLs for this truth, guided to what this view sees
+    /// Traces about `options.count` VPLs for a truth, guided to the points that a view sees
     /// ([`learn_light_guide`]). Runs on the current thread pool.
     ///
     /// # Errors
@@ -87,8 +87,9 @@ impl GuidedLights {
         Self::new(&set, options, truth, view, &guided)
     }
 
-    /// VPLs of surfaces alone, so many of which are drawn at each gather point, as emitters are: what
-    /// a [path sampler](super::LightTransport::path_sampler) draws from. The truth is light transport.
+    /// Traces VPLs of surfaces alone, for a [path sampler](super::LightTransport::path_sampler),
+    /// which draws a few of them and of the emitters at each gather point. The truth is light
+    /// transport.
     ///
     /// # Errors
     /// Options out of range.
@@ -96,8 +97,8 @@ impl GuidedLights {
         Ok(Self::drawn_from(tracer, options, view, 1.0)?.0)
     }
 
-    /// The same, which know as well what light neither they nor paths may find, and how they vary from
-    /// set to set: for truths. They are clamped four times farther.
+    /// Traces VPLs of surfaces alone for truths of an audit. They are clamped four times farther,
+    /// and come with estimates of unsampled light and of the variance from set to set.
     ///
     /// # Errors
     /// Options out of range.
@@ -123,9 +124,9 @@ impl GuidedLights {
         Ok((lights, guided))
     }
 
-    /// The set alone that [`trace`](Self::trace) traces: kept in a file, it spares those who share
-    /// a picture the tracing. [`given`](Self::given) makes of it the same lights, bit for bit, if
-    /// the options were the defaults but for count, clamp and seed.
+    /// Traces the set of [`trace`](Self::trace) alone, which the parts of a picture can share as a
+    /// file. [`given`](Self::given) makes the same lights of it, bit for bit, if the options were
+    /// the defaults except for count, clamp and seed.
     ///
     /// # Errors
     /// As [`trace`](Self::trace).
@@ -133,16 +134,15 @@ impl GuidedLights {
         Ok(traced(tracer, options, truth, view)?.0)
     }
 
-    /// The same of a set that was traced before, with its own clamp; guided to nothing, unless
-    /// whoever traced it did. Runs on the current thread pool.
+    /// Lights of a set that was traced before, with its own clamp. They are guided to the view only
+    /// if that tracing was. Runs on the current thread pool.
     ///
-    /// The guarantee of [`LightTransport`](super::LightTransport) holds for sets that an unbiased
-    /// tracing of this scene gave, as [`VplSet::trace`] and
-    /// [`trace_set`](Self::trace_set) do.
+    /// The guarantee of [`LightTransport`](super::LightTransport) holds for sets from an unbiased
+    /// tracing of this scene, as by [`VplSet::trace`] and [`trace_set`](Self::trace_set).
     ///
     /// # Errors
-    /// A set without direct VPLs, though the scene has emitters; one of another scene's images; the
-    /// truth of a single set.
+    /// A set without direct VPLs, though the scene has emitters; a set with images of another
+    /// scene; the truth of a single set.
     pub fn given(tracer: &Tracer, set: &VplSet, truth: Truth, view: &View<'_>) -> Result<Self> {
         set.validate_for(tracer.scene())?;
         let provenance = set.provenance();
@@ -176,13 +176,14 @@ impl GuidedLights {
         Ok(lights)
     }
 
-    /// Learns what estimates by them cannot tell by themselves.
+    /// Learns the correlation of the VPLs and the lamps that the camera sees, which estimates by
+    /// these VPLs do not show.
     fn learn_limits(&mut self, tracing: &LightTracer<'_>, view: &View<'_>) {
         self.importance_correlation = importance_correlation(tracing, view, &self.provenance, self.key(2));
         self.lamps = SeenLight::lamps(tracing, view, self.key(4));
     }
 
-    /// The set in a tree, of which nothing is learned yet.
+    /// The set in a tree, before anything is learned.
     fn of(set: &VplSet, options: VplOptions, truth: Truth, guided: &Guided<'_>) -> Self {
         let given = EmitterSampler::new(guided.tracing.tracer());
         let directional = given.punctual().filter(|light| light.kind == VplKind::Directional);
@@ -201,7 +202,7 @@ impl GuidedLights {
         }
     }
 
-    /// Learns which lights to draw where, how much light there is, and where caustics come from.
+    /// Learns which lights to draw at a place, the light on surfaces, and the origins of caustics.
     fn learn_choices(&mut self, guided: &Guided<'_>, view: &View<'_>, draws_at_points: bool) {
         self.on_surfaces = LightOnSurfaces::learn(&guided.tracing, view, self.key(3));
         let tracer = guided.tracing.tracer();
@@ -221,37 +222,38 @@ impl GuidedLights {
         self.choices = Some(Box::new(Choices::learn(&lit, view, by_vpls, draws_at_points, self.key(1))));
     }
 
-    /// Of what is learned.
+    /// Key of the random numbers for learning.
     fn key(&self, number: u64) -> u64 {
         rng::key(self.options.seed, Purpose::Guidance, number)
     }
 
-    /// How many VPLs.
+    /// Number of VPLs in the set.
     pub fn count(&self) -> u64 {
         self.provenance.direct + self.provenance.indirect
     }
 
-    /// The tree over them.
+    /// Light tree over the set.
     pub(super) fn tree(&self) -> &LightTree {
         &self.tree
     }
 
-    /// Whose light they stand for.
+    /// Origin of the light that the VPLs carry: emitters and surfaces, or surfaces alone.
     pub(super) fn source(&self) -> VplSource {
         self.source
     }
 
-    /// Which of them, and which emitters, to draw for a surface on a path.
+    /// Learned probabilities of VPLs and emitters at a surface on a path.
     pub(super) fn choices(&self) -> Option<&Choices> {
         self.choices.as_deref()
     }
 
-    /// Caustics, which they do not carry.
+    /// Caustics, which the VPLs do not carry.
     pub(super) fn caustics(&self) -> Option<&Caustics> {
         self.on_surfaces.as_ref()?.caustics.as_ref()
     }
 
-    /// An account of all light on surfaces that neither they nor paths from the camera have a part in.
+    /// Light on surfaces, from light paths that are independent of the VPLs and of paths from the
+    /// camera.
     pub(super) fn photons(&self) -> Option<&Photons> {
         self.on_surfaces.as_ref().map(|light| &light.all)
     }
@@ -271,33 +273,33 @@ impl GuidedLights {
         self.on_surfaces.as_ref()?.account
     }
 
-    /// Where they come from, with the clamp that belongs to them.
+    /// Origin of the VPLs, with the clamp that belongs to them.
     pub fn provenance(&self) -> &Provenance {
         &self.provenance
     }
 
-    /// What their mean is to be.
+    /// Quantity that estimates by these VPLs approximate.
     pub fn truth(&self) -> Truth {
         self.truth
     }
 
-    /// How they were traced.
+    /// Options by which the VPLs were traced.
     pub fn options(&self) -> &VplOptions {
         &self.options
     }
 
-    /// About the mean luminance of the view (W·m⁻²·sr⁻¹).
+    /// Approximate mean luminance of the view (W·m⁻²·sr⁻¹).
     pub fn importance_brightness(&self) -> f64 {
         self.importance_brightness
     }
 
-    /// About how many times as much as independent VPLs these vary, since light paths leave
-    /// several.
+    /// Approximate variance of these VPLs over that of independent ones: light paths leave several
+    /// VPLs.
     pub(super) fn importance_correlation(&self) -> f64 {
         self.importance_correlation
     }
 
-    /// Whether a light is in every set: an emitter that is a point or a single direction.
+    /// Returns true if a light is in every set: an emitter that is a point or a single direction.
     pub(super) fn is_given(&self, light: &Vpl) -> bool {
         match light.kind {
             VplKind::Omni | VplKind::Spot(_) | VplKind::Image(_) => true,

@@ -1,29 +1,29 @@
-//! Ours, against light transport itself: a cut over one large set of VPLs and many gather points,
-//! with what VPLs do not carry put back by paths, and an interval that reckons with which VPLs and
-//! points there are.
+//! Our method for light transport: a cut over one large set of VPLs and many gather points,
+//! compensation by paths for the light that VPLs do not carry, and an interval that accounts for
+//! the choice of VPLs and points.
 //!
 //! ```text
 //! L̂ = B + Σ_pairs ȳ_k + (1/m) Σ_paths          E L̂ = light transport
 //! ```
 //!
-//! the emission seen directly, a stratified sum over all VPLs ([`GuidedLights`]) by a cut that no
-//! sample of it has a say in ([`cut`](crate::cut)), guided by pilot visibility, and paths of what
-//! VPLs do not carry ([`compensation`](crate::compensation)).
+//! with the emission seen directly; a stratified sum over all VPLs ([`GuidedLights`]) by a cut that
+//! does not depend on its own samples ([`cut`](crate::cut)) and is guided by pilot visibility; and
+//! paths of the light that VPLs do not carry ([`compensation`](crate::compensation)).
 //!
-//! The cost of a cut is sublinear in VPLs and points, so these are made so many that they are a
-//! small part of the half-width, and how small is told by the samples of the cut themselves
-//! ([`Population`](crate::cut::Population)). At each look the interval is compared with
-//! `max(ε L̂ / (1 + ε), ε_abs)`; where it is too wide, pairs and paths grow by as much as is
-//! missing of each ([`Finding::growth`](interval::Finding::growth)). What growth does not mend is
-//! begun anew: VPLs that are too near are clamped farther away, pixels with edges have more points;
-//! and where that is not enough, or paths of the neighbourhood tell that VPLs are in vain or not
-//! needed, a pixel is made of paths of all there is ([`Estimator`]). Where the user says no
-//! `ε_abs`, it is `ε` of a hundredth of the mean luminance of the view.
+//! The cost of a cut is sublinear in VPLs and points. Both are so numerous that their choice is a
+//! small part of the half-width; the samples of the cut estimate that part
+//! ([`Population`](crate::cut::Population)). Each interim analysis compares the half-width with
+//! `max(ε L̂ / (1 + ε), ε_abs)`; if it is too wide, pairs and paths grow by the predicted need of
+//! each ([`Finding::growth`](interval::Finding::growth)). Where growth does not help, the pixel is
+//! restarted: nearby VPLs are clamped farther away, and pixels with edges have more points. Where
+//! that is not enough, or paths of the neighbourhood show that VPLs do not help or are not needed,
+//! the pixel is estimated by full paths alone ([`Estimator`]). Without an `ε_abs` of the user, it
+//! is `ε` of a hundredth of the mean luminance of the view.
 //!
 //! # Guarantee
-//! For a given number of pairs and paths the estimate is unbiased over sets of VPLs, but for paths
-//! longer than the longest light path. Intervals are calibrated: measured, not proven. Held to this
-//! by the suite's `light_transport`; the record has the measurements.
+//! For a given number of pairs and paths the estimate is unbiased over sets of VPLs, except for
+//! paths longer than the longest light path. Intervals are calibrated: measured, not proven. Held
+//! to this by the suite's `light_transport`; the record has the measurements.
 
 mod estimate;
 mod interval;
@@ -52,13 +52,13 @@ use estimate::Common;
 use nearby::{Cells, Nearby, about};
 use pixel::Pixel;
 
-/// Pairs and paths beyond which a pixel does not grow, if nobody says.
+/// Default for the most pairs and paths of a pixel.
 const MOST_WORK: u64 = 1 << 16;
-/// Clamp distances.
+/// Number of clamp distances.
 const CLAMPS: usize = FARTHER.len();
-/// How many times as far as the first.
+/// Clamp distances, as multiples of the first.
 const FARTHER: [f32; 3] = [1.0, 4.0, 16.0];
-/// Error control against light transport.
+/// Integrator that controls the error against light transport.
 #[derive(Debug)]
 pub struct LightTransport<'a> {
     lights: &'a GuidedLights,
@@ -68,14 +68,14 @@ pub struct LightTransport<'a> {
 }
 
 impl<'a> LightTransport<'a> {
-    /// The method on these lights of the tracer's scene.
+    /// Returns the method for these lights of the tracer's scene.
     pub fn new(tracer: &'a Tracer, lights: &'a GuidedLights, options: &ControlOptions) -> Self {
         let emitters = EmitterSampler::by_use(tracer, lights.options());
         let options = options.in_view_of(lights.importance_brightness());
         Self { lights, emitters, options, only: None }
     }
 
-    /// The same with one estimator for all pixels, to measure it or to test it. Nothing changes
+    /// Returns the method with one estimator for all pixels, to measure or test it. Has no effect
     /// unless the truth is light transport.
     #[must_use]
     pub fn only_by(mut self, estimator: Estimator) -> Self {
@@ -83,13 +83,13 @@ impl<'a> LightTransport<'a> {
         self
     }
 
-    /// Error that is enough where it is dark (W·m⁻²·sr⁻¹): what was said, or a share of the mean
-    /// luminance of the view.
+    /// Absolute error that suffices in dark pixels (W·m⁻²·sr⁻¹): the given one, or a share of the
+    /// mean luminance of the view.
     pub fn absolute_error(&self) -> f64 {
         self.options.absolute_error
     }
 
-    /// Pairs and paths beyond which a pixel does not grow.
+    /// Most pairs and paths of a pixel.
     fn most_work(&self) -> u64 {
         self.options.max_pairs.unwrap_or(MOST_WORK)
     }
@@ -99,24 +99,24 @@ impl<'a> LightTransport<'a> {
     }
 }
 
-/// The method at work on one view.
+/// The method on one view.
 struct OfView<'v> {
     method: &'v LightTransport<'v>,
     setting: Setting<'v>,
     visibility: OnceLock<PilotVisibility>,
-    /// By clamp distance.
+    /// Cells of the image, by clamp distance.
     cells: [Cells; CLAMPS],
 }
 
 impl OfView<'_> {
-    /// What paths of the neighbourhood of a pixel found, with that clamp distance.
+    /// Paths of the neighbourhood of a pixel, with the given clamp distance.
     fn nearby(&self, common: &Common<'_>, pixel: [u32; 2], clamp: usize) -> &Nearby {
         let seed = rng::key(self.method.options.seed, Purpose::Guidance, clamp as u64);
         about(&self.cells[clamp], pixel, common, self.method.clamp_distance(clamp), seed)
     }
 }
 
-/// What a cell sees of the lights: measured when a pixel of it first sums over them.
+/// Visibility of the lights from a cell: measured when a pixel of the cell first sums over them.
 struct Visibility<'a> {
     of_view: &'a OfView<'a>,
     pilot: Pilot<'a>,

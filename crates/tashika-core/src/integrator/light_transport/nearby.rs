@@ -1,9 +1,10 @@
-//! What paths of the neighbourhood found, before a pixel is begun.
+//! Paths of the neighbourhood, followed before a pixel begins.
 //!
-//! A pixel that has followed a hundred paths may not have met the bright one of a thousand. Its
-//! neighbours together have: the image is divided into cells ([`Grid`]), and [`PATHS`] paths of either [`Estimator`], of random pixels of the cell, are followed for no
-//! estimate. Those from points that mirror sharply are kept apart from others: a glossy pixel among
-//! matt ones is as noisy as its like.
+//! A hundred paths of a pixel may all miss the bright one in a thousand; those of its neighbours
+//! together do not. The image is divided into cells ([`Grid`]). For each [`Estimator`], [`PATHS`]
+//! paths of random pixels of the cell are followed, which no estimate uses. Paths from points that
+//! mirror sharply are kept apart from others: a glossy pixel among matt ones is as noisy as other
+//! glossy pixels.
 //!
 //! # Independence
 //! Pixels and paths come from streams of their own ([`Purpose::Guidance`]); a cell is a function of
@@ -18,58 +19,58 @@ use crate::guidance::{Grid, cell_of, key_of, pixels_of, random_pixel};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::{Moments, student_t_two_sided};
 
-/// Paths of a cell, of either estimator.
+/// Number of paths of a cell, for each estimator.
 pub(super) const PATHS: u64 = 1024;
-/// Fewest paths of a kind that tell of it.
+/// Fewest paths of a kind whose moments are used.
 const FEWEST: u64 = 64;
 
 /// Paths of one estimator from the pixels of a cell.
 #[derive(Clone, Debug, Default)]
 struct Paths {
-    /// Of single paths, by part of what is controlled: from points that do not mirror sharply, from
-    /// those that do, and of all.
+    /// Moments of single paths, by part of the error metric: from points that do not mirror
+    /// sharply, from those that do, and from all.
     moments: [Vec<Moments>; 3],
     /// Caustic light that single paths found (luminance).
     found: Moments,
     /// Mean expected caustic light, at the first surface and beyond (luminance).
     expected: [f64; 2],
-    /// About the least luminance of all light where they begin, by light paths.
+    /// Approximate lower bound on the mean luminance at the first surfaces, from light paths.
     by_light_paths: f64,
-    /// Whether a camera sample met emission.
+    /// True if a camera sample met emission.
     sees_emission: bool,
-    /// How many began at a surface.
+    /// Number of paths that began at a surface.
     met: u64,
     rays: u64,
 }
 
-/// Share of the caustic light below which paths are taken not to find it.
+/// Share of the expected caustic light below which paths are taken to miss it.
 pub(super) const FOUND: f64 = 0.5;
 
-/// Rays of whole paths that take as long as the least that a sum over VPLs does: some hundred pairs
-/// over the gather points, with their bounds and lists. Measured.
+/// Rays of full paths that take as long as the smallest sum over VPLs: some hundred pairs over the
+/// gather points, with their bounds and lists. Measured.
 const CHEAP: f64 = 8192.0;
 
-/// What is known of a cell, for one clamp distance.
+/// Paths of a cell, for one clamp distance.
 #[derive(Debug)]
 pub(super) struct Nearby {
     place: [u32; 2],
     key: u64,
     compensation: Paths,
-    /// Few pixels ask for it.
+    /// Full paths, followed when a pixel first needs them.
     whole: OnceLock<Paths>,
 }
 
 impl Nearby {
-    /// Paths of what VPLs do not carry, of pixels that are like one that mirrors sharply or does
-    /// not.
+    /// Moments of compensation paths, from points of the same kind if there are enough of them:
+    /// those that mirror sharply, or those that do not.
     pub(super) fn compensation(&self, is_narrow: bool) -> &[Moments] {
         let [matt, glossy, all] = &self.compensation.moments;
         let of_kind = if is_narrow { glossy } else { matt };
         if of_kind.first().is_some_and(|moments| moments.count() >= FEWEST) { of_kind } else { all }
     }
 
-    /// Unsampled caustic light: its share of all caustic light, and the caustic light expected beyond
-    /// the first surface (luminance, W·m⁻²·sr⁻¹); none if paths find it.
+    /// Unsampled caustic light: its share of all caustic light, and the caustic light expected
+    /// beyond the first surface (luminance, W·m⁻²·sr⁻¹); none if paths find it.
     pub(super) fn not_found(&self) -> Option<(f64, f64)> {
         let Paths { found, expected, .. } = &self.compensation;
         let there: f64 = expected.iter().sum();
@@ -77,26 +78,26 @@ impl Nearby {
         (most_found < FOUND * there).then(|| (1.0 - found.mean() / there, expected[1]))
     }
 
-    /// Returns true if paths of all there is found much less light than light paths did.
+    /// Returns true if full paths found much less light than light paths did.
     pub(super) fn is_light_unmet(&self, common: &Common<'_>) -> bool {
         let whole = self.paths_of_all(common);
         let most_found = |of_path: &Moments| of_path.mean() + 2.0 * of_path.standard_error();
         whole.moments[2].first().is_some_and(|of_path| most_found(of_path) < FOUND * whole.by_light_paths)
     }
 
-    /// Whether the camera sees emission here, straight or by way of smooth surfaces.
+    /// Returns true if the camera sees emission here, directly or over specular surfaces.
     pub(super) fn sees_emission(&self) -> bool {
         self.compensation.sees_emission
     }
 
-    /// Paths of all there is.
+    /// Moments of full paths, by part of the error metric.
     pub(super) fn whole(&self, common: &Common<'_>) -> &[Moments] {
         &self.paths_of_all(common).moments[2]
     }
 
-    /// Whether paths of all there is vary less, for the same rays, than those of what VPLs do not
-    /// carry: then VPLs are of no use. Paths that found nothing tell nothing: VPLs may know of
-    /// light that is hard to meet.
+    /// Returns true if full paths have less variance than compensation paths for the same rays:
+    /// then VPLs are of no use. Full paths that found no light decide nothing, as VPLs may carry
+    /// light that paths rarely find.
     pub(super) fn are_vpls_in_vain(&self, common: &Common<'_>) -> bool {
         let for_a_ray = |paths: &Paths| {
             paths.moments[2].first().map_or(0.0, |of_path| of_path.variance() * paths.rays as f64)
@@ -105,9 +106,9 @@ impl Nearby {
         whole > 0.0 && whole < compensation
     }
 
-    /// Whether paths of all there is are foreseen to keep the promise with less work than any sum
-    /// over VPLs takes, as where light comes straight from the sky: where they vary so little,
-    /// those of the neighbourhood know how much light there is to a few per cent.
+    /// Returns true if full paths are predicted to meet the tolerance with less work than any sum
+    /// over VPLs takes, as where light comes straight from the sky. Where paths vary so little,
+    /// those of the neighbourhood give the mean luminance to a few per cent.
     pub(super) fn are_paths_cheap(&self, common: &Common<'_>, options: &ControlOptions) -> bool {
         let whole = self.paths_of_all(common);
         let Some(of_path) = whole.moments[2].first().filter(|of_path| of_path.mean() > 0.0) else {
@@ -119,12 +120,12 @@ impl Nearby {
         paths * whole.rays as f64 / (PATHS as f64) < CHEAP
     }
 
-    /// Whether any camera sample here met no surface.
+    /// Returns true if any camera sample here met no surface.
     pub(super) fn are_surfaces_missed(&self) -> bool {
         self.compensation.met < PATHS
     }
 
-    /// About the luminance of the surfaces here (W·m⁻²·sr⁻¹); zero if no path began at one.
+    /// Approximate luminance of the surfaces here (W·m⁻²·sr⁻¹); zero if no path began at one.
     pub(super) fn importance_brightness(&self, common: &Common<'_>) -> f64 {
         let whole = self.paths_of_all(common);
         let mean = whole.moments[2].first().map_or(0.0, Moments::mean);
@@ -135,7 +136,7 @@ impl Nearby {
         self.whole.get_or_init(|| follow(Estimator::Paths, self.place, common, 0.0, self.key))
     }
 
-    /// Rays of these that each pixel of the cell cost.
+    /// Rays of the cell's paths by an estimator, divided among its pixels.
     pub(super) fn rays_per_pixel(&self, estimator: Estimator) -> u64 {
         let rays = match estimator {
             Estimator::Vpls => self.compensation.rays,
@@ -145,10 +146,10 @@ impl Nearby {
     }
 }
 
-/// The cells of an image.
+/// The cells of an image, each with its paths.
 pub(super) type Cells = Grid<Nearby>;
 
-/// What is known about a pixel, for one clamp distance.
+/// Returns the paths of the cell of a pixel, for one clamp distance.
 pub(super) fn about<'c>(
     cells: &'c Cells,
     pixel: [u32; 2],
@@ -225,7 +226,7 @@ mod tests {
     use crate::scene::{Camera, Emission, Material, MeshData, SceneBuilder, Surface};
     use crate::vpl::{EmitterSampler, VplOptions};
 
-    /// What is known of a cell of the image that sees a tile on a matt floor below a lamp.
+    /// Calls `look` for a cell of the image that sees a tile on a matt floor below a lamp.
     fn look_at_tile(surface: Surface, look: impl Fn(&Nearby, &Common<'_>)) {
         let mut b = SceneBuilder::new("test", Location::default());
         let mut place = |corner: Vec3, side: f32, material: Material| {
@@ -269,7 +270,7 @@ mod tests {
         }
     }
 
-    /// A glossy tile on a matt floor: neither is told what the other varies by.
+    /// A glossy tile on a matt floor: the paths of each have moments of their own.
     #[test]
     fn glossy_pixels_are_told_of_glossy_paths() {
         look_at_tile(gloss(), |nearby, _| {
@@ -281,8 +282,8 @@ mod tests {
         });
     }
 
-    /// Paths take work with the square of what varies over what is tolerated: a matt floor under a
-    /// lamp is soon known to a third, and not to a hundredth.
+    /// The number of paths grows with variance over squared tolerance: a few paths estimate a matt
+    /// floor under a lamp to a third, but not to a hundredth.
     #[test]
     fn paths_are_cheap_where_little_is_asked_of_what_hardly_varies() {
         let matt = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };
@@ -294,8 +295,8 @@ mod tests {
         });
     }
 
-    /// VPLs carry the light of matt surfaces. Of a gloss they carry nothing, and paths that have it
-    /// to find anyway find the rest.
+    /// VPLs carry the light of matt surfaces. They carry none of a gloss, and full paths that have
+    /// to find the gloss find the other light as well.
     #[test]
     fn vpls_are_in_vain_where_gloss_is_most_of_the_light() {
         let matt = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };

@@ -1,17 +1,17 @@
-//! Paths of light transport by what VPLs tell, so many of each pixel.
+//! Paths of light transport with drawn VPLs, a given number for each pixel.
 //!
-//! A path begins at a gather point of its own. There and at each later surface emitters and VPLs are
-//! drawn by what was learned of the place ([`Choices`](crate::compensation::Choices)): a few at the
-//! first, one at others. VPLs stand for all light that diffuse surfaces send on, the path for the
-//! rest. So most paths are short, and no pixel pays for a cut.
+//! A path begins at a gather point of its own. There and at each later surface emitters and VPLs
+//! are drawn by learned probabilities ([`Choices`](crate::compensation::Choices)): a few at the
+//! first surface, one at others. VPLs stand for all light that diffuse surfaces reflect, the path
+//! for the rest. So most paths are short, and no pixel needs a cut.
 //!
-//! VPLs are clamped [farther](CLAMP) than those of sums: paths vary as much by them, and the light
-//! from one set to another less.
+//! VPLs are clamped [farther](CLAMP) than those of sums: the variance of single paths stays about
+//! the same, and that from set to set falls.
 //!
 //! # Guarantee
 //! The mean of a pixel is unbiased over sets of VPLs, as that of
-//! [`LightTransport`](super::LightTransport) is. Held to this by `paths::tests`; what is told of sets
-//! too, and of light that is not found by the suite's `hard_light`.
+//! [`LightTransport`](super::LightTransport) is. The mean and the variance over sets are held to
+//! this by `paths::tests`, unsampled light by the suite's `hard_light`.
 
 use super::estimate::{Common, Estimator, summed_with};
 use super::nearby::{FOUND, PATHS};
@@ -23,22 +23,22 @@ use crate::integrator::{PathSamples, SamplePaths, Setting};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
 
-/// Lights drawn at a gather point: as many as cost about what the path costs. Chosen.
+/// Lights drawn at a gather point, which cost about as much as the path. Chosen.
 const DRAWS: Draws = Draws { emitters: 2, vpls: 4 };
 
-/// Which clamp distance. A quarter of it takes the standard deviation over sets from 1.2 to 3.0 %
-/// (Cornell box) and 1.6 to 2.5 % (room) in the hardest quarter of the pixels; four times as much
-/// has paths vary by half as much again.
+/// Index of the clamp distance. A quarter of that distance raises the standard deviation over sets
+/// from 1.2 to 3.0 % (Cornell box) and from 1.6 to 2.5 % (room) in the hardest quarter of the
+/// pixels; with four times that distance, paths vary by half as much again.
 const CLAMP: usize = 1;
 
-/// Draws paths of the pixels of one view.
+/// A sampler of paths for the pixels of one view.
 struct OfView<'v> {
     method: &'v LightTransport<'v>,
     setting: Setting<'v>,
 }
 
 impl LightTransport<'_> {
-    /// Paths of this view, by these lights.
+    /// Returns a sampler of paths for this view, with these lights.
     pub fn path_sampler<'v>(&'v self, setting: Setting<'v>) -> impl SamplePaths + use<'v> {
         OfView { method: self, setting }
     }
@@ -123,8 +123,8 @@ mod tests {
     use crate::stats::Moments;
     use crate::vpl::{Clamp, VplOptions};
 
-    /// The mean over an image is that of the path tracer, with lights of several seeds; half of the
-    /// light comes from other surfaces, so that paths without it would be far off.
+    /// The mean over an image agrees with the path tracer, with lights of several seeds. Half of
+    /// the light comes from other surfaces, so that paths without it would be far off.
     #[test]
     fn the_mean_is_that_of_the_path_tracer() {
         let tracer = Tracer::new(Arc::new(builtin::tiny()));
@@ -158,13 +158,13 @@ mod tests {
         );
     }
 
-    /// How far pixels vary from set to set, which paths by one set do not show, is what is told of it.
+    /// The variance from set to set, which paths by one set do not show, agrees with its estimate.
     #[test]
     fn how_light_varies_by_sets_is_told() {
         const SETS: u64 = 24;
         const PATHS: u32 = 1024;
         let tracer = Tracer::new(Arc::new(builtin::tiny()));
-        // Small pixels: what is told is of a gather point.
+        // Small pixels: the estimate is for one gather point.
         let size = [256, 192];
         let at = |(x, y): (u32, u32)| Window { x: 32 + 64 * x, y: 32 + 64 * y, width: 1, height: 1 };
         let windows: Vec<Window> = (0..12).map(|k| at((k % 4, k / 4))).collect();
@@ -186,7 +186,7 @@ mod tests {
                 of_paths[k] += found.luminance.variance() / f64::from(PATHS) / SETS as f64;
             }
         }
-        // Where single paths hide nothing.
+        // Pixels in which the variance of single paths does not hide that of sets.
         let clear: Vec<usize> = (0..12).filter(|k| told[*k] > 2.0 * of_paths[*k]).collect();
         assert!(clear.len() >= 4, "{told:?} {of_paths:?}");
         let ratio = |k: &usize| (by_sets[*k].variance() - of_paths[*k]) / told[*k];
@@ -195,7 +195,7 @@ mod tests {
         assert!((0.4..1.6).contains(&mean), "{mean}");
     }
 
-    /// A tile of a tile gives the same pixels, and a pixel that needs no path has none.
+    /// A part of a tile gives the same pixels; a pixel that needs no path has none.
     #[test]
     fn tiles_do_not_enter() {
         let tracer = Tracer::new(Arc::new(builtin::tiny()));

@@ -1,4 +1,4 @@
-//! A pixel from its first look to its last: estimates that grow, and what is tried where growth is
+//! A pixel from its first analysis to its last: estimates that grow, and restarts where growth is
 //! not enough.
 
 use super::super::looks::Looks;
@@ -12,38 +12,37 @@ use crate::gather::{Features, GatherPoint, PixelSum};
 use crate::rng::{self, Purpose};
 use crate::stats::Moments;
 
-/// Pairs and paths at the first look.
+/// Pairs and paths at the first analysis.
 const FIRST: [f64; 2] = [64.0, 32.0];
-/// Least growth from look to look.
+/// Least growth between analyses, as a factor.
 const LEAST_GROWTH: f64 = 1.1;
-/// Most growth of pairs and paths from look to look.
+/// Most growth of pairs and paths between analyses.
 const MOST_GROWTH: [f64; 2] = [2.0, 4.0];
 /// Rays of a path that take as long as a pair with its samples, bounds and lists. Chosen.
 const WORK_OF_PAIRS: f64 = 4.0;
-/// Growth of the number of camera samples where they hold up a pixel, and the most.
+/// Factor by which the number of camera samples grows where they limit a pixel.
 const MORE_SAMPLES: u32 = 8;
-/// See [`MORE_SAMPLES`].
+/// Most camera samples of a sum over VPLs.
 const MOST_SAMPLES: u32 = 8192;
-/// Share of the tolerance that a source of error may have which does not fall as an estimate grows,
-/// before a pixel is begun anew with less of it.
+/// Share of the tolerance above which a source of error that does not fall as an estimate grows is
+/// reduced by a restart of the pixel.
 const ENOUGH: f64 = 0.7;
-/// The same, before VPLs are given up: what little is left would have to come from ever so many
-/// pairs and paths.
+/// Share of the tolerance above which such sources end sums over VPLs: the rest of the tolerance
+/// would take a very large number of pairs and paths.
 const TOO_MUCH: f64 = 0.87;
-/// Share of the tolerance that such a source has to have for it to be mended as well.
+/// Share of the tolerance above which a restart reduces such a source as well.
 const PART: f64 = 0.4;
-/// Share of the permitted work after which nothing is begun anew: what is left would not get as
-/// far.
+/// Share of the permitted work after which a pixel is not restarted: the rest would not get as far.
 const LATE: f64 = 0.25;
-/// Share of the tolerance that light which is not found may have.
+/// Share of the tolerance that unsampled light may have.
 const NEGLIGIBLE: f64 = 0.25;
-/// How many of the trial samples have to meet emission for those of an estimate to tell it. Chosen:
-/// where four are expected to meet it, one choice in fifty meets none.
+/// Number of trial samples that have to meet emission for the samples of the points to be enough.
+/// Chosen: where four are expected to meet it, one choice in fifty meets none.
 const ENOUGH_MEET: usize = 4;
-/// Camera samples that features are told from where there are paths alone.
+/// Camera samples for features where there are only paths.
 const SAMPLES_OF_FEATURES: u32 = 16;
 
-/// A pixel in work.
+/// A pixel in progress, over all of its restarts.
 pub(super) struct Pixel<'a, 'v> {
     of_view: &'a OfView<'a>,
     method: &'a LightTransport<'a>,
@@ -51,31 +50,32 @@ pub(super) struct Pixel<'a, 'v> {
     visibility: &'a Visibility<'v>,
     at: [u32; 2],
     key: u64,
-    /// At the last look.
+    /// Result of the last analysis.
     finding: Option<Finding>,
-    /// Whether it keeps the promise.
+    /// True if the last analysis met the tolerance and may claim its interval.
     is_met: bool,
-    /// Whether it was decided on before the samples were drawn, so that its interval may be stated
-    /// however wide it is.
+    /// True if the last analysis was planned before its samples were drawn, so that its interval
+    /// may be stated however wide it is.
     may_claim: bool,
     features: Features,
-    /// Whether it sees a lamp so small that most camera samples miss it, and most paths would.
+    /// True if the pixel sees a lamp so small that most camera samples and most paths miss it.
     sees_small_lamp: bool,
-    /// About how much light is missing that is not found (luminance).
+    /// Approximate luminance of unsampled light.
     importance_not_found: f64,
     /// True if a camera sample met a surface or a medium that scatters light.
     may_be_lit: bool,
-    /// About the least luminance by light paths, where paths from the camera met much less.
+    /// Approximate lower bound on the luminance from light paths, where paths from the camera found
+    /// much less.
     by_light_paths: f64,
-    /// However often it is begun anew.
+    /// Analyses of all restarts together.
     looks: Looks,
-    /// Pairs and paths of estimates that were given up.
+    /// Pairs and paths of estimates that are ended.
     given_up: u64,
     pairs: u64,
     rays: u64,
-    /// Whether paths of all there is in the neighbourhood are among the rays.
+    /// True if the full paths of the neighbourhood are counted in `rays`.
     knows_whole: bool,
-    /// About the luminance of surfaces that may be in the pixel though no camera sample met one.
+    /// Approximate luminance of surfaces that may be in the pixel though no camera sample met one.
     importance_unmet: Option<f64>,
 }
 
@@ -84,13 +84,13 @@ fn more(samples: u32) -> u32 {
     (samples * MORE_SAMPLES).clamp(MORE_SAMPLES, MOST_SAMPLES)
 }
 
-/// How work on an estimate ended.
+/// Reason for which work on an estimate ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Ended {
     Met,
     OutOfBudget,
-    /// By what does not fall as it grows: whether it is to be begun anew with lights, and with
-    /// points, that do better.
+    /// A source of error that does not fall as the estimate grows. For lights, and for points: true
+    /// if the pixel is to be restarted with better ones.
     HeldUp([bool; 2]),
 }
 
@@ -127,7 +127,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
         }
     }
 
-    /// Works until the promise is kept, or nothing helps.
+    /// Works until the tolerance is met, or nothing helps.
     pub(super) fn estimate(mut self, memory: &mut CutMemory) -> PixelRecord {
         let only = self.method.only.filter(|_| self.common.compensates);
         let begins_with_paths = only.map_or_else(|| self.are_vpls_in_vain(), |only| only == Estimator::Paths);
@@ -140,7 +140,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
         self.stated()
     }
 
-    /// By sums over VPLs; whether that is all that is to be done.
+    /// Estimates by sums over VPLs. Returns true if the pixel needs nothing else.
     fn by_vpls(&mut self, memory: &mut CutMemory) -> bool {
         let mut samples = self.samples_for_lamps(self.common.setting.view.gather.points);
         if self.is_rim(samples) {
@@ -151,7 +151,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
         let visibility = self.visibility.get();
         self.rays += visibility.segments_per_pixel;
         for attempt in 0.. {
-            // An estimate that is begun anew has nothing in common with the one that was given up.
+            // An estimate after a restart has nothing in common with the one before.
             let key = rng::key(self.key, Purpose::Replicate, attempt);
             let (method, common) = (self.method, self.common);
             let points = Points::new(&common, self.at, samples, is_emission_rare, key);
@@ -179,8 +179,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
         false
     }
 
-    /// How many camera samples are likely to meet the lamps that the pixel sees, if so many are
-    /// not. It is told by others than those of the estimate, which would be biased by what it met.
+    /// Number of camera samples that are likely to meet the lamps that the pixel sees, at least
+    /// `few`. Samples drawn for this alone decide: those of the estimate would bias the estimate.
     fn samples_for_lamps(&mut self, few: u32) -> u32 {
         let mut samples = few;
         while samples < MOST_SAMPLES && self.misses_lamps(samples) {
@@ -190,7 +190,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
         if self.sees_small_lamp { more(samples) } else { few }
     }
 
-    /// Whether so many camera samples, which are drawn for this alone, miss a lamp.
+    /// Returns true if `samples` camera samples, drawn for this alone, miss a lamp.
     fn misses_lamps(&mut self, samples: u32) -> bool {
         if !self.common.sees_lamps(self.at) {
             return false;
@@ -199,28 +199,29 @@ impl<'a, 'v> Pixel<'a, 'v> {
         self.common.lamps_not_met(self.at, &seen) > 0.0
     }
 
-    /// Whether surfaces may be in the pixel that so many camera samples, drawn for this alone, all miss.
+    /// Returns true if `samples` camera samples, drawn for this alone, all miss surfaces that may
+    /// be in the pixel.
     fn is_rim(&mut self, samples: u32) -> bool {
         let common = self.common;
         let may_be = common.compensates && self.of_view.nearby(&common, self.at, 0).are_surfaces_missed();
         may_be && self.try_samples(samples).points.is_empty() && self.importance_unmet() > 0.0
     }
 
-    /// Whether emission that the camera sees is likely to be missed by so many camera samples: a
+    /// Returns true if `samples` camera samples are likely to miss emission that the camera sees: a
     /// window that is mirrored by a rim fills a thousandth of the pixel.
     fn is_emission_rare(&mut self, samples: u32) -> bool {
         let common = self.common;
         if !common.compensates {
             return false;
         }
-        // Through what scatters, it is chance whether a sample meets it.
+        // Through a scattering medium, it is chance whether a sample meets emission.
         if common.setting.tracer.scene().scatters() {
             return true;
         }
         if common.sees_lamps(self.at) {
             return false;
         }
-        // Where none of the neighbours has met any there is hardly any.
+        // Where no neighbour has met emission there is hardly any.
         if !self.of_view.nearby(&common, self.at, 0).sees_emission() {
             return true;
         }
@@ -228,13 +229,13 @@ impl<'a, 'v> Pixel<'a, 'v> {
         seen.samples.iter().filter(|sample| !sample.background.is_black()).count() < ENOUGH_MEET
     }
 
-    /// So many camera samples, drawn to plan the estimate: it would be biased by what its own met.
+    /// Draws camera samples to plan the estimate; planning by its own samples would bias it.
     fn try_samples(&mut self, samples: u32) -> PixelSum {
         self.rays += u64::from(samples);
         self.common.samples(self.at, samples, rng::key(self.key, Purpose::Guidance, samples.into()))
     }
 
-    /// By paths of all there is.
+    /// Estimates the pixel by full paths.
     fn by_paths(&mut self) {
         let key = rng::key(self.key, Purpose::CameraPath, 0);
         if self.finding.is_none() {
@@ -247,8 +248,9 @@ impl<'a, 'v> Pixel<'a, 'v> {
         self.refine(Estimate::of_paths(common, self.at, key), moments, [false; 2]);
     }
 
-    /// Whether paths of the neighbourhood tell that VPLs would be of no use, or that they are not
-    /// needed. Pixels of which light may not be found are left to them, which tell how much.
+    /// Returns true if paths of the neighbourhood show that VPLs would be of no use or are not
+    /// needed. Pixels with light that may be unsampled are left to VPLs, whose estimate includes
+    /// its amount.
     fn are_vpls_in_vain(&mut self) -> bool {
         let (method, common) = (self.method, self.common);
         if !common.compensates || common.sees_lamps(self.at) {
@@ -262,21 +264,21 @@ impl<'a, 'v> Pixel<'a, 'v> {
         let are_in_vain = nearby.are_vpls_in_vain(&common)
             || (nearby.are_paths_cheap(&common, &method.options) && !self.is_background());
         if are_in_vain {
-            // Else they are counted with the sums.
+            // Otherwise these rays are counted with the sums.
             self.rays += nearby.rays_per_pixel(Estimator::Vpls);
         }
         are_in_vain
     }
 
-    /// Whether the pixel is likely to see no surface: then it is what its camera samples see, and
-    /// exact if that is one colour.
+    /// Returns true if the pixel is likely to see no surface. The pixel is then the mean of its
+    /// camera samples, and exact if these have one colour.
     fn is_background(&mut self) -> bool {
         let sees_emission = self.of_view.nearby(&self.common, self.at, 0).sees_emission();
         sees_emission && self.try_samples(SAMPLES_OF_FEATURES).points.is_empty()
     }
 
-    /// About the luminance of surfaces that may be in the pixel, or zero: where no ray of the pixel can
-    /// meet a surface, and where VPLs alone are the truth.
+    /// Approximate luminance of surfaces that may be in the pixel. Zero where no ray of the pixel
+    /// can meet a surface, and where VPLs alone are the truth.
     fn importance_unmet(&mut self) -> f64 {
         if let Some(known) = self.importance_unmet {
             return known;
@@ -295,8 +297,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
         luminance
     }
 
-    /// Learns from camera samples whether an estimate of zero, or one that is much less than light paths
-    /// know of, may be believed.
+    /// Learns from camera samples whether the pixel may be lit, and a lower bound on its luminance
+    /// from light paths where paths of the neighbourhood found much less.
     fn look_at(&mut self, seen: &PixelSum) {
         if !self.common.compensates {
             return;
@@ -309,8 +311,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
         self.by_light_paths = if is_unmet { self.common.by_light_paths(seen) } else { 0.0 };
     }
 
-    /// Approximate luminance that the estimate lacks: of caustics, of lamps, and of light that light paths
-    /// find around the pixel or project onto it.
+    /// Approximate luminance that the estimate lacks: of caustics, of lamps, and of light that light
+    /// paths find around the pixel or project onto it.
     fn importance_missing(&self, found: &Finding) -> f64 {
         let most = f64::from(found.mean.total().luminance()) + found.half_width;
         let lacks = |share: f64, there: f64| if most < share * there { there - most } else { 0.0 };
@@ -319,8 +321,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
         self.importance_not_found + lacks(FOUND, self.by_light_paths).max(lacks(MET, seen))
     }
 
-    /// What paths of all there is in the neighbourhood found; their rays are counted at the first
-    /// call.
+    /// Moments of full paths in the neighbourhood; counts their rays at the first call.
     fn nearby_whole(&mut self) -> &'a [Moments] {
         let common = self.common;
         let nearby = self.of_view.nearby(&common, self.at, 0);
@@ -332,8 +333,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
         whole
     }
 
-    /// Whether paths of all there is are likely to keep the promise within what work is left: for a
-    /// darker pixel than its neighbours, theirs are taken for as much brighter than its own.
+    /// Returns true if full paths are likely to meet the tolerance within the remaining work. If
+    /// the pixel is darker than its neighbours, their variance is scaled by the squared ratio.
     fn are_paths_foreseen_to_do(&mut self) -> bool {
         let Some(found) = self.finding else { return true };
         let Some(theirs) = self.nearby_whole().first().filter(|theirs| theirs.mean() > 0.0) else {
@@ -343,15 +344,15 @@ impl<'a, 'v> Pixel<'a, 'v> {
         theirs.variance() * darker * darker <= found.tolerated_variance() * self.left() as f64
     }
 
-    /// Pairs and paths that are permitted and not used up.
+    /// Permitted pairs and paths that are left.
     fn left(&self) -> u64 {
         self.method.most_work().saturating_sub(self.given_up)
     }
 
     /// Grows an estimate until its interval is narrow enough, or never will be.
     ///
-    /// * `nearby`: of paths of the neighbourhood, by part of what is controlled.
-    /// * `can_mend`: whether lights and points could do better if the pixel were begun anew.
+    /// * `nearby`: moments of paths of the neighbourhood, by part of the error metric.
+    /// * `can_mend`: true for lights, and for points, if a restart could improve them.
     fn refine(&mut self, mut estimate: Estimate<'_>, nearby: &[Moments], can_mend: [bool; 2]) -> Ended {
         let most = self.left() as f64;
         let [mut pairs, mut paths] = FIRST;
@@ -373,7 +374,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
                 // More samples cannot make the pixel finite.
                 break Ended::OutOfBudget;
             }
-            // A cut may have fewer than it may have.
+            // The cut may have fewer pairs than requested.
             let used = pairs + paths;
             if used >= most {
                 break Ended::OutOfBudget;
@@ -383,9 +384,9 @@ impl<'a, 'v> Pixel<'a, 'v> {
             let sources = [Source::Lights, Source::Points];
             let stands_in_the_way = [0, 1].map(|k| can_mend[k] && found.is_held_up_by(sources[k], ENOUGH));
             if stands_in_the_way != [false; 2] || found.is_held_up_by(Source::Both, TOO_MUCH) {
-                // That its interval is wide is why it ends.
+                // It ends because its interval is wide, so that the interval may be stated.
                 self.may_claim = true;
-                // Whatever has a part in it is mended at the same time.
+                // All sources with a part in the error are reduced at the same time.
                 break Ended::HeldUp([0, 1].map(|k| can_mend[k] && found.share_of(sources[k]) > PART));
             }
             let found = if is_planned {
@@ -415,10 +416,10 @@ impl<'a, 'v> Pixel<'a, 'v> {
         ended
     }
 
-    /// What is said of the pixel.
+    /// Record of the pixel.
     fn stated(&self) -> PixelRecord {
         let found = self.finding.expect("each pixel is looked at");
-        // Samples that all found nothing vary not at all, and do not know what they missed.
+        // Samples that all found no light have no variance, and may have missed some.
         let is_nothing_found = self.may_be_lit && found.is_exact() && found.mean.total().is_black();
         let missing = self.importance_missing(&found);
         let is_found = !is_nothing_found && missing <= NEGLIGIBLE * found.tolerance;

@@ -1,10 +1,10 @@
-//! What each group of lights gives a pixel.
+//! Radiance of a pixel by group of lights.
 //!
-//! All that a path finds is the light of one emitter or of another: what it gives is added to the
-//! group of that emitter as well as to the whole. The planes of all groups are estimates by the same
-//! paths, so that they add up to the radiance; each by itself is the mean of independent paths, and
-//! is without bias what the scene would look like with the lights of the group alone. What guides the
-//! choice of emitters knows all of them, so that a faint group has a large error.
+//! All light of a path comes from one emitter or another; each contribution is added to the group
+//! of its emitter as well as to the whole. The planes of all groups are estimates by the same
+//! paths, so that they add up to the radiance. Each plane is the mean of independent paths: an
+//! unbiased estimate of the scene with the lights of the group alone. The choice of emitters is
+//! guided by all groups, so that a faint group has a large error.
 //!
 //! # Held to this by
 //! The suite's `light_groups`.
@@ -17,10 +17,10 @@ use crate::stats::Moments;
 /// Sums over the paths of a pixel, by groups.
 pub(super) struct PathByGroup<'g> {
     groups: &'g LightGroups,
-    /// Of the path at hand.
+    /// Radiance of the current path.
     path: Vec<Rgb>,
     sums: Vec<RgbSum>,
-    /// Of luminances.
+    /// Moments of the luminance of single paths.
     moments: Vec<Moments>,
 }
 
@@ -52,7 +52,7 @@ impl<'g> PathByGroup<'g> {
         }
     }
 
-    /// Adds the samples of the pixel, in the order of [`planes`].
+    /// Appends the samples of the pixel, in the order of [`planes`].
     pub(super) fn samples(&self, to: &mut Vec<f32>) {
         for (sum, moments) in self.sums.iter().zip(&self.moments) {
             to.extend(sum.scaled(1.0 / moments.count().max(1) as f64).total().to_array());
@@ -61,7 +61,7 @@ impl<'g> PathByGroup<'g> {
     }
 }
 
-/// For each group a plane of its radiance, and one of the standard error of its luminance.
+/// A plane of radiance for each group, each followed by the standard error of its luminance.
 pub(super) fn planes(groups: &LightGroups) -> Vec<PlaneBeside> {
     let of_group = |(layer, name): (String, &String)| {
         let doc = format!("what the lights of the group {name:?} give of the radiance");

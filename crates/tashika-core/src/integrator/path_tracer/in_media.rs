@@ -1,26 +1,26 @@
-//! Paths that are scattered between surfaces as well as at them.
+//! Paths that scatter between surfaces as well as at them.
 //!
 //! ```text
 //! L(x, ω) = T(d) L_surface + ∫₀^d T(t) σ_s ∫ p(ω·ω') L(x + t ω, ω') dω' dt          (W·m⁻²·sr⁻¹)
 //! ```
 //!
-//! [`Leg::fly`] draws whether a path is scattered before it gets to the next surface. Where it is, light
-//! is sampled as at a surface: from the emitters, along a segment on which the media take what they
-//! take, and by following the phase function of Henyey and Greenstein, weighed by the balance
-//! heuristic over the two densities of a direction. The chance of getting there is not in these:
-//! the weights sum to one for every point of an emitter all the same.
+//! [`Leg::fly`] draws whether a path is scattered before it reaches the next surface. If it is,
+//! light is sampled as at a surface: from the emitters, along a segment with the transmittance of
+//! the media, and by following the phase function of Henyey and Greenstein, weighted by the balance
+//! heuristic over the two densities of a direction. The probability of reaching the emitter is in
+//! neither density: the weights sum to one for every point of an emitter all the same.
 //!
-//! Which medium a path is in is what the last interface that it passed says, and at first what the
-//! camera says. Segments that surfaces let pass are walked from interface to interface, and each
-//! medium on the way takes its share. What is lit from infinity is dark where a medium has no end.
+//! The medium of a path is set by the last interface that the path passed, and at first by the
+//! camera. Unoccluded segments are walked from interface to interface, with the transmittance of
+//! each medium on the way. Light from infinity is black where a medium has no end.
 //!
-//! Paths meet at most so many surfaces as elsewhere. Being scattered, and passing a boundary that is
-//! nothing else, do not count: Russian roulette ends paths in media, with a cap near one, as light
-//! is scattered hundreds of times in a white medium before it leaves.
+//! Paths meet at most as many surfaces as elsewhere. Scattering in media, and passing an interface
+//! that is no visible surface, do not count: Russian roulette ends paths in media, with a cap near
+//! one, as light is scattered hundreds of times in a white medium before it leaves.
 //!
-//! # What is left out
+//! # Limits
 //! A point light *in* a medium that scatters has samples of unbounded variance, `1/d²` in a volume:
-//! the mean is right, single pixels may be bright. Drawing distances about the light would help.
+//! the mean is right, single pixels may be bright. Equiangular sampling of distances would help.
 //!
 //! # Held to this by
 //! The suite's `media`.
@@ -35,20 +35,20 @@ use crate::rng::Stream;
 use crate::scene::{LightId, MediumId};
 use crate::vpl::Vpl;
 
-/// A path on its way.
+/// A path in progress, with its medium.
 struct Path {
     leg: Leg,
-    /// Weight of basic radiance.
+    /// Weight of basic radiance, by channel.
     weight: Rgb,
     /// Product of `SpecularPoint::squared_ratio` over the boundaries of glass that the path has
     /// crossed.
     ratio: f64,
-    /// The last direction that was drawn; none at first.
+    /// Last drawn direction; `None` at first.
     drawn: Option<DrawnDirection>,
 }
 
 impl Path {
-    /// Whether it goes on after Russian roulette.
+    /// Applies Russian roulette. Returns true if the path survives.
     fn survives(&mut self, most: f32, stream: &mut Stream) -> bool {
         let survival = self.weight.max_channel().min(most);
         let goes_on = stream.uniform() < survival;
@@ -60,7 +60,7 @@ impl Path {
 }
 
 impl Tracing<'_> {
-    /// Radiance along a ray of a camera that stands in `medium`.
+    /// Radiance along a camera ray that begins in `medium`.
     pub(super) fn radiance_in_media(
         &mut self,
         ray: Ray,
@@ -77,7 +77,7 @@ impl Tracing<'_> {
             ratio: 1.0,
             drawn: None,
         };
-        // Surfaces that the path has met; times that it was scattered, anywhere; boundaries that it
+        // Surfaces that the path has met; times that it has scattered, anywhere; boundaries that it
         // has passed since.
         let (mut depth, mut scattered, mut passed) = (0, 0_u32, 0);
         while !path.weight.is_black() {
@@ -178,7 +178,8 @@ impl Tracing<'_> {
         radiance
     }
 
-    /// Adds what one light, drawn from the emitters, sends a path by way of a place in a medium.
+    /// Adds the contribution of one light, drawn from the emitters, at a scattering point in a
+    /// medium.
     fn light_in_medium(
         &mut self,
         radiance: &mut Rgb,
@@ -203,8 +204,8 @@ impl Tracing<'_> {
         self.found(radiance, light, given);
     }
 
-    /// The share of a light that gets to a place whose side towards it is in `medium`, by channel,
-    /// times `mis`.
+    /// Transmittance by channel from a light to a point, times `mis`. `medium` is the medium on the
+    /// side of the point that faces the light.
     fn passing(
         &mut self,
         place: Vec3,

@@ -1,22 +1,23 @@
-//! Unidirectional path tracing: an independent estimate of light transport itself, to hold the
-//! many-light sum against.
+//! Unidirectional path tracing: an independent estimate of light transport, as a check of the
+//! many-light sum.
 //!
 //! At each surface light is sampled in two ways, by drawing a point of the emitters and by
 //! following the BSDF, weighted by the balance heuristic (Veach 1997, section 9.2). Emitters, BSDFs
 //! and cameras are those of the other integrators; the estimator has nothing in common with them.
-//! No clamp. Thin glass does not bend light and is seen through by both ways, and so are panes of solid
-//! glass for light from infinity ([`through_panes`](crate::gather::through_panes)). Other light through
-//! solid glass is found by following paths only.
+//! There is no clamp. Thin glass does not bend light, and both strategies see through it; they also
+//! see light from infinity through panes of solid glass
+//! ([`through_panes`](crate::gather::through_panes)). Other light through solid glass is found by
+//! following paths only.
 //!
-//! Each path has one time while the shutter is open: the camera, and what moves, are where they are
-//! then, for all that the path meets and for the light that is drawn.
+//! Each path has one time within the shutter interval: the camera, moving instances and drawn
+//! lights are placed as of that time.
 //!
-//! In a scene with [media](crate::scene::Medium) paths scatter between surfaces as well: that is in
-//! `in_media`, and of no account to scenes without.
+//! In a scene with [media](crate::scene::Medium) paths also scatter between surfaces, which is in
+//! `in_media`. Scenes without media do not use that code.
 //!
 //! The estimate is the mean of independent paths, its standard error that of the mean.
 //!
-//! When a pixel has had paths enough is told by a [`PathStop`].
+//! A [`PathStop`] decides when a pixel has enough paths.
 
 mod groups;
 mod in_media;
@@ -44,7 +45,7 @@ use crate::stats::Moments;
 use crate::vpl::{EmitterSampler, LightSample, Vpl, VplKind};
 use crate::warp::balance;
 
-/// The path tracer.
+/// Unidirectional path tracer of a scene.
 #[derive(Debug)]
 pub struct PathTracer<'s> {
     emitters: EmitterSampler<'s>,
@@ -53,18 +54,18 @@ pub struct PathTracer<'s> {
     groups: Option<&'s LightGroups>,
 }
 
-/// Camera samples that tell a pixel's first surfaces, at most.
+/// Most camera samples from which the features of a pixel's first surfaces are computed.
 const OF_FEATURES: u32 = 16;
 /// Surfaces after which a path may end by Russian roulette.
 const CERTAIN_DEPTH: u32 = 3;
-/// Highest probability of going on: a closed white room would keep paths for ever.
+/// Highest survival probability: a closed white room would keep paths for ever.
 const MAX_SURVIVAL: f32 = 0.98;
 
 impl<'s> PathTracer<'s> {
-    /// A path tracer whose paths meet at most `max_depth` surfaces.
+    /// Returns a path tracer whose paths meet at most `max_depth` surfaces.
     ///
     /// # Errors
-    /// No paths, a first look at fewer than two, a `max_depth` of zero, options out of range.
+    /// No paths, a first analysis at fewer than two, a `max_depth` of zero, options out of range.
     pub fn new(tracer: &'s Tracer, stop: PathStop, max_depth: u32) -> Result<Self> {
         stop.validate()?;
         if max_depth == 0 {
@@ -73,16 +74,17 @@ impl<'s> PathTracer<'s> {
         Ok(Self { emitters: EmitterSampler::new(tracer), stop, max_depth, groups: None })
     }
 
-    /// The same, telling for each group of the scene's lights what it gives: by the same paths, so that
-    /// the planes of all groups add up to the radiance but for rounding, each with its standard error.
+    /// Returns the path tracer with planes for each group of the scene's lights. Groups use the
+    /// paths of the pixel, so that their planes add up to the radiance except for rounding. Each
+    /// has a standard error.
     #[must_use]
     pub fn with_groups(self, groups: &'s LightGroups) -> Self {
         Self { groups: Some(groups), ..self }
     }
 
-    /// A pixel, by as many paths as it takes.
+    /// Estimates a pixel, by as many paths as the stopping rule needs.
     ///
-    /// * `nearby`: paths of its neighbourhood, where these have a say in how many.
+    /// * `nearby`: paths of the neighbourhood, if the stopping rule uses them.
     fn pixel(
         &self,
         setting: &Setting<'_>,
@@ -141,10 +143,10 @@ impl<'s> PathTracer<'s> {
     }
 }
 
-/// Random numbers of camera paths.
+/// Random numbers of the paths of a pixel.
 struct Draws {
     stream: Stream,
-    /// Of times, which still scenes draw none of.
+    /// Stream of times, unused in still scenes.
     shutter: Stream,
 }
 
@@ -182,7 +184,7 @@ impl Integrator for PathTracer<'_> {
     }
 }
 
-/// The estimates of a view.
+/// Estimates of one view by paths.
 struct OfView<'v> {
     method: &'v PathTracer<'v>,
     setting: Setting<'v>,
@@ -241,25 +243,25 @@ struct Tracing<'a> {
     emitters: &'a EmitterSampler<'a>,
     max_depth: u32,
     has_media: bool,
-    /// In which the camera stands.
+    /// Medium around the camera, if any.
     medium: Option<MediumId>,
-    /// Whether the time matters.
+    /// True if the scene depends on time.
     moves: bool,
     batch: SegmentBatch,
     visibility: Vec<f32>,
-    /// When the path is: a share of the time that the shutter is open.
+    /// Time of the path, as a share of the time that the shutter is open.
     share: f32,
     rays: u64,
-    /// Whether anything was met that scatters light.
+    /// True if the path met a surface or medium that scatters light.
     gathers: bool,
-    /// What was found before that.
+    /// Radiance found before the path first scattered.
     seen: Rgb,
-    /// What each group of lights gives, if anybody asks.
+    /// Radiance by group of lights, if requested.
     groups: Option<PathByGroup<'a>>,
 }
 
 impl Tracing<'_> {
-    /// Radiance by one path through a pixel, at a time of its own.
+    /// Radiance of one path through a pixel, at a time of its own.
     fn through(&mut self, setting: &Setting<'_>, pixel: [u32; 2], key: u64, draws: &mut Draws) -> Rgb {
         let Draws { stream, shutter } = draws;
         let [u, v] = stream.uniform_2();
@@ -286,7 +288,7 @@ impl Tracing<'_> {
         let mut weight = Rgb::gray(self.camera.squared_index());
         // Product over the boundaries of glass that the path has crossed.
         let mut ratio = 1.0;
-        // The last direction that was drawn; none at first.
+        // Last drawn direction; `None` at first.
         let mut drawn: Option<DrawnDirection> = None;
         for depth in 0..=self.max_depth {
             self.rays += 1;
@@ -363,12 +365,12 @@ impl Tracing<'_> {
         radiance
     }
 
-    /// The surface that was met.
+    /// Surface point of a hit.
     fn surface(&self, hit: &Hit) -> SurfacePoint {
         self.tracer.scene().surface_point_at(self.share, hit.instance, hit.triangle, hit.barycentric)
     }
 
-    /// Adds what a light gives by a path.
+    /// Adds the contribution of a light to a path.
     #[inline]
     fn found(&mut self, radiance: &mut Rgb, light: LightId, given: Rgb) {
         *radiance += given;
@@ -386,16 +388,17 @@ impl Tracing<'_> {
         if light.kind == VplKind::Directional { self.camera.basic_of_infinity(ratio) } else { 1.0 }
     }
 
-    /// A light, drawn from the emitters as they are then, with the number of its source.
+    /// Draws a light from the emitters at the time of the path. Returns the index of its source as
+    /// well.
     fn light(&self, stream: &mut Stream) -> Option<(usize, LightSample)> {
         self.emitters.sample_at(self.share, stream.uniform_f64(), stream.uniform_2())
     }
 
-    /// The share of light that gets to a place through panes, beside the share `free` that gets there
-    /// straight; black unless the light is infinitely far away.
+    /// Transmittance by channel from a light through panes, in addition to the straight visibility
+    /// `free`; black unless the light is infinitely far away.
     ///
-    /// * `begun`: the way from the place to the light.
-    /// * `depth`: the number of surfaces that the path has met before the place.
+    /// * `begun`: ray from the point to the light.
+    /// * `depth`: number of surfaces that the path has met before the point.
     fn through_panes(
         &mut self,
         free: f32,
@@ -412,8 +415,8 @@ impl Tracing<'_> {
         passing.unwrap_or(Rgb::BLACK)
     }
 
-    /// The weight of an emitter that was met along a direction that was drawn, beside drawing it from
-    /// the emitters.
+    /// MIS weight of an emitter that was met along a drawn direction, against drawing it from the
+    /// emitters.
     fn weight_of_hit(
         &self,
         drawn: &DrawnDirection,
@@ -439,34 +442,33 @@ impl Tracing<'_> {
     }
 }
 
-/// A direction that a path was scattered in.
+/// A direction in which a path was scattered.
 #[derive(Clone, Copy, Debug)]
 struct DrawnDirection {
-    /// Where it was drawn.
+    /// Origin of the direction.
     at: Vec3,
     direction: Vec3,
-    /// Its density (sr⁻¹).
+    /// Density of the direction (sr⁻¹).
     density: f32,
-    /// The passage of the path since.
+    /// Passage of the path since the direction was drawn.
     passage: Passage,
 }
 
 impl DrawnDirection {
-    /// The direction of a ray.
+    /// Direction of a ray, with its density (sr⁻¹).
     fn new(ray: &Ray, density: f32) -> Self {
         Self { at: ray.origin, direction: ray.direction, density, passage: Passage::Straight }
     }
 
-    /// The weight of the environment that the path meets along `met`, beside drawing it from the
-    /// emitters.
+    /// MIS weight of the environment in the direction `met`, against drawing it from the emitters.
     fn weight_of_environment(&self, emitters: &EmitterSampler<'_>, met: Vec3) -> f32 {
         let is_drawn = self.passage.is_straight() || self.passage.is_through_panes(self.direction, met);
         if is_drawn { balance(self.density, emitters.pdf_of_environment(met)) } else { 1.0 }
     }
 }
 
-/// The weight of a light that was drawn from the emitters, beside meeting it along a direction from
-/// `position`: `pdf` is the density of those (sr⁻¹).
+/// MIS weight of a light drawn from the emitters, against meeting it along a direction from
+/// `position` of density `pdf` (sr⁻¹).
 fn weight_of_light(sample: &LightSample, position: Vec3, pdf: impl FnOnce(Vec3) -> f32) -> f32 {
     let light = &sample.light;
     sample.pdf.map_or(1.0, |of_light| {

@@ -1,10 +1,9 @@
-//! What paths of the neighbourhood of a pixel found: followed for no estimate, by random numbers of
-//! their own.
+//! Paths of the neighbourhood of a pixel: used by no estimate, with random numbers of their own.
 //!
-//! Paths are followed from random pixels of each cell of the image, and a pixel is told those of its cell
-//! and of the cells about it: light that one path in some thousands meets, as behind glass, is
-//! bright in a wide neighbourhood or in none. What the camera sees of lamps, straight or by way of smooth
-//! surfaces, is left out of those about it: a lamp ends at its edge.
+//! Paths start at random pixels of each cell of the image, and a pixel uses those of its cell and
+//! of the surrounding cells: light that one path in some thousands meets, as behind glass, is
+//! bright in a wide neighbourhood or in none. Lamps that the camera sees, directly or over specular
+//! surfaces, are excluded from the surrounding cells: a lamp ends at its edge.
 
 use super::stopping::PathStop;
 use super::{Draws, OfView, PathTracer};
@@ -14,28 +13,28 @@ use crate::integrator::Setting;
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
 
-/// Paths of a cell.
+/// Number of paths of a cell.
 const PATHS: u64 = 1024;
 
-/// What is known of the cells of a view.
+/// Paths of the cells of a view.
 #[derive(Debug)]
 pub(super) struct Neighbourhood {
     cells: Grid<OfCell>,
-    /// Of each cell and those about it.
+    /// Paths of each cell and its surrounding cells.
     around: Grid<Nearby>,
 }
 
 /// Paths of random pixels of a cell.
 #[derive(Debug)]
 struct OfCell {
-    /// Of single paths, by part of what is controlled.
+    /// Moments of single paths, by part of the error metric.
     whole: Vec<Moments>,
-    /// The same without what the camera sees of lamps.
+    /// Moments without the lamps that the camera sees.
     scattered: Vec<Moments>,
     rays: u64,
 }
 
-/// Paths of a cell and of those about it.
+/// Paths of a cell and its surrounding cells.
 #[derive(Debug)]
 pub(super) struct Nearby {
     moments: Vec<Moments>,
@@ -43,26 +42,26 @@ pub(super) struct Nearby {
 }
 
 impl Nearby {
-    /// Of single paths, by part of what is controlled.
+    /// Moments of single paths, by part of the error metric.
     pub fn moments(&self) -> &[Moments] {
         &self.moments
     }
 
-    /// Rays that each pixel of the cell cost.
+    /// Rays of the cell's own paths, divided among its pixels.
     pub fn rays_per_pixel(&self) -> u64 {
         self.rays.div_ceil(u64::from(Grid::<Self>::SIDE * Grid::<Self>::SIDE))
     }
 }
 
 impl Neighbourhood {
-    /// Of an image of that size (pixels), of which nothing is known yet.
+    /// Returns the empty neighbourhood of an image of `size` (pixels).
     pub fn new(size: [u32; 2]) -> Self {
         Self { cells: Grid::new(size), around: Grid::new(size) }
     }
 }
 
 impl OfView<'_> {
-    /// Paths of the neighbourhood of a pixel, where it is decided by them.
+    /// Paths of the neighbourhood of a pixel; `None` if the stopping rule does not use them.
     pub fn nearby(&self, pixel: [u32; 2]) -> Option<&Nearby> {
         if !matches!(self.method.stop, PathStop::Calibrated { .. }) {
             return None;
@@ -119,7 +118,8 @@ mod tests {
     use crate::math::Vec3;
     use crate::scene::{Camera, Emitter, Medium, SceneBuilder};
 
-    /// Light that fog scatters to the camera is scattered light, however straight it came there.
+    /// Light that fog scatters to the camera is scattered light, even if it came straight to the
+    /// fog.
     #[test]
     fn only_what_is_seen_straight_is_left_out() {
         let mut b = SceneBuilder::new("fog", Location::default());

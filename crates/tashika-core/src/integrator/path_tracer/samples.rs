@@ -1,8 +1,8 @@
 //! Whole paths for pictures that are reconstructed.
 //!
 //! Camera samples are those of the [view](View::camera_ray) under another seed, spread evenly over
-//! the pixel; each has a stream of random numbers of its own from there on. What the first surfaces
-//! are is told by the first few of them.
+//! the pixel. From there on each has a stream of random numbers of its own. The features of first
+//! surfaces come from the first few samples.
 
 use super::{OF_FEATURES, PathTracer, Tracing};
 use crate::film::Window;
@@ -10,22 +10,22 @@ use crate::gather::View;
 use crate::integrator::{PathSamples, SamplePaths, Setting};
 use crate::rng::{self, Purpose, Stream};
 
-/// Paths that tell how bright a view is.
+/// Paths from which the brightness of a view is estimated.
 const OF_BRIGHTNESS: u64 = 4096;
 
-/// Draws paths of the pixels of one view.
+/// A sampler of paths for the pixels of one view.
 struct OfView<'v> {
     method: &'v PathTracer<'v>,
     setting: Setting<'v>,
 }
 
 impl PathTracer<'_> {
-    /// Paths of this view.
+    /// Returns a sampler of paths for this view.
     pub fn path_sampler<'v>(&'v self, setting: Setting<'v>) -> impl SamplePaths + use<'v> {
         OfView { method: self, setting }
     }
 
-    /// About the mean luminance of a view (W·m⁻²·sr⁻¹), by paths that no estimate uses.
+    /// Approximate mean luminance of a view (W·m⁻²·sr⁻¹), from paths that no estimate uses.
     pub fn importance_brightness(&self, setting: &Setting<'_>) -> f64 {
         let View { size: [width, height], seed, .. } = setting.view;
         let mut stream = Stream::new(seed, Purpose::Guidance, 0);
@@ -103,7 +103,7 @@ mod tests {
         work(&method, Setting { tracer: &tracer, view });
     }
 
-    /// The mean over an image is that of the integrator, and so is what tells how bright a view is.
+    /// The mean over an image agrees with the integrator, and so does the estimated brightness.
     #[test]
     fn the_mean_is_that_of_the_integrator() {
         with_paths(|method, setting| {
@@ -129,7 +129,7 @@ mod tests {
         });
     }
 
-    /// A tile of a tile gives the same pixels, and a pixel that needs no path has none.
+    /// A part of a tile gives the same pixels; a pixel that needs no path has none.
     #[test]
     fn tiles_do_not_enter() {
         with_paths(|method, setting| {

@@ -1,12 +1,13 @@
-//! When a pixel has had paths enough.
+//! Stopping rules of a pixel's paths.
 //!
 //! * After a number of paths: nothing is claimed.
-//! * By the rule that a careful user would build ([`PathStop::Until`]): when Student's interval of the
-//!   mean is within the tolerance. It is the peer of our own rule, and claimed as a published method
-//!   is: where samples have heavy tails it stops before it has met the rare bright path.
-//! * By our own ([`PathStop::Calibrated`]): the interval reckons with paths of the
-//!   neighbourhood and with what is brighter than all that was met ([`PathSpread`]), and looks are few,
-//!   foreseen and paid for ([`Looks`]).
+//! * By the rule that a careful user would build ([`PathStop::Until`]): when Student's interval of
+//!   the mean is within the tolerance. This is the counterpart of our own rule, with the claim of a
+//!   published method: where samples have heavy tails, it stops before it has met the rare bright
+//!   path.
+//! * By our own rule ([`PathStop::Calibrated`]): the interval accounts for paths of the
+//!   neighbourhood and for light brighter than all observed ([`PathSpread`]). Interim analyses are
+//!   few, planned, and share the error probability ([`Looks`]).
 //!
 //! ```text
 //! h = t_ν √V + κ b ln(2/δ_j)
@@ -25,46 +26,47 @@ use crate::integrator::{Claim, ControlOptions, Stop};
 use crate::math::elementary::ln_f64;
 use crate::stats::{Moments, student_t_two_sided};
 
-/// When a pixel has had paths enough.
+/// Condition under which a pixel has enough paths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PathStop {
-    /// So many.
+    /// A fixed number of paths, at least 1.
     Count(u32),
-    /// At least `first`, and half as many again, until Student's interval of what is controlled is
-    /// within the tolerance, or there are `most`.
+    /// At least `first` paths, and half as many again, until Student's interval of the error metric
+    /// is within the tolerance, or there are `most`.
     Until {
-        /// Tolerance, confidence, what is controlled.
+        /// Tolerance, confidence and error metric.
         options: ControlOptions,
-        /// Paths at the first look, at least 2.
+        /// Paths at the first analysis, at least 2.
         first: u32,
         /// Paths at which a pixel is out of budget.
         most: u32,
     },
-    /// As many as are foreseen to bring our own interval within the tolerance, or `most`.
+    /// As many paths as are predicted to bring our own interval within the tolerance, at most
+    /// `most`.
     Calibrated {
-        /// Tolerance, confidence, what is controlled.
+        /// Tolerance, confidence and error metric.
         options: ControlOptions,
         /// Paths at which a pixel is out of budget, at least 2.
         most: u32,
     },
 }
 
-/// Paths at the first look: after so many an interval begins to mean something. Chosen.
+/// Paths at the first analysis, enough for a meaningful interval. Chosen.
 const FIRST: u32 = 64;
-/// Most growth from look to look of our own rule: what is foreseen by few paths is far off.
+/// Most growth between analyses of our own rule: predictions from few paths are far off.
 const MOST_GROWTH: f64 = 4.0;
-/// Least growth from look to look.
+/// Least growth between analyses, as a factor.
 const LEAST_GROWTH: f64 = 1.1;
 
 impl PathStop {
-    /// The rule that a careful user of a path tracer stops by: the interval is looked at from 64
-    /// paths on, or from `most` (at least 2).
+    /// The rule that a careful user of a path tracer stops by: the interval is tested from 64 paths
+    /// on, or from `most` (at least 2).
     pub fn until(options: ControlOptions, most: u32) -> Self {
         let most = most.max(2);
         Self::Until { options, first: FIRST.min(most), most }
     }
 
-    /// What it is told, if it decides by an interval.
+    /// Options of the interval, if the rule uses one.
     pub fn options(&self) -> Option<&ControlOptions> {
         match self {
             Self::Count(_) => None,
@@ -72,7 +74,7 @@ impl PathStop {
         }
     }
 
-    /// What pixels claim that met it.
+    /// Claim of pixels that meet the rule.
     pub(super) fn claim(&self) -> Claim {
         match self {
             Self::Count(_) => Claim::None,
@@ -85,8 +87,10 @@ impl PathStop {
         self.options().map(|options| options.controlled).unwrap_or_default()
     }
 
+    /// Checks that all values are in range.
+    ///
     /// # Errors
-    /// No paths, a first look at fewer than two, options out of range.
+    /// No paths, a first analysis at fewer than two, options out of range.
     pub(super) fn validate(&self) -> Result<()> {
         let fewest = match *self {
             Self::Count(0) => return Err(Error::option("paths", 0, "at least 1")),
@@ -123,27 +127,29 @@ impl PathStop {
     }
 }
 
-/// What is done after a look.
+/// Decision of an interim analysis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Next {
-    /// Paths are followed until there are so many.
+    /// Number of paths of the pixel at the next analysis.
     Follow(u32),
-    /// It ends, with what is stated.
+    /// End of the pixel, with its statement.
     End { claim: Claim, half_width: f64, stop: Stop },
 }
 
-/// The looks at one pixel.
+/// The interim analyses of one pixel.
 pub(super) struct Looking<'a> {
     stop: PathStop,
-    /// Of paths of the neighbourhood, by part of what is controlled; none where the rule does not ask.
+    /// Moments of paths of the neighbourhood, by part of the error metric; empty if the rule does
+    /// not use them.
     nearby: &'a [Moments],
     looks: Looks,
-    /// Whether it was decided before the paths were followed that this look may state an interval.
+    /// True if it was decided before the paths were followed that this analysis may state an
+    /// interval.
     is_planned: bool,
 }
 
 impl<'a> Looking<'a> {
-    /// Before the first look, with the paths that there are to be at it.
+    /// State before the first analysis, with the number of paths for it.
     pub fn new(stop: PathStop, nearby: &'a [Moments]) -> (Self, u32) {
         let first = match stop {
             PathStop::Count(count) => count,
@@ -155,10 +161,10 @@ impl<'a> Looking<'a> {
         (Self { stop, nearby, looks, is_planned }, first)
     }
 
-    /// At a pixel's paths.
+    /// Analyses the paths of a pixel.
     ///
-    /// * `moments`: of them, by part of what is controlled; `mean`: of their radiances.
-    /// * `gathers`: whether any met what scatters light.
+    /// * `moments`: of the paths, by part of the error metric; `mean`: of their radiances.
+    /// * `gathers`: true if any path met a surface or medium that scatters light.
     pub fn look(&mut self, moments: &[Moments], mean: &RgbSum, gathers: bool) -> Next {
         // More paths cannot make the pixel finite.
         if !mean.total().is_finite() {
@@ -191,7 +197,7 @@ impl<'a> Looking<'a> {
         mean: &RgbSum,
         gathers: bool,
     ) -> Next {
-        // Where nothing scatters there is no light to be found by the way.
+        // Where nothing scatters, the camera sees all light directly.
         let nearby = if gathers { self.nearby } else { &[] };
         let (tolerance, done) = (options.tolerance(mean), moments[0].count() as f64);
         if self.is_planned {
@@ -218,7 +224,7 @@ struct Interval {
 }
 
 impl Interval {
-    /// The widest of what is controlled, which share `δ` evenly.
+    /// Widest interval among the parts of the error metric, which share `δ` evenly.
     fn of(moments: &[Moments], nearby: &[Moments], delta: f64) -> Self {
         let delta = delta / moments.len() as f64;
         let of_part = |(part, own): (usize, &Moments)| {
@@ -234,18 +240,18 @@ impl Interval {
         self.by_variance + self.by_rare
     }
 
-    /// How many times as many paths bring it to `half_width`: with `x = 1/√growth`,
-    /// `by_rare x² + by_variance x = half_width`.
+    /// Factor on the number of paths that brings the interval to `half_width`: with
+    /// `x = 1/√growth`, `by_rare x² + by_variance x = half_width`.
     fn growth(&self, half_width: f64) -> f64 {
         let Self { by_variance, by_rare } = *self;
         let root = (by_variance * by_variance + 4.0 * by_rare * half_width).sqrt();
         let growth_root = (by_variance + root) / (2.0 * half_width);
-        // Without light there is nothing to be brought to anything.
+        // Without light the interval is empty, and no paths are needed.
         if growth_root.is_nan() { 1.0 } else { growth_root * growth_root }
     }
 }
 
-/// The widest of Student's intervals of means that share the error evenly.
+/// Widest of Student's intervals of means that share the error probability evenly.
 fn student_half_width(moments: &[Moments], confidence: f64) -> f64 {
     let delta = (1.0 - confidence) / moments.len() as f64;
     let of = |m: &Moments| student_t_two_sided(1.0 - delta, (m.count() - 1) as f64) * m.standard_error();
@@ -276,7 +282,7 @@ mod tests {
         assert_eq!(interval(0.0, 0.0).growth(0.0), 1.0);
     }
 
-    /// A pixel of samples drawn by `sample`, until it ends; what it states, its mean, and its paths.
+    /// Statement, mean and number of paths of a pixel of samples drawn by `sample`, when it ends.
     fn ended(
         stop: PathStop,
         nearby: &[Moments],
@@ -323,8 +329,8 @@ mod tests {
         }
     }
 
-    /// Of a light that one path in 200 meets and that is half of all there is: Student's interval
-    /// stops before it was met too often, ours keeps its word, knowing 1024 paths of the like.
+    /// Half of the light is met by one path in 200. Student's interval too often stops before that
+    /// path; ours holds at its confidence, with 1024 paths of the neighbourhood.
     #[test]
     fn light_that_is_met_rarely_is_reckoned_with() {
         let holds = |of: &dyn Fn(ControlOptions) -> PathStop| {
@@ -346,7 +352,7 @@ mod tests {
         assert!(student < 360, "{student} of 400 hold: the test would not tell them apart");
     }
 
-    /// A pixel that runs out of paths says how far it came, by our own rule; one of few paths too.
+    /// A pixel that runs out of paths states its interval by our own rule, even after few paths.
     #[test]
     fn a_pixel_out_of_budget_states_its_interval() {
         for most in [16, 1000] {
@@ -358,7 +364,7 @@ mod tests {
         }
     }
 
-    /// Looks are foreseen: what hardly varies is known with few paths, and no path more than needed.
+    /// Analyses are predicted: a mean of small variance needs few paths, and uses no more.
     #[test]
     fn few_paths_do_where_little_varies() {
         let mut stream = Stream::new(2, Purpose::CameraPath, 0);

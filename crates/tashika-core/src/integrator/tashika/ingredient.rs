@@ -1,28 +1,29 @@
-//! What the calibrated method is made of, and can be made without.
+//! Parts of the calibrated method, each of which can be disabled.
 
-/// A part of the calibrated method that can be left out, for measuring what it is worth.
+/// A part of the calibrated method that can be disabled to measure its effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Ingredient {
-    /// Samples are handed on where pairs are split; without it, fresh ones are drawn.
+    /// Samples are inherited when pairs are split; without it, fresh ones are drawn.
     Inheritance,
-    /// Small pairs are tabulated term by term when split; without it, all are known by bounds.
+    /// Small pairs are tabulated term by term when split; without it, bounds stand for their terms.
     Listing,
     /// Pairs are ranked by pilot visibility; without it, by bounds alone.
     Pilot,
-    /// What samples see corrects the visibility that was expected.
+    /// Visibilities of samples correct the predicted visibility.
     Correction,
-    /// The interval has a term for what is rare and bright; without it, it is Student's.
+    /// The interval has a term for rare bright light; without it, the interval is Student's.
     RareLight,
-    /// There are few looks, beginning at 64 pairs; without it, from 8 pairs on at every 2 %.
+    /// Interim analyses are few, from 64 pairs on; without it, from 8 pairs on at every 2 % of
+    /// growth.
     FewLooks,
 }
 
 impl Ingredient {
-    /// All of them.
+    /// The ingredients, in order of declaration.
     pub const ALL: [Self; 6] =
         [Self::Inheritance, Self::Listing, Self::Pilot, Self::Correction, Self::RareLight, Self::FewLooks];
 
-    /// Name of the method without it.
+    /// Name of the method without the ingredient.
     pub fn left_out(self) -> &'static str {
         match self {
             Self::Inheritance => "without inheritance",

@@ -1,34 +1,38 @@
-//! Ours: a pixel is refined until its interval is as narrow as was asked for, and the interval
-//! means what it says.
+//! Our method: refines each pixel until its interval is within the tolerance, with intervals of
+//! measured or proven coverage.
 //!
 //! In epochs, on cuts whose strata [inherit](crate::cut::InheritedCut) their samples:
 //!
-//! 1. refine the cut by a fixed factor, in an order that no sample of the estimate has a say in;
-//! 2. draw what new strata lack, and trace all segments together;
+//! 1. refine the cut by a fixed factor, in an order that does not depend on samples of the
+//!    estimate;
+//! 2. draw the samples that new strata lack, and trace all segments together;
 //! 3. state an interval ([`stats::stratified`](crate::stats)); stop if its half-width is at most
 //!    `max(ε L̂ / (1 + ε), ε_abs)`.
 //!
 //! With the half-width at most `ε L̂ / (1 + ε)`, the error is at most `ε L` relative to the *true*
 //! sum, whenever the interval holds.
 //!
-//! | claim | order of refinement | interval |
+//! | claim | refined by | interval |
 //! |---|---|---|
-//! | [`Promise::Calibrated`] | by upper bounds and pilot visibility ([`PilotVisibility`]) | Student's, with a term for what is rare and bright; measured coverage |
-//! | [`Promise::Certified`] | by upper bounds | a finite-sample certificate, with `δ/J` for each of the `J` looks that there can be; proven |
+//! | [`Promise::Calibrated`] | bounds, [`PilotVisibility`] | Student's and a rare-light term |
+//! | [`Promise::Certified`] | bounds | finite-sample certificate, `δ/J` each |
+//!
+//! The coverage of calibrated intervals is measured, that of certificates proven. `J` is the
+//! largest number of interim analyses, each of which has `δ/J`.
 //!
 //! # Assumptions of the certificate
 //! Upper bounds hold (`bounds`, `cut::tests`); the partition and the sample counts are functions of
-//! bounds and of draws that the estimate does not use (`cut::Rank` has no way to sampled values);
-//! random numbers are random. It speaks of the luminance of this pixel's sum over the given VPLs
-//! and gather points, and what is seen directly, which is exact. Where all channels are controlled
-//! ([`Controlled`](crate::color::Controlled)), each has a third of `δ`, and as its bound that of
-//! luminance over its weight.
+//! bounds and of draws that the estimate does not use (`cut::Rank` has no access to sampled
+//! values); random numbers are random. The certificate is about the luminance of this pixel's sum
+//! over the given VPLs and gather points, and of emission seen directly, which is exact. Where the
+//! error metric is all channels ([`Controlled`](crate::color::Controlled)), each channel has a
+//! third of `δ`. Its bound is that of luminance over the weight of the channel.
 //!
-//! # Differences to the published methods
-//! Samples are inherited; pairs whose lights other pixels near by do not see are split late; terms
-//! of small pairs are drawn in proportion to what they would contribute unoccluded; looks are few;
-//! the interval knows of rare light; pairs of two terms are evaluated as a whole; the error is
-//! relative to the truth. The record says what each is worth.
+//! # Differences from the published methods
+//! Samples are inherited; pairs whose lights nearby pixels do not see are split late; terms of
+//! small pairs are drawn in proportion to their unoccluded contributions; interim analyses are few;
+//! the interval has a term for rare light; pairs of two terms are evaluated as a whole; the error
+//! is relative to the truth. The record has the effect of each.
 //!
 //! Tested by the suite's `control`.
 
@@ -56,19 +60,20 @@ use crate::guidance::cell_of;
 use crate::rng::{self, Purpose, Stream};
 use crate::scene::Abilities;
 
-/// By which kind of argument intervals are to be stated: what is asked for. What is then said of
-/// each pixel is a [`Claim`].
+/// Kind of evidence for the intervals: measurement or proof. The outcome for each pixel is a
+/// [`Claim`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Promise {
-    /// Measured: on scenes at large, at least as many intervals hold as the confidence says.
+    /// Measured: on scenes at large, the share of the intervals that hold is at least the
+    /// confidence.
     #[default]
     Calibrated,
-    /// Proven for each pixel.
+    /// Proven, for each pixel.
     Certified,
 }
 
 impl Promise {
-    /// What is claimed of a pixel whose interval is narrow enough.
+    /// Claim of a pixel whose interval is narrow enough.
     pub fn claim(self) -> Claim {
         match self {
             Self::Calibrated => Claim::Calibrated,
@@ -76,7 +81,7 @@ impl Promise {
         }
     }
 
-    /// Name of the method that promises so, on the command line and in files.
+    /// Name of the method with this promise, on the command line and in files.
     pub fn method_name(self) -> &'static str {
         match self {
             Self::Calibrated => "tashika",
@@ -91,7 +96,7 @@ impl fmt::Display for Promise {
     }
 }
 
-/// Error control that keeps its promise.
+/// Our method for a sum over VPLs.
 #[derive(Debug)]
 pub(super) struct Tashika<'a> {
     lights: Lights<'a>,
@@ -100,22 +105,22 @@ pub(super) struct Tashika<'a> {
     left_out: Option<Ingredient>,
 }
 
-/// The method at work on one view.
+/// The method on one view.
 struct OfView<'v> {
     method: &'v Tashika<'v>,
     setting: Setting<'v>,
     pilot: OnceLock<PilotVisibility>,
 }
 
-/// What is known of a pixel when work on it ends.
+/// Result of a pixel when work on it ends.
 struct Ended {
-    /// With the background.
+    /// Sum of the pixel, including its background.
     sum: RgbSum,
     interval: Interval,
     stop: Stop,
 }
 
-/// The widest interval of what is controlled.
+/// Widest interval among the parts of the error metric.
 #[derive(Clone, Copy, Default)]
 struct Interval {
     half_width: f64,
@@ -123,12 +128,12 @@ struct Interval {
 }
 
 impl<'a> Tashika<'a> {
-    /// The method on these lights.
+    /// Returns the method for these lights.
     pub(super) fn new(lights: Lights<'a>, options: &ControlOptions, promise: Promise) -> Self {
         Self { lights, options: *options, promise, left_out: None }
     }
 
-    /// The calibrated method without one of its ingredients.
+    /// Returns the calibrated method without one of its ingredients.
     pub(super) fn without(lights: Lights<'a>, options: &ControlOptions, ingredient: Ingredient) -> Self {
         Self { left_out: Some(ingredient), ..Self::new(lights, options, Promise::Calibrated) }
     }
@@ -196,7 +201,8 @@ impl<'a> Tashika<'a> {
         }
     }
 
-    /// Refines a cut until its interval is narrow enough; with the pairs and segments that it took.
+    /// Refines a cut until its interval is narrow enough. Returns the numbers of pairs and segments
+    /// as well.
     fn control(
         &self,
         cut: Option<InheritedCut<'_, UpperAnalytic>>,
@@ -232,7 +238,7 @@ impl<'a> Tashika<'a> {
         }
     }
 
-    /// The interval at one of that many looks. All that is controlled shares the error evenly.
+    /// Interval at one of `looks` interim analyses. The parts of the error metric share `δ` evenly.
     fn interval(&self, cut: &InheritedCut<'_, UpperAnalytic>, gathered: &RgbSum, looks: u32) -> Interval {
         let parts = self.options.controlled.parts().len();
         let delta = (1.0 - self.options.confidence) / parts as f64;
@@ -285,7 +291,7 @@ impl Integrator for Tashika<'_> {
 }
 
 impl OfView<'_> {
-    /// What the neighbourhood of a cell sees of the lights.
+    /// Visibility of the lights from the neighbourhood of a cell.
     fn about(&self, cell: [u32; 2]) -> CellVisibility<'_> {
         let (Setting { tracer, view }, lights) = (self.setting, self.method.lights);
         let pilot = Pilot { tracer, view, lights: lights.tree, contribution: lights.kernel(&self.setting) };

@@ -1,30 +1,31 @@
-//! When a cut is looked at, and how often that can be.
+//! Schedule of the interim analyses of a cut, and their largest number.
 
-/// When a cut is looked at: at a number of pairs, and whenever it has grown by a factor since.
+/// Interim analyses of a cut: one at a number of pairs, and one whenever the cut has grown by a
+/// factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Schedule {
-    /// Pairs at the first look.
+    /// Pairs at the first analysis.
     pub first: u64,
-    /// Growth from look to look.
+    /// Growth from analysis to analysis.
     pub growth: f64,
 }
 
-/// Fewer looks at small cuts would mean fewer chances to be fooled by samples that are all alike,
-/// and more pairs than needed.
+/// Schedule of calibrated claims. With fewer analyses of small cuts, samples that are all alike
+/// would mislead less often, at the price of more pairs than needed.
 pub(super) const CALIBRATED: Schedule = Schedule { first: 64, growth: 1.15 };
-/// Certificates pay for every look.
+/// Schedule of certificates, whose error probability is shared by all analyses.
 pub(super) const CERTIFIED: Schedule = Schedule { first: 512, growth: 1.15 };
 
-/// For measuring what few looks are worth.
+/// Frequent analyses, to measure the effect of few ones.
 pub(super) const OFTEN: Schedule = Schedule { first: 8, growth: 1.02 };
 
 impl Schedule {
-    /// Pairs at the look after the one at `pairs`.
+    /// Pairs at the analysis after the one at `pairs`.
     pub(super) fn next(&self, pairs: u64) -> u64 {
         ((pairs as f64 * self.growth) as u64).max(pairs + 1)
     }
 
-    /// How many looks there are at most until a cut has `most` pairs.
+    /// Largest number of analyses until a cut has `most` pairs.
     pub(super) fn looks(&self, most: u64) -> u32 {
         let (mut pairs, mut looks) = (self.first, 1);
         while pairs < most {
@@ -39,8 +40,8 @@ impl Schedule {
 mod tests {
     use super::*;
 
-    /// The number of looks that a certificate pays for, counted by hand: the last is at a cut that
-    /// is whole, or out of budget.
+    /// The number of analyses that share a certificate's error probability, counted by hand: the
+    /// last is at a cut that is whole, or out of budget.
     #[test]
     fn looks_are_counted() {
         // 512, 588, 676, 777, 893.
@@ -49,7 +50,7 @@ mod tests {
         for (most, looks) in expected {
             assert_eq!(CERTIFIED.looks(most), looks, "{most}");
         }
-        // A cut grows by a pair at least.
+        // A cut grows by at least one pair.
         assert_eq!(Schedule { first: 1, growth: 1.0 }.looks(10), 10);
     }
 }

@@ -1,4 +1,4 @@
-//! Draws against the weights they should follow.
+//! Tests of draws against the weights that they should follow.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -70,7 +70,7 @@ fn items_of_no_weight_are_never_drawn() {
     }
 }
 
-/// However different weights are, the item drawn is the one that a look at each would find.
+/// However different weights are, the item drawn is the one that a search of all items finds.
 #[test]
 fn draws_are_those_of_a_search_of_all_items() {
     let mut s = Stream::new(9, Purpose::Test, 0);

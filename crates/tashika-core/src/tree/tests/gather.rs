@@ -1,4 +1,4 @@
-//! Gather trees: structure, draws, merged bounds.
+//! Tests of gather trees: structure, draws, merged bounds.
 
 use crate::bsdf::{Bsdf, Lambert, Phong};
 use crate::color::Rgb;
@@ -116,7 +116,7 @@ fn points_are_drawn_in_proportion_to_weight() {
     }
 }
 
-/// Two walls that meet: at the corner position does not tell the points apart, the normal does.
+/// Two walls that meet: at the corner normals separate the points, positions do not.
 #[test]
 fn points_are_split_by_position_and_by_direction() {
     let mut s = Stream::new(2, Purpose::Test, 0);

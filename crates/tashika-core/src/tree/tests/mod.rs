@@ -1,4 +1,4 @@
-//! Trees over random and over degenerate input.
+//! Tests of trees over random and over degenerate input.
 
 mod drawing;
 mod gather;

@@ -1,4 +1,4 @@
-//! The structure of light trees, for any input and any number of threads.
+//! Tests of the structure of light trees, for any input and any number of threads.
 
 use super::{BUILDERS, mixed, oriented, point, room, set};
 use crate::bounds::LightShape;
@@ -10,7 +10,7 @@ use crate::tree::{LightCluster, LightTree, LightTreeBuilder};
 use crate::vpl::{LightRows, Provenance, Vpl, VplKind, VplSet};
 use crate::warp;
 
-/// Levels below the root.
+/// Number of levels below the root.
 fn depth(tree: &LightTree) -> usize {
     let mut depths = vec![0; tree.clusters()];
     for cluster in tree.depth_first() {
@@ -104,7 +104,8 @@ fn trees_are_valid_and_hold_every_light_once() {
     }
 }
 
-/// Of lights at several instants, each has the tree that it would have alone, some of none and of one.
+/// Each of several instants has the tree that its lights would have alone, also for no light or
+/// one.
 #[test]
 fn instants_have_their_own_trees() {
     let counts = [40, 0, 1, 300, 1, 5000, 0];
@@ -170,7 +171,7 @@ fn kinds_have_their_own_subtrees() {
     }
 }
 
-/// The same lights but for one.
+/// The lights, one of them changed.
 fn with(lights: &LightRows, which: usize, change: fn(&mut Vpl)) -> LightRows {
     let mut lights: Vec<Vpl> = lights.iter().collect();
     change(&mut lights[which]);

@@ -5,18 +5,19 @@
 //! ```
 //!
 //! with all frequencies as photon energies (eV). Source: Rakić 1998, eqs. 1 to 3 and tables 1 and 2
-//! (the Lorentz–Drude model); fitted from 0.1 eV to 6 eV, within some percent of the measurements.
+//! (the Lorentz–Drude model); fitted from 0.1 eV to 6 eV, to within a few percent of the
+//! measurements.
 
 use super::{Constants, measured::ENERGY_NM};
 
-/// A metal: free electrons, then bound ones.
+/// Oscillators of a metal: one of its free electrons, four of its bound electrons.
 struct Metal {
     symbol: &'static str,
-    /// `ω_p`.
+    /// Plasma frequency `ω_p` as photon energy (eV).
     plasma: f64,
-    /// `(f₀, Γ₀)`.
+    /// Strength and damping `(f₀, Γ₀)`.
     free: (f64, f64),
-    /// `(fⱼ, Γⱼ, ωⱼ)`.
+    /// Strengths, dampings and resonances `(fⱼ, Γⱼ, ωⱼ)`.
     bound: &'static [(f64, f64, f64)],
 }
 
@@ -72,7 +73,7 @@ const METALS: [Metal; 8] = [
     },
 ];
 
-/// The constants of a metal by its symbol in lower case.
+/// Optical constants of a metal, given its symbol in lower case.
 pub(super) fn constants(symbol: &str) -> Option<Constants> {
     let metal = METALS.iter().find(|m| m.symbol == symbol)?;
     let samples = || (380_u16..=780).step_by(10).map(f32::from);
@@ -83,7 +84,7 @@ pub(super) fn constants(symbol: &str) -> Option<Constants> {
 }
 
 impl Metal {
-    /// `[η, k]` at a wavelength.
+    /// Index and extinction coefficient `[η, k]` at a wavelength.
     fn index(&self, nm: f32) -> [f32; 2] {
         let w = ENERGY_NM / f64::from(nm);
         let (mut re, mut im) = (1.0, 0.0);
@@ -106,8 +107,8 @@ mod tests {
 
     #[test]
     fn indices_agree_with_tables() {
-        // At 2.1 eV, 590 nm, from the tables that the oscillators were fitted to (Palik 1985),
-        // within a fit's error.
+        // Values at 2.1 eV, 590 nm, in the tables that the oscillators were fitted to (Palik 1985).
+        // The tolerance is the error of the fit.
         for (symbol, eta, k) in [("al", 1.15, 7.15), ("ni", 1.85, 3.4), ("pt", 2.2, 3.9), ("w", 3.5, 2.8)] {
             let metal = METALS.iter().find(|m| m.symbol == symbol).unwrap();
             let seen = metal.index(590.0);

@@ -1,6 +1,6 @@
 //! Measured optical constants.
 //!
-//! Sources, with wavelengths `1239.84 nm·eV / E` where tables go by photon energy `E`:
+//! Sources, with wavelengths `1239.84 nm·eV / E` for tables by photon energy `E`:
 //! * gold, copper: Johnson 1972, table I;
 //! * silver: Palik 1985;
 //! * brass (70 % copper, 30 % zinc): Querry 1985;
@@ -65,7 +65,7 @@ const BRASS: [(f32, f32, f32); 8] = [
     (700.0, 0.446, 4.106),
 ];
 
-/// The constants of a metal by its symbol in lower case.
+/// Optical constants of a metal, given its symbol in lower case.
 pub(super) fn constants(symbol: &str) -> Option<Constants> {
     match symbol {
         "cu" => Some(of(COPPER_AND_GOLD.map(|(e, [eta, k, ..])| (wavelength(e), eta, k)))),
@@ -93,7 +93,8 @@ fn wavelength(energy: f32) -> f32 {
     (ENERGY_NM / f64::from(energy)) as f32
 }
 
-/// Constants of what does not absorb, by its squared index over the squared wavelength (µm²).
+/// Constants of a transparent material, given its squared index as a function of the squared
+/// wavelength (µm²).
 fn transparent(squared_index: impl Fn(f64) -> f64) -> Constants {
     let sample = |nm: u16| {
         let micrometres = f64::from(nm) * 1e-3;
@@ -108,8 +109,8 @@ mod tests {
 
     #[test]
     fn dispersion_formulas_give_known_indices() {
-        // At the sodium line, 589.3 nm, which the green channel is near; dispersion is below 0.02
-        // over it.
+        // At the sodium line, 589.3 nm, which is close to the green channel; dispersion over that
+        // distance is below 0.02.
         for (name, index) in [("MgO", 1.736), ("d-C", 2.417), ("TiO2", 2.613)] {
             let (eta, k) = conductor_rgb(name).unwrap();
             assert!(k.is_black() && (eta.g - index).abs() < 0.06, "{name}: {eta:?}");

@@ -1,24 +1,24 @@
 //! Optical constants of metals by the names that scene formats give them.
 //!
-//! Output: refractive index `η` and extinction coefficient `k` of `η + i k`, each averaged over the
-//! spectrum as the channels of Rec. 709 see it under D65 ([`rgb_of_reflectance`]). At normal
-//! incidence a channel reflects
+//! Output: refractive index `η` and extinction coefficient `k` of `η + i k`, both averaged over the
+//! spectrum with the response of each Rec. 709 channel under D65 ([`rgb_of_reflectance`]). At
+//! normal incidence a channel reflects
 //!
 //! ```text
 //! R = ((η − 1)² + k²) / ((η + 1)² + k²)
 //! ```
 //!
 //! # Assumption
-//! The mean of `R` over a channel is `R` of the means. It is off where the constants change within
-//! a channel: by less than 0.025 for gold and copper, see the test.
+//! The mean of `R` over a channel is `R` of the means. The error where the constants change within
+//! a channel is below 0.025 for gold and copper, see the test.
 //!
 //! | module | metals |
 //! |---|---|
-//! | `measured` | gold, silver, copper, brass; diamond and oxides, which formats list with the metals |
-//! | `lorentz_drude` | aluminium, beryllium, chromium, nickel, palladium, platinum, titanium, tungsten |
+//! | `measured` | gold, silver, copper, brass; diamond and oxides, which formats count as metals |
+//! | `lorentz_drude` | Al, Be, Cr, Ni, Pd, Pt, Ti, W |
 //!
-//! Metals without published constants at hand have no entry: their users fall back on an
-//! approximation and say so.
+//! Metals without known published constants have no entry: callers use an approximation and report
+//! it.
 
 mod lorentz_drude;
 mod measured;
@@ -32,16 +32,15 @@ struct Constants {
     k: Vec<(f32, f32)>,
 }
 
-/// `(η, k)` of a metal: `Au`, `Ni_palik`, `metal-Au-eta`, `metals/Au.k.spd`, in any case of
-/// letters.
+/// Returns the constants `(η, k)` of a metal, given its name in any case of letters: `Au`,
+/// `Ni_palik`, `metal-Au-eta`, `metals/Au.k.spd`. `None` if the metal has no entry.
 pub fn conductor_rgb(name: &str) -> Option<(Rgb, Rgb)> {
     let symbol = symbol(name);
     let Constants { eta, k } = measured::constants(&symbol).or_else(|| lorentz_drude::constants(&symbol))?;
     Some((rgb_of_reflectance(&eta)?, rgb_of_reflectance(&k)?))
 }
 
-/// The metal's own name in lower case: without folders, endings, and which of its constants is
-/// meant.
+/// Returns the metal's symbol in lower case: the name without folders, prefix and suffixes.
 fn symbol(name: &str) -> String {
     let name = name.to_ascii_lowercase();
     let mut rest = name.rsplit(['/', '\\']).next().unwrap_or_default();
@@ -82,8 +81,8 @@ mod tests {
 
     #[test]
     fn reflectances_are_the_published_ones() {
-        // Linear Rec. 709 at normal incidence, [^akenine2018], table 9.2, of other samples:
-        // published colours of gold differ among one another by 0.05.
+        // Linear Rec. 709 at normal incidence, [^akenine2018], table 9.2, measured on other
+        // samples: published colours of gold differ from each other by 0.05.
         for (name, expected) in [
             ("Au", [1.00, 0.78, 0.34]),
             ("Ag", [0.97, 0.96, 0.91]),

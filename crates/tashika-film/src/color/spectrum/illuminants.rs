@@ -6,8 +6,8 @@
 use super::observer::to_rgb;
 use super::{Rgb, of_luminance};
 
-/// Name in lower case and chromaticity `(x, y)`. D65 is the white of Rec. 709 as that defines it,
-/// so that it is white.
+/// Name in lower case and chromaticity `(x, y)`. D65 is rounded as in Rec. 709, so that it is
+/// exactly white.
 const CHROMATICITIES: [(&str, f64, f64); 22] = [
     ("a", 0.447_57, 0.407_45),
     ("b", 0.348_42, 0.351_61),
@@ -33,8 +33,8 @@ const CHROMATICITIES: [(&str, f64, f64); 22] = [
     ("f12", 0.437_0, 0.404_2),
 ];
 
-/// The colour of an illuminant, with luminance 1: `A`, `D65`, `stdillum-F2`, `illum-acesD60`, in
-/// any case of letters.
+/// Returns the colour of an illuminant, with luminance 1, given its name in any case of letters:
+/// `A`, `D65`, `stdillum-F2`, `illum-acesD60`.
 pub fn illuminant_rgb(name: &str) -> Option<Rgb> {
     let name = name.to_ascii_lowercase();
     let short = name.strip_prefix("stdillum-").or_else(|| name.strip_prefix("illum-")).unwrap_or(&name);

@@ -1,8 +1,8 @@
 //! Spectra as linear Rec. 709 colours.
 //!
-//! Input: samples `(wavelength in nm, value)` in any order, linear in between; the first and last
-//! value go on outside. With the colour matching functions `x̄ ȳ z̄` and the matrix `M` from XYZ to
-//! Rec. 709, a channel `c` sees light by `r̄_c = M_c · (x̄, ȳ, z̄)`, and
+//! Input: samples `(wavelength in nm, value)` in any order, interpolated linearly; outside, the
+//! first and last value continue. With the colour matching functions `x̄ ȳ z̄` and the matrix `M`
+//! from XYZ to Rec. 709, a channel `c` responds to light by `r̄_c = M_c · (x̄, ȳ, z̄)`, and
 //!
 //! ```text
 //! reflectance:  ρ_c = ∫ ρ S r̄_c dλ / ∫ S r̄_c dλ        S = D65
@@ -10,18 +10,18 @@
 //! ```
 //!
 //! # Guarantee
-//! * A constant reflectance `v` becomes `(v, v, v)`: D65 is the white of Rec. 709. Each channel
-//!   stays within the range of the samples, so that reflectances do not leave `[0, 1]` where the
-//!   sum above, whose weights are partly negative, would.
-//! * An emission becomes a colour whose luminance is the mean of the spectrum weighted by `ȳ`, so
-//!   `v` for a constant `v`, in its unit. Channels that Rec. 709 cannot show are zero, and the
-//!   others are scaled to keep the luminance.
-//! * Samples that are not finite are dropped; without any other, there is no colour.
+//! * A constant reflectance `v` becomes `(v, v, v)`: D65 is the white of Rec. 709. Each channel is
+//!   clamped to the range of the samples, because the weights of the quotient above are partly
+//!   negative. So reflectances do not leave `[0, 1]`.
+//! * An emission becomes a colour whose luminance, in the unit of the spectrum, is the mean of the
+//!   spectrum weighted by `ȳ`; a constant `v` has the luminance `v`. Negative channels are set to
+//!   zero, and the others are scaled to keep the luminance.
+//! * Samples that are not finite are ignored; if no other is left, there is no colour.
 //!
 //! # Assumption
 //! Lights are near white: an RGB renderer multiplies `L_c ρ_c`, not `∫ L ρ r̄_c`.
 //!
-//! | module | what it has |
+//! | module | contents |
 //! |---|---|
 //! | `observer` | `x̄ ȳ z̄`, `M`, D65 |
 //! | `thermal` | Planck's law |
@@ -39,7 +39,7 @@ pub use thermal::{blackbody, blackbody_rgb, blackbody_rgb_of_unit_peak};
 use super::Rgb;
 use observer::{FIRST_NM, Response, responses};
 
-/// A spectrum as it is looked up: sorted, finite, at least one sample.
+/// A spectrum for lookups: sorted, finite, at least one sample.
 struct Sampled(Vec<(f32, f32)>);
 
 impl Sampled {
@@ -50,7 +50,8 @@ impl Sampled {
         (!kept.is_empty()).then_some(Self(kept))
     }
 
-    /// The value at a wavelength; at a step between two samples of one wavelength, the later one.
+    /// Returns the value at a wavelength; at a step, where two samples have one wavelength, the
+    /// later one.
     fn at(&self, nm: f32) -> f64 {
         let after = self.0.partition_point(|s| s.0 <= nm);
         let Some(&(x0, y0)) = after.checked_sub(1).and_then(|before| self.0.get(before)) else {
@@ -68,8 +69,8 @@ impl Sampled {
     }
 }
 
-/// `∫ spectrum · weight dλ` for the three channels of `weight`; 1 nm apart, which is what the CIE
-/// sums, too.
+/// Returns `∫ spectrum · weight dλ` for the three channels of `weight`, as a sum in steps of 1 nm
+/// like those of the CIE.
 fn integrate(spectrum: impl Fn(f32) -> f64, weight: impl Fn(&Response) -> [f64; 3]) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for (i, response) in responses().iter().enumerate() {
@@ -81,8 +82,8 @@ fn integrate(spectrum: impl Fn(f32) -> f64, weight: impl Fn(&Response) -> [f64; 
     sum
 }
 
-/// The colour of a surface of this reflectance, or the mean of any other property of a surface
-/// (refractive indices) as each channel sees it.
+/// Returns the colour of a surface of this reflectance. Also averages any other property of a
+/// surface, such as refractive indices, by the response of each channel.
 pub fn rgb_of_reflectance(samples: &[(f32, f32)]) -> Option<Rgb> {
     let spectrum = Sampled::new(samples)?;
     let [least, most] = spectrum.range();
@@ -93,7 +94,7 @@ pub fn rgb_of_reflectance(samples: &[(f32, f32)]) -> Option<Rgb> {
     Some(Rgb::new(channel(0), channel(1), channel(2)))
 }
 
-/// The colour of light with this spectrum, in its unit.
+/// Returns the colour of light with this spectrum, in the unit of the spectrum.
 pub fn rgb_of_emission(samples: &[(f32, f32)]) -> Option<Rgb> {
     let spectrum = Sampled::new(samples)?;
     Some(emission(|nm| spectrum.at(nm)))
@@ -106,7 +107,8 @@ fn emission(spectrum: impl Fn(f32) -> f64) -> Rgb {
     of_luminance(Rgb::new(r, g, b), (luminance / norm) as f32)
 }
 
-/// The colour without its negative channels, scaled to a luminance; black if there is none.
+/// Returns the colour without its negative channels, scaled to a luminance; black if that is not
+/// possible.
 fn of_luminance(color: Rgb, luminance: f32) -> Rgb {
     let visible = color.map(|c| c.max(0.0));
     let scale = luminance / visible.luminance();
@@ -134,7 +136,7 @@ mod tests {
 
     #[test]
     fn reflectances_are_seen_under_daylight() {
-        // What reflects the inverse of daylight looks as equal energy does: XYZ = (1, 1, 1).
+        // A reflectance that is the inverse of daylight looks like equal energy: XYZ = (1, 1, 1).
         let inverse = |(i, r): (usize, &Response)| (FIRST_NM + i as f32, (80.0 / r.d65) as f32);
         let samples: Vec<(f32, f32)> = responses().iter().enumerate().map(inverse).collect();
         let color = rgb_of_reflectance(&samples).unwrap();
@@ -154,7 +156,7 @@ mod tests {
 
     #[test]
     fn saturated_spectra_stay_in_range() {
-        // Green of a laser's width, and what such a filter leaves over.
+        // A green line of a laser's width; below, a reflectance without green.
         let narrow = [(519.0, 0.0), (520.0, 1.0), (521.0, 0.0)];
         let light = rgb_of_emission(&narrow).unwrap();
         assert!(light.is_valid() && light.r == 0.0 && light.g > 0.0);

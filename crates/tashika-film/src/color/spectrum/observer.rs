@@ -4,16 +4,16 @@
 //! x̄(λ) ≈ Σ aᵢ exp(−½ (λ − μᵢ)² / σᵢ²),   σᵢ one value below μᵢ and one above
 //! ```
 //!
-//! Source: Wyman 2013, the fit with several lobes; its largest deviation from the CIE's table is
-//! below 0.03 (the functions themselves reach 1.06, 1.0 and 1.78), which the test below finds.
+//! Source: Wyman 2013, the fit with several lobes. Its largest deviation from the CIE's table is
+//! below 0.03 by the test below; the functions themselves reach 1.06, 1.0 and 1.78.
 
 use std::sync::LazyLock;
 
 use crate::math::elementary::exp;
 
-/// First wavelength of [`responses`] (nm).
+/// Wavelength of the first of the [`responses`] (nm).
 pub(super) const FIRST_NM: f32 = 380.0;
-/// Their number, 1 nm apart.
+/// Number of the [`responses`], 1 nm apart.
 const COUNT: usize = 401;
 
 /// XYZ to linear Rec. 709: the inverse of the matrix whose columns are the primaries ([^bt709],
@@ -32,11 +32,11 @@ const D65: [f64; 41] = [
     74.3490, 61.6040, 69.8856, 75.0870, 63.5927, 46.4182, 66.8054, 63.3828,
 ];
 
-/// What is seen at one wavelength.
+/// Response of the observer, and power of daylight, at one wavelength.
 pub(super) struct Response {
-    /// Colour matching functions.
+    /// Colour matching functions `x̄ ȳ z̄`.
     pub xyz: [f64; 3],
-    /// The same, in Rec. 709.
+    /// Colour matching functions in linear Rec. 709.
     pub rgb: [f64; 3],
     /// Relative power of D65.
     pub d65: f64,
@@ -56,7 +56,7 @@ pub(super) fn responses() -> &'static [Response] {
     &RESPONSES
 }
 
-/// XYZ as linear Rec. 709.
+/// Converts XYZ to linear Rec. 709.
 pub(super) fn to_rgb(xyz: [f64; 3]) -> [f64; 3] {
     XYZ_TO_RGB.map(|row| row.iter().zip(xyz).map(|(m, v)| m * v).sum())
 }
@@ -125,7 +125,7 @@ mod tests {
     fn daylight_has_the_chromaticity_of_the_white() {
         let [x, y, z] = super::super::integrate(|_| 1.0, |r| r.xyz.map(|v| v * r.d65));
         let sum = x + y + z;
-        // The fit moves it by this much.
+        // Tolerance for the error of the fit.
         assert!(
             (x / sum - 0.3127).abs() < 0.002 && (y / sum - 0.3290).abs() < 0.002,
             "{} {}",

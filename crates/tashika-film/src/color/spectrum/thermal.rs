@@ -1,4 +1,4 @@
-//! Black bodies.
+//! Emission of black bodies.
 //!
 //! ```text
 //! L(λ, T) = c₁ / (λ⁵ (exp(c₂ / (λ T)) − 1)),   c₁ = 2 h c²,   c₂ = h c / k
@@ -16,9 +16,9 @@ const C1: f64 = 1.191_042_972e-16;
 const C2: f64 = 1.438_776_877e-2;
 /// Wien's displacement constant `λ_max T` (m·K).
 const WIEN: f64 = 2.897_771_955e-3;
-/// Smallest temperature that has a colour here (K): below it, nothing is visible in `f32`.
+/// Lowest temperature that has a colour here (K): below it, nothing is visible in `f32`.
 const MIN_KELVIN: f32 = 300.0;
-/// Largest (K): beyond it, colours do not change any more.
+/// Highest temperature that has a colour here (K): beyond it, colours do not change.
 const MAX_KELVIN: f32 = 1e9;
 
 /// Spectral radiance of a black body (W·m⁻²·sr⁻¹·nm⁻¹); zero for wavelengths or temperatures that
@@ -33,13 +33,13 @@ fn radiance(nm: f64, kelvin: f64) -> f64 {
     }
     let metres = nm * 1e-9;
     let x = C2 / (metres * kelvin);
-    // The difference loses digits for small x; its series does not.
+    // The subtraction loses digits for small `x`; its series does not.
     let denominator = if x < 1e-2 { x * (1.0 + x * (0.5 + x / 6.0)) } else { f64::from(exp(x as f32)) - 1.0 };
     let squared = metres * metres;
     C1 / (squared * squared * metres * denominator) * 1e-9
 }
 
-/// The colour of a black body at a temperature of 300 K to 10⁹ K, with luminance 1.
+/// Colour of a black body with luminance 1; `None` outside of 300 K to 10⁹ K.
 pub fn blackbody_rgb(kelvin: f32) -> Option<Rgb> {
     let peak = peak(kelvin)?;
     let color = emission(|nm| radiance(f64::from(nm), f64::from(kelvin)) / peak);
@@ -47,14 +47,14 @@ pub fn blackbody_rgb(kelvin: f32) -> Option<Rgb> {
     (luminance > 0.0).then(|| color / luminance)
 }
 
-/// The same, for a spectrum whose largest value over all wavelengths is 1: what pbrt-v3 makes of
-/// `blackbody`.
+/// Colour of a black body whose spectrum has the maximum 1 over all wavelengths, as `blackbody` in
+/// pbrt-v3; `None` outside of 300 K to 10⁹ K.
 pub fn blackbody_rgb_of_unit_peak(kelvin: f32) -> Option<Rgb> {
     let peak = peak(kelvin)?;
     Some(emission(|nm| radiance(f64::from(nm), f64::from(kelvin)) / peak))
 }
 
-/// Largest spectral radiance at a temperature that is in range.
+/// Largest spectral radiance at a temperature; `None` outside of 300 K to 10⁹ K.
 fn peak(kelvin: f32) -> Option<f64> {
     let kelvin = (MIN_KELVIN..=MAX_KELVIN).contains(&kelvin).then_some(f64::from(kelvin))?;
     Some(radiance(WIEN / kelvin * 1e9, kelvin))
@@ -92,7 +92,7 @@ mod tests {
             let rgb = blackbody_rgb(kelvin).unwrap();
             assert!((rgb.luminance() - 1.0).abs() < 1e-6);
             for (seen, expected) in rgb.to_array().into_iter().zip(expected) {
-                // The fit of the matching functions is good for this much.
+                // Tolerance for the error of the fit of the matching functions.
                 assert!((f64::from(seen) - expected).abs() < 0.02, "{kelvin}: {rgb:?} {expected}");
             }
         }
@@ -100,10 +100,11 @@ mod tests {
 
     #[test]
     fn a_spectrum_of_unit_peak_is_as_bright_as_the_eye_is_broad() {
-        // With its peak in the green, a spectrum is nearly 1 wherever the eye sees much.
+        // With its peak in the green, a spectrum is nearly 1 wherever the eye is sensitive.
         let sun = blackbody_rgb_of_unit_peak(5200.0).unwrap();
         assert!((0.97..1.0).contains(&sun.luminance()), "{sun:?}");
-        // Colder ones have it in the infrared, λ_max = 2.8978 mm·K / T, which nobody sees.
+        // Colder spectra have the peak in the infrared, λ_max = 2.8978 mm·K / T, which is
+        // invisible.
         let samples: Vec<(f32, f32)> = (380_u16..=780)
             .map(|nm| (f32::from(nm), blackbody(f32::from(nm), 2000.0) / blackbody(1448.9, 2000.0)))
             .collect();

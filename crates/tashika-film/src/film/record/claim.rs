@@ -1,64 +1,64 @@
-//! What is claimed of a pixel, and why work on it ended.
+//! Claims of pixels, and reasons why work on pixels ended.
 
 use serde::{Deserialize, Serialize};
 
-/// What an estimate claims about its distance to the truth that it estimates.
+/// Claim of an estimate about its distance to the truth that it estimates.
 ///
-/// Which truth that is, and with which confidence an interval holds, is said once for a film, by
-/// the metadata [`TRUTH`](super::keys::TRUTH) and [`CONFIDENCE`](super::keys::CONFIDENCE).
+/// The kind of truth and the confidence of intervals are stored once per film, in the metadata
+/// [`TRUTH`](super::keys::TRUTH) and [`CONFIDENCE`](super::keys::CONFIDENCE).
 ///
 /// Held to this by the suite's `control` and `cuts`, against exact sums.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Claim {
-    /// Nothing.
+    /// No claim.
     #[default]
     None,
-    /// It is the sum over the given VPLs and gather points, to rounding.
+    /// The estimate is the sum over the given VPLs and gather points, to rounding.
     Exact,
-    /// The interval that a published method states: the truth is said to be within the half-width.
-    /// Neither proven nor calibrated.
+    /// The interval that a published method states: the truth is supposed to be within the
+    /// half-width. Neither proven nor calibrated.
     Published,
     /// An interval that holds at least as often as its confidence says, on scenes at large;
     /// measured, not proven.
     Calibrated,
     /// An interval that holds with at least the confidence, for this pixel; proven.
     Certified,
-    /// An interval of a map that holds for a share of the picture's pixels, as an audit of some of
-    /// them found ([`PictureClaim`](super::PictureClaim)); of a single pixel nothing is known.
+    /// An interval of an audited map, which holds for a share of the picture's pixels
+    /// ([`PictureClaim`](super::PictureClaim)). Nothing is known of a single pixel.
     Audited,
 }
 
-/// Why work on a pixel ended.
+/// Reason why work on a pixel ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Stop {
-    /// It has not begun.
+    /// Work has not begun.
     #[default]
     NotRendered,
     /// There was nothing left to do.
     Complete,
-    /// The number of samples that was asked for is reached.
+    /// The requested number of samples is reached.
     SampleCount,
-    /// The method's own rule says that it is accurate enough.
+    /// The estimate is accurate enough by the method's own rule.
     RuleMet,
-    /// It has cost as much as permitted.
+    /// The cost of the pixel has reached its budget.
     Budget,
-    /// There is light that the method cannot find, too much of it for a claim.
+    /// Too much light is unsampled for a claim: the method has no way to find it.
     NotFound,
     /// The estimate is infinite or not a number, because an intermediate result left the range of
     /// the numbers. The pixel claims nothing, whatever the method.
     NotFinite,
 }
 
-/// A code of a plane: a small number that stands for words.
+/// A code of a plane: a small number, and the words that it stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Code {
-    /// The number in the plane.
+    /// Sample value in the plane.
     pub id: u32,
-    /// Name for programs.
+    /// Identifier for programs.
     pub name: &'static str,
-    /// What it means, in a few words.
+    /// Meaning in a few words.
     pub label: &'static str,
-    /// The colour by which pages show it, `#rrggbb`.
+    /// Colour of the code on pages, `#rrggbb`.
     pub color: &'static str,
 }
 
@@ -81,7 +81,7 @@ impl Claim {
         code(5, "audited", "audited", "#cc79a7"),
     ];
 
-    /// Its row in [`Self::CODES`].
+    /// Row of the claim in [`Self::CODES`].
     pub const fn code(self) -> &'static Code {
         &Self::CODES[self as usize]
     }
@@ -91,18 +91,17 @@ impl Claim {
         self.code().id
     }
 
-    /// The claim of that number. A number that this version does not know claims nothing that it
-    /// could repeat.
+    /// Returns the claim of that number; [`Self::None`] if this version does not know the number.
     pub fn of_id(id: u32) -> Self {
         Self::ALL.into_iter().find(|claim| claim.id() == id).unwrap_or_default()
     }
 
-    /// Whether anything is claimed.
+    /// Returns true if anything is claimed, including exactness.
     pub fn is_some(self) -> bool {
         self != Self::None
     }
 
-    /// Whether an interval is stated: not of what is exact, or claims nothing.
+    /// Returns true if an interval is stated: neither for an exact pixel nor without a claim.
     pub fn states_interval(self) -> bool {
         match self {
             Self::None | Self::Exact => false,
@@ -110,12 +109,12 @@ impl Claim {
         }
     }
 
-    /// The half-width as it is stated (W·m⁻²·sr⁻¹): zero where no interval is.
+    /// Returns the half-width as stated (W·m⁻²·sr⁻¹): zero if no interval is stated.
     pub fn stated(self, half_width: f64) -> f32 {
         if self.states_interval() { half_width as f32 } else { 0.0 }
     }
 
-    /// What is said of one pixel that claims this, and of several, behind their number.
+    /// Predicates of sentences about one pixel and about several pixels with this claim.
     pub fn sentences(self) -> [&'static str; 2] {
         match self {
             Self::None => ["claims nothing: do not rely on it.", "claim nothing: do not rely on them."],
@@ -165,7 +164,7 @@ impl Stop {
         code(6, "not_finite", "not finite", "#000000"),
     ];
 
-    /// Its row in [`Self::CODES`].
+    /// Row of the reason in [`Self::CODES`].
     pub const fn code(self) -> &'static Code {
         &Self::CODES[self as usize]
     }
@@ -175,8 +174,8 @@ impl Stop {
         self.code().id
     }
 
-    /// The reason of that number. Of a number that this version does not know it is only known that
-    /// the pixel was rendered: as if it had run out of budget.
+    /// Returns the reason of that number; [`Self::Budget`] if this version does not know the
+    /// number. Such a pixel was rendered, and is not to be relied on.
     pub fn of_id(id: u32) -> Self {
         Self::ALL.into_iter().find(|stop| stop.id() == id).unwrap_or(Self::Budget)
     }

@@ -1,29 +1,29 @@
-//! The metadata of films: one table of names and what they say.
+//! Table of the names of metadata values and of their meanings.
 
 use std::fmt;
 
-/// What a value of the metadata is about.
+/// Subject of a metadata value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum About {
-    /// Which truth the film estimates, whatever that is.
+    /// The truth that the film estimates, of any kind.
     Truth,
-    /// Which truth it estimates, if that is a sum over VPLs and gather points.
+    /// The truth that the film estimates, if that truth is a sum over VPLs and gather points.
     Sum,
-    /// How it was made.
+    /// The way in which the film was made.
     Making,
-    /// The part of an image that this film is, or what was found out about it: parts of one image
-    /// may differ in it.
+    /// The part of the image that the film covers, or a finding about it. Parts of one image may
+    /// differ in such values.
     Part,
 }
 
 /// A row of [`KEYS`]: the name of a value in the metadata of films.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Key {
-    /// Name in the metadata; in OpenEXR the attribute is this after `tashika:`.
+    /// Name in the metadata; the OpenEXR attribute is this name with the prefix `tashika:`.
     pub name: &'static str,
-    /// What the value is about.
+    /// Subject of the value.
     pub about: About,
-    /// What the value says.
+    /// Meaning of the value.
     pub doc: &'static str,
 }
 
@@ -39,7 +39,7 @@ impl fmt::Display for Key {
     }
 }
 
-/// What a value of that name is about; of a name that is in no row, how the film was made.
+/// Returns the subject of the value of that name; [`About::Making`] for a name that is in no row.
 pub fn about(name: &str) -> About {
     KEYS.iter().find(|key| key.name == name).map_or(About::Making, |key| key.about)
 }
@@ -51,7 +51,7 @@ macro_rules! keys {
             pub const $key: Key = Key { name: $name, about: About::$about, doc: $doc };
         )+
 
-        /// Every name that this program gives to a value of the metadata.
+        /// All names that this program gives to values of the metadata.
         pub const KEYS: &[Key] = &[$($key),+];
     };
 }

@@ -1,25 +1,24 @@
-//! Cryptomatte: how much of a pixel each object, or each material, covers, in planes that
+//! Cryptomatte: the share of a pixel that each object or material covers, in planes that
 //! compositing programs select by name.
 //!
-//! The layout is that of the Cryptomatte specification, version 1.2.0, after Friedman and Jones
-//! 2015. A name becomes a number, its MurmurHash3 (of 32 bits, seed 0) of the UTF-8 bytes; if the
-//! bits of that were those of a zero, a denormal, an infinity or no number at all (an exponent of 0
-//! or 255) the lowest bit of the exponent is turned over. The number is stored as the `f32` of these
-//! bits. A layer of `2n` ranks is `n` planes `LAYER00`, `LAYER01`, … of four channels, each two
-//! ranks:
+//! The layout is that of the Cryptomatte specification, version 1.2.0 (Friedman and Jones 2015). A
+//! name becomes a number, which is the MurmurHash3 (32 bits, seed 0) of its UTF-8 bytes. If these
+//! bits are those of a zero, a denormal, an infinity or a NaN (an exponent of 0 or 255), the lowest
+//! bit of the exponent is flipped. The number is stored as the `f32` of these bits. A layer of `2n`
+//! ranks is `n` planes `LAYER00`, `LAYER01`, … of four channels, each two ranks:
 //!
 //! ```text
 //! R = number, G = share of the pixel        of rank 2k        shares fall from rank to rank
 //! B = number, A = share of the pixel        of rank 2k + 1    a rank that is not needed is 0, 0
 //! ```
 //!
-//! What a film of these planes is about is in its metadata under `cryptomatte/KEY/`, with the first
-//! seven hexadecimal digits of the layer's own hash for a key: `name`, `hash`, `conversion`, and
-//! `manifest`, a JSON object of each name's number in eight hexadecimal digits.
+//! The metadata under `cryptomatte/KEY/` describe a layer, where `KEY` is the first seven
+//! hexadecimal digits of the hash of the layer's name: `name`, `hash`, `conversion`, and
+//! `manifest`, a JSON object that maps each name to its number in eight hexadecimal digits.
 //!
 //! # Held to this by
 //! The tests below, with published values of the hash and numbers of the specification's example;
-//! `readers.py`, which reads a film by the reference implementation of OpenEXR.
+//! `readers.py`, which reads a film with the reference implementation of OpenEXR.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -28,24 +27,24 @@ use super::planes;
 use crate::error::{Error, Result};
 use crate::film::{Film, Metadata, Plane, PlaneSpec, Samples};
 
-/// Before the names of the metadata that say what planes of mattes are about; in OpenEXR they are the
-/// attributes of these very names.
+/// Prefix of the metadata names that describe planes of mattes. In OpenEXR these attributes have
+/// the same names, without a further prefix.
 pub const CRYPTOMATTE: &str = "cryptomatte/";
 
-/// What is told apart.
+/// Kind of thing that a matte distinguishes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MatteOf {
-    /// Objects of a scene.
+    /// Objects of the scene, by their names.
     Objects,
-    /// Materials.
+    /// Materials of the scene, by their names.
     Materials,
 }
 
 impl MatteOf {
-    /// All, in the order of their planes.
+    /// All kinds, in the order of their planes.
     pub const ALL: [Self; 2] = [Self::Objects, Self::Materials];
 
-    /// The name of the layer, by which programs ask for it.
+    /// Name of the layer, by which programs select it.
     pub const fn layer(self) -> &'static str {
         match self {
             Self::Objects => "CryptoObject",
@@ -53,7 +52,7 @@ impl MatteOf {
         }
     }
 
-    /// The plane of the numbers alone, of what covers most of a pixel.
+    /// Plane with the number of the thing that covers most of each pixel.
     const fn numbers(self) -> PlaneSpec {
         match self {
             Self::Objects => planes::OBJECT_ID,
@@ -62,7 +61,7 @@ impl MatteOf {
     }
 }
 
-/// The names of what is told apart, and their numbers.
+/// Names of the things that a matte distinguishes, and their numbers.
 #[derive(Clone, Debug)]
 pub struct Matte {
     of: MatteOf,
@@ -71,21 +70,21 @@ pub struct Matte {
 }
 
 impl Matte {
-    /// Ranks of a pixel, unless others are asked for: what two or three edges meet in is told apart.
+    /// Default number of ranks: enough for pixels in which two or three edges meet.
     pub const RANKS: u32 = 6;
-    /// Most ranks of a pixel.
+    /// Largest number of ranks of a pixel.
     pub const MOST_RANKS: u32 = 32;
 
-    /// So many ranks as were asked for, if there can be as many.
+    /// Returns the number of ranks, if it is allowed.
     ///
     /// # Errors
-    /// [`Error::Option`] naming `cryptomatte` if not.
+    /// [`Error::Option`] naming `cryptomatte` if it is not from 1 to [`Self::MOST_RANKS`].
     pub fn ranks(asked: u64) -> Result<u32> {
         let ranks = u32::try_from(asked).ok().filter(|ranks| (1..=Self::MOST_RANKS).contains(ranks));
         ranks.ok_or_else(|| Error::option("cryptomatte", asked, format!("1 to {} ranks", Self::MOST_RANKS)))
     }
 
-    /// Of things of these names, in their order; those of the same name are one.
+    /// A matte of things with these names, in their order; things of equal names are one.
     pub fn new<'n>(of: MatteOf, names: impl IntoIterator<Item = &'n str>) -> Self {
         let mut manifest = BTreeMap::new();
         let mut number = |name: &str| {
@@ -99,13 +98,14 @@ impl Matte {
         Self { of, numbers, manifest }
     }
 
-    /// Sets the ranks of a pixel, two samples each: what covers it, the largest share first, of equal
-    /// ones the smaller number. What there are no ranks for is left out.
+    /// Writes the ranks of a pixel, two samples each, from the largest share to the smallest, equal
+    /// shares in the order of their numbers. Things beyond the last rank are omitted.
     ///
-    /// * `met`: the things that samples of the pixel have met, of `samples` in all; in any order.
+    /// * `met`: indices of the things that samples of the pixel met, in any order.
+    /// * `samples`: number of all samples of the pixel.
     ///
     /// # Panics
-    /// If there is no thing at one of the places.
+    /// If an index has no thing.
     pub fn rank(&self, met: &[usize], samples: u32, ranks: &mut [f32]) {
         let mut numbers: Vec<u32> = met.iter().map(|thing| self.numbers[*thing]).collect();
         numbers.sort_unstable();
@@ -118,13 +118,13 @@ impl Matte {
         }
     }
 
-    /// Adds to a film the planes of this matte, and what they are about.
+    /// Adds the planes of this matte to a film, and their description to its metadata.
     ///
-    /// * `ranks`: of each pixel of the window in its order, as [`rank`](Self::rank) sets them; those of
-    ///   a pixel are an even number.
+    /// * `ranks`: ranks of all pixels of the window, row by row, as [`rank`](Self::rank) writes
+    ///   them; an even number of ranks per pixel.
     ///
     /// # Panics
-    /// If the film has such planes, or `ranks` are not as many a pixel, and an even number.
+    /// If the film has such planes, or the pixels have no ranks or an odd number of them.
     pub fn add_to(&self, film: &mut Film, ranks: &[f32]) {
         let window = film.window();
         let of_pixel = ranks.len() / window.area() as usize;
@@ -157,8 +157,8 @@ impl Matte {
     }
 }
 
-/// The number by which planes of mattes know a name: its hash, as the bits of a floating-point number
-/// that is neither zero nor denormal, infinite or none.
+/// Returns the number of a name in planes of mattes: its hash, adjusted to the bits of a normal
+/// floating-point number, neither zero nor denormal, infinite or NaN.
 ///
 /// ```
 /// assert_eq!(tashika_film::film::matte_id("bunny"), 0x13851a76);
@@ -188,7 +188,7 @@ mod tests {
     use super::*;
     use crate::film::Window;
 
-    /// Published values of the hash: of its author's test program and of other implementations.
+    /// Published values of the hash: from its author's test program and from other implementations.
     #[test]
     fn the_hash_is_the_published_one() {
         for (text, expected) in [
@@ -210,7 +210,7 @@ mod tests {
         let rendered = "/GAFFERBOT/C_torso_GRP/C_head_GRP/C_head_CPT/C_head001_REN";
         assert_eq!(matte_id(rendered), 4_226_998_693, "as another renderer has it");
         assert_eq!(f32::from_bits(matte_id(rendered)), -2.522_224_9e36);
-        // Of hashes whose exponents are 0, 0 and 255 the lowest bit of these is turned over.
+        // The hashes have the exponents 0, 0 and 255, whose lowest bit is flipped.
         for name in ["", "object85", "object878"] {
             let (hash, number) = (murmur3(name.as_bytes()), matte_id(name));
             assert!(!f32::from_bits(hash).is_normal(), "{name:?} {hash:08x}");
@@ -227,7 +227,7 @@ mod tests {
         let [oak, tin, ash, elm, fir] = ["oak", "tin \"\u{fc}\"", "ash", "elm", "fir"].map(matte_id);
         let mut ranks = [7.0; 16];
         matte.rank(&[1, 1], 2, &mut ranks[..8]);
-        // Both oaks are one; elm and fir are as large, and the smaller number is first.
+        // Both oaks are one; ash, elm and fir have equal shares, and the smallest number is first.
         matte.rank(&[5, 1, 0, 4, 2, 1, 2, 1, 3], 16, &mut ranks[8..]);
         matte.add_to(&mut film, &ranks);
         let at = |plane: &str, x| film.plane(plane).unwrap().f32_at(x, 0).to_vec();

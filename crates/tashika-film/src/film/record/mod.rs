@@ -1,21 +1,21 @@
-//! What a rendered film says of its pixels, typed: what is claimed, why work ended, what it cost.
+//! Typed records of a rendered film: claims of pixels, reasons why work ended, and costs.
 //!
-//! | file | what it has |
+//! | file | contents |
 //! |---|---|
 //! | `claim` | [`Claim`] and [`Stop`]: the codes, with their words and colours |
-//! | `schema` | [`SCHEMA`]: a row for each plane, from which [`PixelRecord`] and [`planes`] are made |
+//! | `schema` | [`SCHEMA`]: the table of planes, which [`PixelRecord`] and [`planes`] follow |
 //! | `keys` | [`keys`]: a row for each value of the metadata |
-//! | `tally` | [`Tally`]: how many pixels claim what |
+//! | `tally` | [`Tally`]: numbers of pixels by claim |
 //! | `found_light` | [`FoundLight`]: light of the image by estimator and by route |
 //! | `matte` | [`Matte`]: numbers of objects and materials, and how much of a pixel each covers |
-//! | `picture_claim` | [`PictureClaim`]: what an audit says of all pixels together |
+//! | `picture_claim` | [`PictureClaim`]: claim of an audit about all pixels together |
 //!
-//! Nothing above this module writes a code, or the name of a plane or of a value, by hand; pages get
-//! them from here as data. *(tidy)*
+//! Nothing above this module writes a code, or the name of a plane or of a value, by hand. Pages
+//! receive them from here as data. *(tidy)*
 //!
-//! # Films of others
-//! Films need not come from this program. Without a plane `stop` every pixel counts as rendered;
-//! without a plane `claim`, every half-width as a claim that somebody published.
+//! # Films of other programs
+//! Without a plane `stop`, every pixel counts as rendered; without a plane `claim`, every
+//! half-width counts as a published claim.
 
 mod claim;
 mod found_light;
@@ -44,10 +44,10 @@ use serde::Serialize;
 /// ```
 ///
 /// # Guarantee
-/// It holds where all pixels' intervals hold, whatever their errors have in common (triangle
-/// inequality). Where some do not, it holds as long as the slack of the others makes up for them. A
-/// pixel that missed a bright spot can break it: measured, once in eight seeds behind a lens, never in
-/// eight seeds of five other scenes with caustics.
+/// It holds if the intervals of all pixels hold, however their errors are correlated (triangle
+/// inequality). If some do not, it still holds as long as the slack of the others makes up for
+/// them. A pixel that missed a bright spot can break it. Measured: broken in one of eight seeds
+/// behind a lens, in none of eight seeds of five other scenes with caustics.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MeanInterval {
     /// Mean luminance (W·m⁻²·sr⁻¹).
@@ -56,10 +56,10 @@ pub struct MeanInterval {
     pub half_width: f64,
 }
 
-/// A film, read as what it says of its pixels.
+/// Typed view of a film's records.
 ///
-/// Pixels are named by their place in the order of [`Window::pixels`](super::Window::pixels), but
-/// in [`Self::at`]. All methods panic if there is no such pixel.
+/// Pixels are addressed by their index in the order of [`Window::pixels`](super::Window::pixels),
+/// except in [`Self::at`]. All methods panic if there is no such pixel.
 ///
 /// # Example
 /// ```
@@ -84,7 +84,7 @@ pub struct RenderFilm<'f> {
 }
 
 impl<'f> RenderFilm<'f> {
-    /// Reads that film; takes no time.
+    /// Makes a view of the film in constant time.
     pub fn of(film: &'f Film) -> Self {
         let single = |spec: PlaneSpec| film.plane(spec).filter(|plane| plane.channels().len() == 1);
         Self {
@@ -96,12 +96,13 @@ impl<'f> RenderFilm<'f> {
         }
     }
 
-    /// All that the film says of a pixel of the full image; what it has no plane for is zero.
+    /// Record of a pixel in coordinates of the full image; fields whose plane the film lacks are
+    /// zero.
     pub fn at(&self, x: u32, y: u32) -> PixelRecord {
         PixelRecord::load(self.film, x, y).as_told()
     }
 
-    /// Number of pixels.
+    /// Number of pixels, rendered or not.
     pub fn pixels(&self) -> usize {
         self.film.window().area() as usize
     }
@@ -114,35 +115,36 @@ impl<'f> RenderFilm<'f> {
         self.has_half_widths() && is_map
     }
 
-    /// Whether the film says why work ended, and so which pixels were rendered.
+    /// Returns true if the film has a plane of reasons why work ended, and so of rendered pixels.
     pub fn has_stops(&self) -> bool {
         self.stops.is_some()
     }
 
-    /// Whether the film says what is claimed.
+    /// Returns true if the film has a plane of claims.
     pub fn has_claims(&self) -> bool {
         self.claims.is_some()
     }
 
-    /// Whether the film has half-widths.
+    /// Returns true if the film has a plane of half-widths.
     pub fn has_half_widths(&self) -> bool {
         self.half_widths.is_some()
     }
 
-    /// Reason why work on the pixel ended: [`Stop::Complete`] in a film without this plane, and
-    /// [`Stop::NotFinite`] for every rendered pixel whose colour is infinite or not a number.
+    /// Reason why work on the pixel ended: [`Stop::Complete`] in a film without the plane `stop`,
+    /// and [`Stop::NotFinite`] for every rendered pixel whose colour is infinite or not a number.
     pub fn stop(&self, pixel: usize) -> Stop {
         let said = self.stops.map_or(Stop::Complete, |stops| Stop::of_id(stops[pixel]));
         let is_finite = || self.color(pixel).is_none_or(Rgb::is_finite);
         if said == Stop::NotRendered || is_finite() { said } else { Stop::NotFinite }
     }
 
-    /// Whether the pixel was rendered.
+    /// Returns true if the pixel was rendered.
     pub fn is_rendered(&self, pixel: usize) -> bool {
         self.stops.is_none_or(|stops| Stop::of_id(stops[pixel]) != Stop::NotRendered)
     }
 
-    /// What is claimed of the pixel.
+    /// Claim of the pixel; in a film without the plane `claim`, [`Claim::Published`] if it has
+    /// half-widths.
     pub fn claim(&self, pixel: usize) -> Claim {
         match (self.claims, self.half_widths) {
             (Some(claims), _) => Claim::of_id(claims[pixel]),
@@ -151,27 +153,28 @@ impl<'f> RenderFilm<'f> {
         }
     }
 
-    /// The half-width that is claimed of the pixel (W·m⁻²·sr⁻¹), 0 if it is exact; none if nothing
-    /// is claimed, or the film has no half-widths.
+    /// Claimed half-width of the pixel (W·m⁻²·sr⁻¹), 0 if it is exact; `None` if nothing is
+    /// claimed, or the film has no half-widths.
     pub fn half_width(&self, pixel: usize) -> Option<f32> {
         let half_widths = self.half_widths?;
         self.claim(pixel).is_some().then(|| half_widths[pixel])
     }
 
-    /// The same relative to the pixel, by what is controlled; infinite where it is black, not a
-    /// number where its colour is none. None without colours, too.
+    /// Half-width relative to the pixel's own colour, in the error metric of the film. A half-width
+    /// of 0 gives 0; any other is infinite at a black pixel, and NaN counts as black. `None`
+    /// without a half-width or without colours.
     pub fn relative_half_width(&self, pixel: usize) -> Option<f64> {
         let (half_width, color) = (self.half_width(pixel)?, self.color(pixel)?);
         let size = self.controlled().size_and_distance(color, color).0;
         Some(if half_width == 0.0 { 0.0 } else { f64::from(half_width) / size })
     }
 
-    /// What the film controlled the error of; luminance if it does not say.
+    /// Error metric of the film; luminance if the metadata do not name one.
     pub fn controlled(&self) -> Controlled {
         self.film.metadata().text(keys::CONTROL).and_then(Controlled::named).unwrap_or_default()
     }
 
-    /// How many pixels claim what.
+    /// Numbers of pixels by claim.
     pub fn tally(&self) -> Tally {
         let mut tally = Tally::default();
         for pixel in 0..self.film.window().area() as usize {
@@ -180,7 +183,8 @@ impl<'f> RenderFilm<'f> {
         tally
     }
 
-    /// Interval of the mean luminance of the rendered pixels; none unless each of them claims by itself.
+    /// Interval of the mean luminance of the rendered pixels. `None` unless each of these has a
+    /// finite half-width of its own, not one of an audited map.
     pub fn mean_interval(&self) -> Option<MeanInterval> {
         let mut sums = [0.0; 2];
         let mut rendered = 0_u64;
@@ -195,7 +199,7 @@ impl<'f> RenderFilm<'f> {
         (rendered > 0).then_some(MeanInterval { mean, half_width })
     }
 
-    /// Colour of the pixel (W·m⁻²·sr⁻¹); none if the film has no colours.
+    /// Colour of the pixel (W·m⁻²·sr⁻¹); `None` if the film has no colours.
     pub fn color(&self, pixel: usize) -> Option<Rgb> {
         let (plane, channels) = self.colors?;
         let samples = plane.f32_samples()?;

@@ -1,4 +1,4 @@
-//! What is claimed of a picture as a whole.
+//! Claim of an audit about a picture as a whole.
 
 use std::fmt;
 
@@ -7,38 +7,39 @@ use serde::Serialize;
 use super::{Claim, keys, planes};
 use crate::film::{Film, Metadata, SampleKind};
 
-/// "At least a share of the pixels are within the error": what an audit of some of them says of all.
+/// "At least a share of the pixels are within the error": the claim about all pixels that an audit
+/// of some of them supports.
 ///
-/// The pixels were drawn at random from those of the picture, with truths that nothing of the
-/// picture entered (`stats::upper_share_outside` has the formula). It is kept in the metadata of a
-/// film, and of no part of it.
+/// The audited pixels were drawn at random from those of the picture, and their truths are
+/// independent of the picture (`stats::upper_share_outside` has the formula). The claim is stored
+/// in the metadata of the whole film, never of a part of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PictureClaim {
     /// Relative error that a pixel may have.
     pub error: f64,
-    /// Share of the pixels that is to be within it.
+    /// Share of the pixels that is to be within the error, in (0, 1).
     pub share: f64,
-    /// How sure that is to be.
+    /// Confidence of the claim about that share, in [½, 1).
     pub assurance: f64,
-    /// Pixels that were audited.
+    /// Number of pixels that were audited.
     pub audited: u64,
-    /// Of these, pixels that are outside, or not known well enough.
+    /// Audited pixels that are outside the error, or not known well enough.
     pub outside: u64,
-    /// The share of the pixels that is outside at most, that sure.
+    /// Upper bound of the share of the pixels that is outside, at confidence `assurance`.
     pub upper_outside: f64,
-    /// Whether that is as little as was asked for.
+    /// True if `upper_outside` is at most `1 − share`.
     pub reached: bool,
     /// Pixels that the audited ones were drawn from: those that show more than a constant
     /// background.
     pub population: u64,
-    /// How often pictures in work were held against the audited pixels.
+    /// Number of interim analyses, which compared pictures in work with the audited pixels.
     pub looks: u64,
     /// Passes that the picture was made in.
     pub passes: u64,
 }
 
 impl PictureClaim {
-    /// Writes it into a film's metadata.
+    /// Writes the claim into a film's metadata.
     pub fn describe(&self, metadata: &mut Metadata) {
         metadata.set(keys::ERROR, self.error);
         metadata.set(keys::AUDIT_SHARE, self.share);
@@ -52,7 +53,7 @@ impl PictureClaim {
         metadata.set(keys::PASSES, self.passes);
     }
 
-    /// What a film's metadata say; none if nothing is claimed of the picture.
+    /// Reads the claim from a film's metadata; `None` if nothing is claimed of the picture.
     pub fn of(metadata: &Metadata) -> Option<Self> {
         let number = |key: super::Key| metadata.number(key);
         let count = |key: super::Key| number(key).map(|n| n as u64);
@@ -71,7 +72,8 @@ impl PictureClaim {
         })
     }
 
-    /// Takes it from a film that is no longer the whole picture, with the claims of its pixels.
+    /// Removes the claim from a film that is only a part of the picture, with the claims of its
+    /// pixels.
     pub(in crate::film) fn forget(film: &mut Film) {
         if Self::of(film.metadata()).is_none() {
             return;
@@ -94,17 +96,17 @@ impl PictureClaim {
         }
     }
 
-    /// The share of the pixels that is within the error at least.
+    /// Lower bound of the share of the pixels that is within the error.
     pub fn lower_within(&self) -> f64 {
         1.0 - self.upper_outside
     }
 }
 
-/// As people read it.
+/// A sentence for people.
 impl fmt::Display for PictureClaim {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { error, assurance, audited, outside, .. } = self;
-        // Rounded down: no more is said than is known.
+        // Rounded down, so that the sentence claims no more than was shown.
         let within = (1000.0 * self.lower_within()).floor() / 10.0;
         let [error, assurance] = [error, assurance].map(|share| (share * 1e6).round() / 1e4);
         write!(

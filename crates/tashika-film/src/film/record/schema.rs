@@ -1,8 +1,8 @@
 //! The planes of a rendered film: one table, from which the record of a pixel, the film's planes,
-//! their documentation and what pages show of them are made.
+//! their documentation and their presentation on pages are made.
 //!
-//! A plane more is a row more here. What its samples are made of is a [`Sample`], and whoever knows
-//! the value sets the field of that name; where nobody does it is zero.
+//! An additional plane is an additional row here. The type of its samples is a [`Sample`]. The code
+//! that computes the value sets the field of that name; a field that is not set is zero.
 
 use serde::Serialize;
 
@@ -11,52 +11,52 @@ use crate::color::Rgb;
 use crate::film::{Film, Plane, PlaneSpec, SampleKind};
 use crate::math::Vec3;
 
-/// How a plane is looked at.
+/// Presentation of a plane on pages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Shown {
-    /// As colours: a radiance exposed, a share as it is.
+    /// As colours: radiances with exposure, shares as they are.
     Color,
     /// Each channel relative to the radiance: errors and half-widths.
     Relative,
-    /// As one of several codes.
+    /// As one of these codes.
     Code(&'static [Code]),
-    /// By its logarithm: counts.
+    /// Logarithmic: counts.
     Count,
-    /// By its value.
+    /// By its value, on a linear scale.
     Value,
-    /// As a direction.
+    /// As a direction, each channel from −1 to 1.
     Direction,
-    /// As a name's number: a colour for each.
+    /// As the number of a name: a colour for each number.
     Id,
 }
 
 /// A row of [`SCHEMA`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlaneRow {
-    /// Name of the row, by which programs ask for the plane; a plane may have no name of its own.
+    /// Name of the row, by which programs request the plane; the plane itself may have no name.
     pub key: &'static str,
     /// Name, channels, unit and meaning of the plane.
     pub spec: PlaneSpec,
-    /// What it is called where people choose what to look at.
+    /// Name of the plane in lists for people.
     pub label: &'static str,
-    /// How it is looked at.
+    /// Presentation of the plane on pages.
     pub shown: Shown,
-    /// Whether pages that hold their samples hold it.
+    /// True if pages with embedded samples contain this plane.
     pub in_pages: bool,
 }
 
-/// What the samples of a plane at one pixel are, together.
+/// Type that holds all samples of a plane at one pixel.
 trait Sample: Sized {
-    /// How they are stored.
+    /// Storage type of the samples.
     const KIND: SampleKind;
-    /// Sets them.
+    /// Writes the samples of a pixel.
     fn put(self, plane: &mut Plane, x: u32, y: u32);
-    /// Reads them; none if the plane holds others.
+    /// Reads the samples of a pixel; `None` if the plane holds samples of another type or number.
     fn get(plane: &Plane, x: u32, y: u32) -> Option<Self>;
 }
 
-/// `N` floating-point samples.
+/// Reads `N` floating-point samples.
 fn floats<const N: usize>(plane: &Plane, x: u32, y: u32) -> Option<[f32; N]> {
     (plane.kind() == SampleKind::F32).then(|| plane.f32_at(x, y).try_into().ok())?
 }
@@ -76,7 +76,7 @@ impl Sample for f32 {
     }
 }
 
-/// A count, stored to the 24 bits of an `f32`.
+/// A count, rounded to the 24 bits of an `f32`.
 impl Sample for u64 {
     const KIND: SampleKind = SampleKind::F32;
     fn put(self, plane: &mut Plane, x: u32, y: u32) {
@@ -151,17 +151,17 @@ impl Sample for Stop {
     }
 }
 
-/// What a half-width is made of, where an estimate knows: what each source of error would make it
-/// if it were all (W·m⁻²·sr⁻¹).
+/// Half-width by source of error, if known: each field is the half-width that this source alone
+/// would give (W·m⁻²·sr⁻¹).
 ///
 /// Errors of independent sources add up in squares, so the whole is less than the sum.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HalfWidths {
-    /// That few terms of the sums over VPLs were drawn.
+    /// Error of drawing few terms of the sums over VPLs.
     pub clustering: f32,
-    /// That the VPLs, and the gather points, are some of all that there could be.
+    /// Error of using a finite sample of VPLs and gather points.
     pub lights: f32,
-    /// That what VPLs do not carry is estimated by few paths.
+    /// Error of estimating by few paths the light that VPLs do not carry.
     pub compensation: f32,
 }
 
@@ -200,15 +200,15 @@ macro_rules! schema {
                 $other_shown:expr, in_pages $other_in_pages:literal, $other_label:literal, $other_doc:literal;
         )* }
     ) => {
-        /// What a film says of a pixel, and an integrator of its estimate: a field for each plane
-        /// of the [`SCHEMA`] that renders have.
+        /// Record of a pixel in a film, or an integrator's estimate: a field for each plane of the
+        /// [`SCHEMA`] that renders have.
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
         pub struct PixelRecord { $(
             #[doc = concat!("In ", $unit, ": ", $doc, ".")]
             pub $field: $sample,
         )+ }
 
-        /// The planes by name.
+        /// All planes as constants, by name.
         pub mod planes {
             use super::*;
             $(
@@ -233,7 +233,7 @@ macro_rules! schema {
             )*
         }
 
-        /// Every plane that this program writes or shows, in the order of a film.
+        /// All planes that this program writes or shows, in their order in a film.
         pub const SCHEMA: &[PlaneRow] = &[
             $(PlaneRow {
                 key: stringify!($key),
@@ -252,15 +252,16 @@ macro_rules! schema {
         ];
 
         impl PixelRecord {
-            /// The planes of a film that holds records, in the order in which
-            /// [`store`](Self::store) wants them.
+            /// The planes of a film that holds records, in the order that [`store`](Self::store)
+            /// requires.
             pub const PLANES: &[PlaneSpec] = &[$(planes::$key),+];
 
-            /// Sets a pixel of a film of [`Self::PLANES`] to [`as_told`](Self::as_told).
-            /// Half-widths are NaN where nothing is claimed: in a film, zero means exact.
+            /// Writes the record to a pixel of a film of [`Self::PLANES`], changed by
+            /// [`Self::as_told`]. Half-widths are NaN if nothing is claimed: in a film, zero means
+            /// exact.
             ///
             /// # Panics
-            /// If the film has not these planes first, or the pixel is outside.
+            /// If these planes are not the film's first, or the pixel is outside.
             pub fn store(&self, film: &mut Film, x: u32, y: u32) {
                 let told = self.as_told();
                 let record = if told.claim.is_some() { told } else { told.without_half_widths() };
@@ -271,7 +272,7 @@ macro_rules! schema {
                 )+
             }
 
-            /// What a film says of a pixel; a field whose plane the film lacks is zero.
+            /// Reads the record of a pixel from a film; a field whose plane the film lacks is zero.
             ///
             /// # Panics
             /// If the pixel is outside.
@@ -367,8 +368,8 @@ schema! {
 }
 
 impl PixelRecord {
-    /// Returns the record; without a claim, with half-widths of NaN and [`Stop::NotFinite`], if the
-    /// radiance of a rendered pixel is infinite or not a number.
+    /// Returns the record. If the radiance of a rendered pixel is infinite or not a number, the
+    /// result has no claim, half-widths of NaN and [`Stop::NotFinite`].
     #[must_use]
     pub fn as_told(self) -> Self {
         if self.radiance.is_finite() || self.stop == Stop::NotRendered {
@@ -402,7 +403,7 @@ mod tests {
         }
     }
 
-    /// The claim of the method has no influence; pixels that were not rendered stay as they are.
+    /// The method's claim has no influence; pixels that were not rendered stay unchanged.
     #[test]
     fn a_pixel_that_is_not_finite_claims_nothing_and_says_so() {
         let size = [3, 1];

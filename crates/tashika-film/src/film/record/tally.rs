@@ -1,4 +1,4 @@
-//! How many pixels claim what.
+//! Numbers of pixels by claim.
 
 use std::array;
 use std::ops::Add;
@@ -7,27 +7,27 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use super::claim::{Claim, Stop};
 
-/// Pixels by what they claim: each is of one kind.
+/// Numbers of pixels by kind: each pixel is of one kind.
 ///
 /// | kind | a pixel is of it |
 /// |---|---|
 /// | not rendered | if [`Stop::NotRendered`] |
-/// | not finite | if [`Stop::NotFinite`], whatever it claims: there is nothing that could be claimed of |
-/// | out of budget | if [`Stop::Budget`], whatever it claims: its interval is wider than was asked for |
+/// | not finite | if [`Stop::NotFinite`], whatever it claims: such a radiance has no error |
+/// | out of budget | if [`Stop::Budget`], whatever it claims: its interval is too wide |
 /// | exact, published, calibrated, certified | by its [`Claim`] |
 /// | none | if it claims nothing |
 ///
-/// A claim is what an estimate says of itself. Whether it is *kept* only a reference or an audit
-/// can tell: see `report::Claims`.
+/// A claim is a statement of an estimate about itself. Only a reference or an audit can show that
+/// it *covers the truth*: see `report::Claims`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// By claim, of rendered pixels that did not run out of budget.
+    /// Finite pixels within the budget, by claim.
     by_claim: [u64; Claim::ALL.len()],
     /// Pixels that ran out of budget.
     pub out_of_budget: u64,
-    /// Of these, the ones that state an interval all the same.
+    /// Pixels that ran out of budget and claim something nevertheless.
     pub wider: u64,
-    /// Of the pixels that claim nothing, those of which too much light cannot be found.
+    /// Pixels that claim nothing because too much of their light is unsampled.
     pub not_found: u64,
     /// Pixels whose radiance is infinite or not a number.
     pub not_finite: u64,
@@ -36,7 +36,7 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Counts a pixel.
+    /// Adds a pixel to the number of its kind.
     pub fn count(&mut self, claim: Claim, stop: Stop) {
         match stop {
             Stop::NotRendered => self.not_rendered += 1,
@@ -52,7 +52,7 @@ impl Tally {
         }
     }
 
-    /// Pixels that claim this, within the budget.
+    /// Pixels of this claim, within the budget.
     pub fn of(&self, claim: Claim) -> u64 {
         self.by_claim[claim as usize]
     }
@@ -62,23 +62,23 @@ impl Tally {
         Claim::ALL.into_iter().filter(|claim| claim.is_some()).map(|claim| self.of(claim)).sum()
     }
 
-    /// Pixels that claim nothing, out of budget or not.
+    /// Rendered pixels that claim nothing, for any reason.
     pub fn silent(&self) -> u64 {
         self.of(Claim::None) + self.out_of_budget - self.wider + self.not_finite
     }
 
-    /// Pixels that were rendered.
+    /// Pixels that were rendered, finite or not.
     pub fn rendered(&self) -> u64 {
         self.by_claim.iter().sum::<u64>() + self.out_of_budget + self.not_finite
     }
 
-    /// All pixels.
+    /// All pixels, rendered or not.
     pub fn pixels(&self) -> u64 {
         self.rendered() + self.not_rendered
     }
 }
 
-/// Of the pixels of both.
+/// Sums the numbers of two sets of pixels.
 impl Add for Tally {
     type Output = Self;
 
@@ -94,7 +94,7 @@ impl Add for Tally {
     }
 }
 
-/// By name: those of [`Claim::CODES`], then `out_of_budget` and the rest.
+/// A map with the names of [`Claim::CODES`], then `out_of_budget` and the other fields.
 impl Serialize for Tally {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;

@@ -1,32 +1,33 @@
-//! From radiance to what a display shows: exposure, then one of several tone mappings.
+//! Tone mapping: from radiance to display colours, by exposure and one of several curves.
 //!
-//! With radiance `c`, luminance `L(c)` and exposure `e` in stops, the exposed colour is `c′ = 2ᵉ c`,
-//! whose channels below zero are zero, and a pixel becomes `8 bits = round(255 · sRGB(c″))`, where
-//! `c″` in `[0, 1]` is, of `L′ = L(c′)`,
+//! With radiance `c`, luminance `L(c)` and exposure `e` in stops, the exposed colour is
+//! `c′ = 2ᵉ c`, with negative channels set to zero. A pixel becomes
+//! `8 bits = round(255 · sRGB(c″))`, where `c″` in `[0, 1]` is, with `L′ = L(c′)`,
 //!
 //! | tone | display-linear colour `c″` | 0.18 becomes |
 //! |---|---|---|
-//! | [`Natural`](Tone::Natural) | `c′ f(L′)/L′`, moved towards the gray `f(L′)` until no channel exceeds 1 | 0.18 |
-//! | [`Linear`](Tone::Linear) | `c′`, each channel cut off at 1 | 0.18 |
-//! | [`Filmic`](Tone::Filmic) | a curve for each channel (Hable 2010) | 0.128 |
-//! | [`Aces`](Tone::Aces) | a curve between two matrices (Hill 2016) | 0.106 |
-//! | [`Agx`](Tone::Agx) | a curve of the logarithm between two matrices (Sobotka 2022) | 0.215 |
+//! | [`Tone::Natural`] | `c′ f(L′)/L′`, mixed with gray `f(L′)` until no channel exceeds 1 | 0.18 |
+//! | [`Tone::Linear`] | `c′`, each channel clamped to 1 | 0.18 |
+//! | [`Tone::Filmic`] | a curve for each channel (Hable 2010) | 0.128 |
+//! | [`Tone::Aces`] | a curve between two matrices (Hill 2016) | 0.106 |
+//! | [`Tone::Agx`] | a curve of the logarithm between two matrices (Sobotka 2022) | 0.215 |
 //!
 //! ```text
 //! f(L′) = L′                                        up to the knee K = 0.6
 //! f(L′) = K + (1 − K)(1 − exp(−(L′ − K)/(1 − K)))   above
 //! ```
 //!
-//! so that natural pictures are proportional to radiance up to the knee, which the shoulder meets with
-//! the same slope, and hue and luminance are those of the radiance where the gamut allows. The others
-//! are in [`Published`].
+//! So natural pictures are proportional to radiance up to the knee, where the shoulder continues
+//! with the same slope. Hue and luminance are those of the radiance where the gamut allows. The
+//! last three tone mappings are defined by the matrices and the curve of a [`Published`].
 //!
 //! # Guarantee
-//! Black stays black, a brighter gray is never darker, infinite radiance is white; of any numbers,
-//! NaN and negative ones among them, all channels are in `[0, 1]`.
+//! Black stays black, a brighter gray is never darker, infinite radiance is white. For any input,
+//! including NaN and negative numbers, all channels are in `[0, 1]`.
 //!
 //! # Held to this by
-//! The tests below and those of `io::png`; `scripts/page.py` holds the pages to the same colours.
+//! The tests below and those of `io::png`; `scripts/page.py` compares the colours of pages with
+//! these.
 
 mod published;
 #[cfg(test)]
@@ -43,20 +44,20 @@ use crate::error::{Error, Result};
 use crate::math::elementary::{exp, powf};
 
 /// Luminance up to which natural pictures are proportional to radiance; chosen so that a white wall
-/// at three times middle gray is still in proportion.
+/// at three times middle gray is still proportional.
 const KNEE: f32 = 0.6;
-/// Brighter than this is white whatever the hue, and sums of channels stay finite.
+/// Upper clamp of exposed channels: any brighter colour is white, and sums of channels stay finite.
 const BRIGHTEST: f32 = 1e30;
 
-/// Which tone mapping; formulas and sources are in the table of the module.
+/// Tone mapping; formulas and sources are in the table of the module.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Tone {
-    /// In proportion up to a knee; hue and luminance as far as the gamut allows.
+    /// Proportional up to a knee; hue and luminance as far as the gamut allows.
     #[default]
     Natural,
-    /// In proportion, cut off at 1.
+    /// Proportional, clamped to 1.
     Linear,
-    /// Hable's curve, of each channel.
+    /// Hable's curve for each channel.
     Filmic,
     /// Hill's fit of the reference rendering transform of ACES with its output for sRGB.
     Aces,
@@ -65,10 +66,10 @@ pub enum Tone {
 }
 
 impl Tone {
-    /// All, as users choose among them.
+    /// All tone mappings, in the order in which they are listed to users.
     pub const ALL: [Self; 5] = [Self::Natural, Self::Linear, Self::Filmic, Self::Aces, Self::Agx];
 
-    /// As it is typed.
+    /// Name by which options select it.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Natural => "natural",
@@ -79,7 +80,7 @@ impl Tone {
         }
     }
 
-    /// Its matrices and its curve, where it is made of such.
+    /// Matrices and curve of a published tone mapping; `None` for the others.
     pub const fn published(self) -> Option<&'static Published> {
         match self {
             Self::Natural | Self::Linear => None,
@@ -89,7 +90,7 @@ impl Tone {
         }
     }
 
-    /// Radiance times `scale` as display-linear colour in `[0, 1]`.
+    /// Converts radiance times `scale` to display-linear colour in `[0, 1]`.
     pub fn display(self, radiance: Rgb, scale: f32) -> Rgb {
         let exposed = radiance.map(|v| if v > 0.0 { (v * scale).min(BRIGHTEST) } else { 0.0 });
         let shown = match self {
@@ -112,6 +113,8 @@ impl fmt::Display for Tone {
 impl FromStr for Tone {
     type Err = Error;
 
+    /// Returns the tone mapping of this name.
+    ///
     /// # Errors
     /// [`Error::Option`] naming `tonemap` if no tone has that name.
     fn from_str(text: &str) -> Result<Self> {
@@ -122,27 +125,29 @@ impl FromStr for Tone {
     }
 }
 
-/// How bright the picture is.
+/// Brightness of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Exposure {
-    /// By the log-average of the film, which goes to middle gray ([`automatic_stops`]).
+    /// Automatic: the log-average of the film becomes middle gray ([`automatic_stops`]).
     #[default]
     Auto,
-    /// Radiance times two to this power. Higher values are brighter; at 0, radiance 1 is near
-    /// white. Accepted: −64 to 64.
+    /// Stops: radiance is multiplied by two to this power. Higher values are brighter; at 0,
+    /// radiance 1 is near white. Accepted: −64 to 64.
     Stops(f32),
 }
 
-/// How radiance becomes a picture.
+/// Conversion of radiance to a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ToneMap {
-    /// How bright the picture is. Default: automatic.
+    /// Brightness of the picture. Default: automatic.
     pub exposure: Exposure,
-    /// What is done with what is too bright, and with contrast. Default: natural.
+    /// Treatment of contrast and of radiances that are too bright. Default: natural.
     pub tone: Tone,
 }
 
 impl ToneMap {
+    /// Checks the range of the exposure.
+    ///
     /// # Errors
     /// [`Error::Option`] for an exposure out of range.
     pub fn validate(&self) -> Result<()> {
@@ -154,9 +159,9 @@ impl ToneMap {
         }
     }
 
-    /// Red, green, blue and opacity of each pixel as bytes, and the exposure used (stops). Pixels
-    /// that were not rendered, by the second of each pair, are transparent and have no say in the
-    /// exposure.
+    /// Returns red, green, blue and opacity of each pixel as bytes, and the exposure used (stops).
+    /// Each of `pixels` is a radiance, and true if the pixel was rendered. Pixels that were not
+    /// rendered are transparent and do not enter the exposure.
     ///
     /// # Errors
     /// As [`Self::validate`].
@@ -194,7 +199,7 @@ fn natural(c: Rgb) -> Rgb {
     c.lerp(Rgb::gray(shown), towards_gray).map(|v| v.clamp(0.0, 1.0))
 }
 
-/// `f` of the module's formula.
+/// The shoulder `f` of the module's formula.
 fn shoulder(luminance: f32) -> f32 {
     if luminance <= KNEE {
         luminance

@@ -1,5 +1,4 @@
-//! Tone mappings that others have published, as two matrices with a curve for each channel between
-//! them and a power at the end:
+//! Published tone mappings: a curve for each channel between two matrices, and a power at the end:
 //!
 //! ```text
 //! c″ = ( O · curve( I · c′ ) )ᵍ        cut off at 0 and 1
@@ -7,21 +6,25 @@
 //!
 //! | | `I`, `O` | curve | `g` |
 //! |---|---|---|---|
-//! | filmic | none | `h(2x) / h(11.2)`, `h(x) = (x(0.15x + 0.05) + 0.004)/(x(0.15x + 0.5) + 0.06) − 0.02/0.3` | 1 |
-//! | ACES | sRGB to AP1 with the desaturation of the RRT, and back | `(x(x + 0.0245786) − 0.000090537)/(x(0.983729x + 0.432951) + 0.238081)` | 1 |
-//! | AgX | inset and outset of the primaries | a polynomial of degree 6 in `(log₂ x + 12.47393)/16.5`, which is cut off at 0 and 1 | 2.2 |
+//! | filmic | none | `h(2x) / h(11.2)` | 1 |
+//! | ACES | sRGB to AP1 with the desaturation of the RRT, and back | `r(x)` | 1 |
+//! | AgX | inset and outset of the primaries | polynomial of degree 6 in `a(x)` | 2.2 |
 //!
-//! * Filmic is the curve that John Hable showed for Uncharted 2 (Hable 2010): exposure bias 2, linear
-//!   white 11.2, so that radiance 5.6 is the first white. The factor of 16 before it in his listing is
-//!   his scene's exposure, which is `--exposure` here.
-//! * ACES is Stephen Hill's fit of the reference rendering transform and the output transform for sRGB
-//!   at 100 cd/m² (Hill 2016), not the transforms themselves. There middle gray is a tenth of white;
-//!   who expects it brighter raises the exposure.
-//! * AgX is Troy Sobotka's (Sobotka 2022) without a look, its curve by Benjamin Wrensch's fit (Wrensch
-//!   2023), whose mean squared error he gives as 3.7·10⁻⁶.
+//! `h(x) = (x(0.15x + 0.05) + 0.004)/(x(0.15x + 0.5) + 0.06) − 0.02/0.3`,
+//! `r(x) = (x(x + 0.0245786) − 0.000090537)/(x(0.983729x + 0.432951) + 0.238081)`,
+//! `a(x) = (log₂ x + 12.47393)/16.5`, clamped to 0 and 1.
+//!
+//! * Filmic is the curve that John Hable showed for Uncharted 2 (Hable 2010): exposure bias 2,
+//!   linear white 11.2, so that radiance 5.6 is the first white. The factor of 16 before the curve
+//!   in his listing is the exposure of his scene, which is `--exposure` here.
+//! * ACES is Stephen Hill's fit of the reference rendering transform and the output transform for
+//!   sRGB at 100 cd/m² (Hill 2016), not the transforms themselves. It maps middle gray to a tenth
+//!   of white; a higher exposure makes it brighter.
+//! * AgX is Troy Sobotka's (Sobotka 2022) without a look. The curve is the fit by Benjamin Wrensch
+//!   (Wrensch 2023), who states a mean squared error of 3.7·10⁻⁶.
 //!
 //! # Held to this by
-//! `tone::tests`: by the published formulas, written out, and by points that their authors name.
+//! `tone::tests`, with the published formulas written out, and with points that their authors name.
 
 use serde::Serialize;
 
@@ -32,44 +35,45 @@ use crate::math::elementary::{ln, powf};
 type Matrix = [[f32; 3]; 3];
 
 const IDENTITY: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-/// Above this all curves are flat, and their squares are numbers yet.
+/// Largest input of the curves: all are flat above, and its square is finite.
 const BRIGHTEST: f32 = 1e6;
 
 /// A curve of one channel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Curve {
-    /// One polynomial over another; coefficients from the constant on.
+    /// Ratio of two polynomials; coefficients from the constant on.
     Rational {
-        /// Above the line.
+        /// Numerator.
         over: [f32; 3],
-        /// Below it.
+        /// Denominator.
         under: [f32; 3],
     },
-    /// A polynomial of the place between two logarithms to base 2; coefficients from the constant on.
+    /// Polynomial of the relative position between two logarithms to base 2; coefficients from the
+    /// constant on.
     Logarithmic {
-        /// Logarithms that are 0 and 1, the ends.
+        /// Logarithms at the positions 0 and 1; the input is clamped to them.
         between: [f32; 2],
-        /// Of the place.
+        /// Coefficients of the powers of the position.
         polynomial: [f32; 7],
     },
 }
 
-/// A tone mapping of the form that the module tells.
+/// A tone mapping of the module's form.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Published {
-    /// Before the curve.
+    /// Matrix `I`, applied before the curve.
     pub inset: Matrix,
-    /// Of each channel.
+    /// Curve `curve`, applied to each channel.
     pub curve: Curve,
-    /// Behind it.
+    /// Matrix `O`, applied after the curve.
     pub outset: Matrix,
-    /// The power that makes display-linear colours of the result.
+    /// Power `g` that makes the result display-linear.
     pub power: f32,
 }
 
-/// Hable's, multiplied out: above the line `A(1 − E/F)x² + B(C − E/F)x` at twice the radiance, over
-/// `h(11.2)`.
+/// Hable's curve, multiplied out: the numerator is `A(1 − E/F)x² + B(C − E/F)x` at twice the
+/// radiance, over `h(11.2)`.
 pub(super) const FILMIC: Published = Published {
     inset: IDENTITY,
     curve: Curve::Rational { over: [0.0, 0.045_968_81, 0.772_276], under: [0.06, 1.0, 0.6] },
@@ -110,8 +114,8 @@ pub(super) const AGX: Published = Published {
 };
 
 impl Published {
-    /// Of an exposed colour without negative channels; not cut off at the ends but where a power is
-    /// taken.
+    /// Maps an exposed colour without negative channels. The result is clamped only if a power
+    /// follows.
     pub(super) fn of(&self, exposed: Rgb) -> Rgb {
         let inset = times(&self.inset, exposed.map(|v| v.min(BRIGHTEST)));
         let shown = times(&self.outset, inset.map(|v| self.curve.at(v)));
@@ -120,7 +124,7 @@ impl Published {
 }
 
 impl Curve {
-    /// The curve at a value from 0 on.
+    /// Value of the curve at `x`, which is not negative.
     fn at(&self, x: f32) -> f32 {
         match self {
             Self::Rational { over, under } => polynomial(over, x) / polynomial(under, x),
@@ -133,7 +137,7 @@ impl Curve {
     }
 }
 
-/// By Horner's rule, from the highest power on.
+/// Evaluates a polynomial by Horner's rule, from the highest power on.
 fn polynomial(coefficients: &[f32], x: f32) -> f32 {
     coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * x + coefficient)
 }

@@ -1,4 +1,5 @@
-//! Tone mappings against the formulas that their authors published, and against what all of them keep.
+//! Tone mappings against the formulas of their authors, and against properties that all of them
+//! have.
 
 use super::*;
 use crate::color::srgb_decode;
@@ -12,14 +13,14 @@ fn gray(tone: Tone, v: f32) -> f32 {
     shown.g
 }
 
-/// As Hable lists it, in his letters.
+/// The formula as Hable lists it, with his letters.
 fn hable(x: f64) -> f64 {
     let [a, b, c, d, e, f] = [0.15, 0.50, 0.10, 0.20, 0.02, 0.30];
     let curve = |x: f64| ((x * (a * x + c * b) + d * e) / (x * (a * x + b) + d * f)) - e / f;
     curve(2.0 * x) / curve(11.2)
 }
 
-/// Columns of matrices, as shaders write them.
+/// Product of a matrix given by columns, as shaders write it, and a colour.
 fn columns(m: [[f64; 3]; 3], c: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|row| (0..3).map(|k| m[k][row] * c[k]).sum())
 }
@@ -87,13 +88,14 @@ fn middle_gray_and_white_go_where_their_authors_say() {
     for tone in [Tone::Natural, Tone::Linear] {
         assert!((gray(tone, 0.18) - 0.18).abs() < 1e-6, "{tone}");
     }
-    // Hable's linear white, half of it by the exposure bias.
+    // Hable's linear white, halved by the exposure bias.
     assert!((gray(Tone::Filmic, 5.6) - 1.0).abs() < 1e-4 && gray(Tone::Filmic, 5.5) < 0.999);
     assert!((gray(Tone::Filmic, 0.18) - 0.128_338).abs() < 1e-5);
-    // ACES shows middle gray at 4.8 of 48 cd/m²; the fit is near that.
+    // ACES shows middle gray at 4.8 of 48 cd/m²; the fit is close to that.
     assert!((gray(Tone::Aces, 0.18) - 0.10).abs() < 0.006, "{}", gray(Tone::Aces, 0.18));
-    // The pivot of AgX: middle gray, ten of its 16.5 stops from black, has the code 0.5. Three times
-    // the root of the fit's mean squared error, and what gray loses in the matrices.
+    // The pivot of AgX: middle gray, ten of its 16.5 stops from black, has the code 0.5. The
+    // tolerance is three times the root of the fit's mean squared error, and the loss of gray in
+    // the matrices.
     let code = powf(gray(Tone::Agx, 0.18), 1.0 / 2.2);
     assert!((code - 0.5).abs() < 0.006, "{code}");
     assert!((gray(Tone::Agx, 0.18) - 0.2145).abs() < 1e-3);
@@ -112,7 +114,7 @@ fn brighter_grays_are_never_darker_and_black_is_black() {
     }
 }
 
-/// A saturated light stays of its hue, or becomes white, by whatever brightness; nothing becomes NaN.
+/// A saturated light keeps its hue or becomes white at any brightness; nothing becomes NaN.
 #[test]
 fn any_numbers_become_colours() {
     for tone in Tone::ALL {
@@ -121,7 +123,7 @@ fn any_numbers_become_colours() {
                 let color = channels.map(|on| if on > 0.0 { brightness } else { 0.0 });
                 let shown = tone.display(color.into(), 1.0);
                 assert!(shown.to_array().iter().all(|v| (0.0..=1.0).contains(v)), "{tone}: {shown:?}");
-                // What shines is not darker than what does not; in ACES and AgX hues may turn.
+                // Lit channels are not darker than unlit ones; in ACES and AgX hues may turn.
                 let of = |on: bool| channels.iter().zip(shown.to_array()).filter(move |c| (*c.0 > 0.0) == on);
                 let least = of(true).map(|c| c.1).fold(1.0, f32::min);
                 let most = of(false).map(|c| c.1).fold(0.0, f32::max);

@@ -1,7 +1,7 @@
-//! How a film is laid out in an OpenEXR file, for those who ask for another way than ours.
+//! Layouts of a film in an OpenEXR file, other than the default.
 //!
-//! Only compressions that lose nothing are offered: what a film claims of its pixels is claimed of
-//! their bits.
+//! Only lossless compressions are offered: the claims of a film hold for its pixels as they are,
+//! bit by bit.
 
 use std::fmt;
 use std::str::FromStr;
@@ -15,22 +15,22 @@ use crate::error::{Error, Result};
 /// Side of a tile (pixels).
 const TILE: usize = 64;
 
-/// The layout of an OpenEXR file. Whatever it is, a film that is read back is the same, bit by bit.
+/// Layout of an OpenEXR file. A film that is read back from any layout is the same, bit by bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExrLayout {
-    /// Whether each plane is a part of its own, of its name. Default: all are channels of one part,
-    /// which every program reads.
+    /// True if each plane is a part of its own, with its name. By default, all are channels of one
+    /// part, which every program reads.
     pub parts: bool,
-    /// Whether samples are in tiles of 64×64 pixels, not in lines.
+    /// True if samples are in tiles of 64×64 pixels, not in lines.
     pub tiles: bool,
-    /// How they are compressed.
+    /// Lossless compression of all samples.
     pub compression: ExrCompression,
 }
 
-/// A compression that loses nothing.
+/// A lossless compression.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ExrCompression {
-    /// None.
+    /// No compression.
     None,
     /// Runs of equal bytes.
     Rle,
@@ -44,10 +44,10 @@ pub enum ExrCompression {
 }
 
 impl ExrCompression {
-    /// All.
+    /// All compressions that can be chosen.
     pub const ALL: [Self; 5] = [Self::None, Self::Rle, Self::Zips, Self::Zip, Self::Piz];
 
-    /// The name that it is chosen by.
+    /// Name of the compression in the text form of an [`ExrLayout`].
     pub fn name(self) -> &'static str {
         match self {
             Self::None => "none",
@@ -90,11 +90,12 @@ impl fmt::Display for ExrLayout {
 impl FromStr for ExrLayout {
     type Err = Error;
 
-    /// Words with commas between them, each at most once: `parts`, `tiles`, and a compression.
+    /// Parses words with commas between them, each at most once: `parts`, `tiles`, and a
+    /// compression.
     ///
     /// # Errors
-    /// [`Error::Option`] naming `exr` if it is anything else; of a compression that loses bits it says
-    /// so.
+    /// [`Error::Option`] naming `exr` if the text is anything else. For a lossy compression, the
+    /// error gives the reason.
     fn from_str(text: &str) -> Result<Self> {
         let refused = |expected: &str| {
             let lossless = ExrCompression::ALL.map(ExrCompression::name).join(", ");

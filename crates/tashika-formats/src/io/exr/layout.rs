@@ -1,12 +1,11 @@
-//! What the header of an OpenEXR file says: image, planes and metadata, checked before a sample is
-//! read.
+//! Layout of an OpenEXR file: image, planes and metadata, checked before a sample is read.
 //!
-//! Both ways to the samples, all at once and rows on demand, take from here what the file is, so
-//! that they cannot disagree about it.
+//! Both readers, of whole files and of rows on demand, take the layout from here, so that they
+//! cannot disagree about it.
 //!
 //! # Guarantee
-//! What passes [`checked_header`] claims no more samples than its bytes could hold, and is flat and
-//! not subsampled.
+//! A file that passes [`checked_header`] claims no more samples than its bytes could hold, and is
+//! flat and not subsampled.
 //!
 //! # Held to this by
 //! The module's tests: files of other programs, damaged files, claims beyond the bytes.
@@ -23,8 +22,8 @@ use super::{PLANES, PREFIX, PlaneRecord, at, truncated, unsupported};
 use crate::error::{Error, Location, Result};
 use crate::film::{CRYPTOMATTE, Film, Metadata, SampleKind, Value, Window, channel_name};
 
-/// More samples (bytes) for each byte of the file than any of the format's compressions can hold:
-/// ZIP's limit is 1032, DWA's 64 times that.
+/// Largest number of bytes of samples for each byte of the file. The format's compressions reach
+/// about as much: ZIP's limit is 1032, DWA's 64 times that.
 const MAX_EXPANSION: u64 = 1 << 16;
 
 /// A plane of an OpenEXR file, apart from its samples.
@@ -34,39 +33,39 @@ pub struct ExrPlane {
     pub name: String,
     /// Names of the channels, at least one.
     pub channels: Vec<String>,
-    /// Unit of all channels; empty where the file does not say.
+    /// Unit of all channels; empty if the file gives none.
     pub unit: String,
-    /// What the numbers mean; empty where the file does not say.
+    /// Meaning of the numbers; empty if the file gives none.
     pub doc: String,
-    /// How the samples are stored in a film; 16-bit ones become 32-bit ones.
+    /// Type of the samples in a film; 16-bit samples become 32-bit ones.
     pub kind: SampleKind,
-    /// Which of the file's channels these are: their part, and their place in its header.
+    /// Places of the channels in the file.
     pub(super) places: Vec<Place>,
 }
 
-/// A channel of a file: its part, and its place in the header of that.
+/// A channel of a file: its part, and its index in the header of that part.
 pub(super) type Place = [usize; 2];
 
-/// What a file is, apart from its samples.
+/// Properties of a file, apart from its samples.
 #[derive(Debug)]
 pub(super) struct Layout {
     pub(super) size: [u32; 2],
     pub(super) window: Window,
-    /// First column and row of the file's data that the film holds; the others are outside the
-    /// image.
+    /// First column and row of the file's data that the film holds; data outside the image are not
+    /// held.
     pub(super) offset: [usize; 2],
     pub(super) planes: Vec<ExrPlane>,
     pub(super) metadata: Metadata,
-    /// How many of the file's parts, from the first, have channels of these planes.
+    /// Number of parts, counted from the first, that hold the channels of these planes.
     pub(super) parts: usize,
 }
 
-/// A channel: where it is, and how its samples are stored.
+/// Place of a channel, and the type of its samples.
 type Channel = (Place, SampleKind);
 
 impl Layout {
-    /// Of a film that this program wrote in parts they are one image; of other programs' files the
-    /// first part is taken.
+    /// Layout of a file. The parts of a film by this program are one image; of other programs'
+    /// files, only the first part is read.
     pub(super) fn of(path: &Path, meta: &MetaData) -> Result<Self> {
         let header = &meta.headers[0];
         let is_ours =
@@ -118,13 +117,14 @@ impl Layout {
     }
 }
 
-/// Refuses, before memory is taken, sizes that the bytes cannot hold, and what is not read here.
+/// Refuses, before memory is allocated, sizes that the bytes cannot hold, and kinds of data that
+/// are not supported.
 pub(in crate::io) fn check_claims(path: &Path, bytes: &[u8]) -> Result<()> {
     checked_header(path, &mut &bytes[..], bytes.len() as u64).map(drop)
 }
 
-/// The header of a file of `length` bytes, refused as [`check_claims`] says. Attributes that are
-/// damaged are left out.
+/// Reads the header of a file of `length` bytes, with the checks of [`check_claims`]. Damaged
+/// attributes are omitted.
 pub(super) fn checked_header(path: &Path, read: &mut impl Read, length: u64) -> Result<MetaData> {
     let meta = MetaData::read_from_buffered(read, false).map_err(|e| at(path, e))?;
     MetaData::validate(&meta.headers, false).map_err(|e| at(path, e))?;
@@ -146,7 +146,7 @@ pub(super) fn checked_header(path: &Path, read: &mut impl Read, length: u64) -> 
     Ok(meta)
 }
 
-/// Size of the image, the film's window in it, and where that window begins in the file's data.
+/// Size of the image, the film's window, and the window's first column and row in the file's data.
 fn windows(
     path: &Path,
     display: IntegerBounds,
@@ -174,7 +174,7 @@ fn windows(
     Ok((size, window, offset))
 }
 
-/// The planes that the file says it has; takes their channels.
+/// Planes that the file lists; their channels are removed from `channels`.
 fn recorded_planes(
     path: &Path,
     attribute: &AttributeValue,
@@ -209,7 +209,8 @@ fn recorded_planes(
     Ok(planes)
 }
 
-/// Planes by what stands before the last point of the channels' names.
+/// Groups channels into planes by the part of their names before the last point; each channel of
+/// integers is a plane of its own.
 fn gathered_planes(channels: BTreeMap<String, Channel>) -> Vec<ExrPlane> {
     let mut floats: BTreeMap<String, Vec<(String, Place)>> = BTreeMap::new();
     let mut counts = Vec::new();

@@ -1,21 +1,22 @@
 //! Films as OpenEXR files.
 //!
-//! One part, so that every tool reads it, unless another [`ExrLayout`] is asked for: the main plane as channels `R`, `G`, `B`, other planes as
-//! `plane.channel` (`half_width.Y`), each channel 32-bit float or unsigned integer as in the film,
-//! ZIP compressed (lossless). In parts, each plane is one of its name, the main plane `rgb`, with the
-//! same full names of channels; attributes that are about all planes are in the first. The display window is the full image, the data window the film's
-//! window.
+//! By default a film is one part, which every tool reads; see [`ExrLayout`]. The main plane has the
+//! channels `R`, `G`, `B`, other planes `plane.channel` (`half_width.Y`). Each channel is 32-bit
+//! float or unsigned integer as in the film, ZIP compressed (lossless). If there are several parts,
+//! each plane is a part of the plane's name (`rgb` for the main plane). Channels keep their full
+//! names, and attributes of all planes are in the first part. The display window is the full image,
+//! the data window the film's window.
 //!
-//! Attributes: metadata `name` is `tashika:name` of type `int`, `double` or `string` (yes and no,
-//! and whole numbers beyond 32 bits, are strings; text that reads as such comes back as such);
-//! what mattes are about (`cryptomatte/…`) has the names that the format of mattes gives it;
-//! units and meanings of all planes are the JSON list `tashika:planes`, in UTF-8. Of the standard
-//! attributes there are those that every file must have, `chromaticities` (Rec. 709), `software`,
-//! and `comments`: a line of what the image is and what it promises.
+//! Attributes: metadata `name` is `tashika:name` of type `int`, `double` or `string`. Booleans, and
+//! integers beyond 32 bits, are stored as strings; a text that reads like one of them is read back
+//! as one. Metadata of mattes (`cryptomatte/…`) has the names that Cryptomatte defines, without the
+//! prefix. Units and meanings of all planes are the JSON list `tashika:planes`, in UTF-8. Of the
+//! standard attributes, a file has the required ones, `chromaticities` (Rec. 709), `software`, and
+//! `comments`: a line with the contents of the image and its claim.
 //!
 //! # Guarantee
 //! `read_exr(write_exr(film)) == film`, bit by bit, and equal films give equal bytes. [`ExrFile`]
-//! gives the same samples, rows by rows.
+//! reads the same samples, a range of rows at a time.
 //!
 //! # Held to this by
 //! The tests below and those of `rows`; `readers.py` among the program's tests, which reads files
@@ -41,12 +42,12 @@ pub use write::{write_exr, write_exr_as};
 
 use crate::error::{Error, Location};
 
-/// Before the name of each value.
+/// Prefix of the name of each value.
 const PREFIX: &str = "tashika:";
-/// Attribute with what the channels cannot say.
+/// Attribute with the properties of planes that channels do not store.
 const PLANES: &str = "tashika:planes";
 
-/// What a plane is, apart from its samples.
+/// Description of a plane, apart from its samples.
 #[derive(Serialize, Deserialize)]
 struct PlaneRecord {
     name: String,
@@ -59,10 +60,10 @@ fn unsupported(path: &Path, what: impl Into<String>) -> Error {
     Error::unsupported(Location::file(path), what, "save it as a flat OpenEXR image of usual size")
 }
 
-/// What the crate says of a file that ends within what it reads.
+/// Message of the crate for a file that ends within the data being read.
 const CRATE_AT_END: &str = "reference to missing bytes";
 
-/// A file that ends too early was read as far as it goes: it is the file's fault.
+/// An early end is a fault of the file, not of reading.
 fn io(path: &Path, error: std::io::Error) -> Error {
     if error.kind() == std::io::ErrorKind::UnexpectedEof {
         return truncated(path, "it ends before the image does");

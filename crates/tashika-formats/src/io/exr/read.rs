@@ -1,4 +1,4 @@
-//! The bytes of an OpenEXR file to a film, all at once.
+//! Reads an OpenEXR file into a film, all at once.
 
 use std::fs::File;
 use std::io::{Cursor, Read};
@@ -18,13 +18,13 @@ use crate::film::{Film, Plane, SampleKind, Samples, Window};
 /// Largest file that is read (bytes).
 const MAX_FILE_BYTES: u64 = 1 << 34;
 
-/// Reads a film: one written by [`write_exr`](super::write_exr) in any layout, or the first flat part
-/// of any OpenEXR file.
+/// Reads a film: one written by [`write_exr`](super::write_exr) in any layout, or the first flat
+/// part of any OpenEXR file.
 ///
-/// In other programs' files channels are gathered into planes by what stands before the last point
-/// of their names, 16-bit samples become 32-bit ones, unsigned integers beside floating point are a
-/// plane of their own named by the whole channel name, and what lies outside the display window is
-/// left out.
+/// In other programs' files, channels are gathered into planes by the part of their names before
+/// the last point, and 16-bit samples become 32-bit ones. Unsigned integers beside floating point
+/// are a plane of their own, named by the whole channel name. Samples outside the display window
+/// are omitted.
 ///
 /// # Errors
 /// [`Error::Io`] if the file cannot be read, [`Error::Invalid`] if it is damaged, and
@@ -63,17 +63,17 @@ pub(super) fn decode(path: &Path, bytes: &[u8]) -> Result<Film> {
     Ok(Film::from_planes(size, window, planes, metadata))
 }
 
-/// Which samples of the file's data are kept.
+/// Samples of the file's data that the film keeps.
 struct Crop {
-    /// Samples a row of the data.
+    /// Number of samples in a row of the data.
     row: usize,
-    /// First column and row kept.
+    /// First column and row that are kept.
     offset: [usize; 2],
     window: Window,
 }
 
 impl Crop {
-    /// The kept samples of several channels, side by side.
+    /// The kept samples of several channels, interleaved.
     fn side_by_side<T: Copy + Default>(&self, channels: &[Vec<T>]) -> Vec<T> {
         let mut out = Vec::with_capacity(self.window.area() as usize * channels.len());
         for y in 0..self.window.height as usize {
@@ -85,7 +85,7 @@ impl Crop {
         out
     }
 
-    /// A plane of the film; takes its channels.
+    /// Builds a plane of the film from its channels, which are taken out of `channels`.
     fn plane(&self, plane: ExrPlane, channels: &mut [Vec<Option<FlatSamples>>]) -> Plane {
         let mut take =
             |&[part, place]: &Place| channels[part][place].take().expect("a channel is in one plane");

@@ -1,22 +1,23 @@
-//! Films in OpenEXR files too large to be held: rows on demand.
+//! Films in OpenEXR files that are too large for memory: rows on demand.
 //!
-//! [`ExrFile::open`] reads the header and where each block of rows, or tile, begins. [`ExrFile::read_rows`] then reads and decompresses
-//! the blocks that meet the rows asked for, and no others. Scan lines and tiles, single- and
-//! multi-part files.
+//! [`ExrFile::open`] reads the header and the offset of each block of rows, or tile.
+//! [`ExrFile::read_rows`] then reads and decompresses only the blocks that meet the given rows.
+//! Files may have scan lines or tiles, and one part or several.
 //!
 //! # Guarantee
-//! The rows, put together, are the film that [`read_exr`](super::read_exr) gives, bit by bit. A
-//! file that is damaged, or was cut short or replaced meanwhile, gives an error that names it.
-//! Memory: eight bytes a block, the rows, and one block at a time as compressed and as
-//! decompressed; none of it before the file was seen to be long enough.
+//! The rows, put together, are the film that [`read_exr`](super::read_exr) returns, bit by bit. A
+//! file that is damaged, or was cut short or replaced meanwhile, gives an error that names the
+//! file. Memory: eight bytes a block, the rows, and one block at a time, compressed and
+//! decompressed; none of it is allocated before the file was found to be long enough.
 //!
 //! # Limits
-//! A block is decompressed whole: of a file that is one tile, each call decompresses all. A block
-//! found at its place is believed otherwise, as the format has no checksums beyond those of ZIP.
+//! A block is decompressed whole: if a file is one tile, each call decompresses all of it. The
+//! contents of a block in its place are trusted, as the format has no checksums beyond those of
+//! ZIP.
 //!
 //! # Held to this by
-//! The tests in `rows/tests.rs`, with films of our own and files as other programs write them, by
-//! any compression.
+//! The tests in `rows/tests.rs`, with films of this program, and with files in the style of other
+//! programs under any compression.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
@@ -37,46 +38,46 @@ use super::{at, io, truncated};
 use crate::error::{Error, Location, Result};
 use crate::film::{Film, Metadata, Plane, SampleKind, Samples, Window};
 
-/// An OpenEXR file whose header was read. It stays open, so that a file that takes its name does
-/// not mix with it.
+/// An OpenEXR file whose header was read. It stays open, so that no data are mixed in from a file
+/// that takes its name.
 #[derive(Debug)]
 pub struct ExrFile {
     path: PathBuf,
     file: Mutex<File>,
-    /// Bytes of the file when it was opened.
+    /// Length of the file when it was opened (bytes).
     length: u64,
     meta: MetaData,
     layout: Layout,
-    /// Of each part that the film is in.
+    /// Blocks of each part of the film.
     blocks: Vec<Blocks>,
 }
 
-/// Where the blocks of the largest level of a part are.
+/// Offsets of the blocks of a part's largest level.
 #[derive(Debug)]
 struct Blocks {
-    /// The part.
+    /// Index of the part in the file.
     part: usize,
-    /// Columns and rows of a block; those at the right and at the bottom may be smaller.
+    /// Columns and rows of a block; blocks at the right and at the bottom may be smaller.
     size: [usize; 2],
-    /// Blocks beside each other.
+    /// Number of blocks beside each other.
     across: usize,
-    /// First byte of each, row by row.
+    /// First byte of each block, row by row.
     offsets: Vec<u64>,
 }
 
 impl ExrFile {
-    /// Reads the header of a file; refuses what [`read_exr`](super::read_exr) refuses, except for
-    /// its length.
+    /// Reads the header of a file. Refuses the files that [`read_exr`](super::read_exr) refuses,
+    /// but accepts any length.
     ///
     /// # Errors
-    /// As [`read_exr`](super::read_exr), for what the header says.
+    /// As [`read_exr`](super::read_exr), for the header.
     pub fn open(path: &Path) -> Result<Self> {
         let io = |e| Error::io(path, e);
         let file = File::open(path).map_err(io)?;
         let length = file.metadata().map_err(io)?.len();
         let mut read = BufReader::new(file);
         checked_header(path, &mut read, length)?;
-        // Now refusing damaged attributes, as reading whole images does.
+        // Damaged attributes are refused now, as when whole images are read.
         read.rewind().map_err(io)?;
         let meta = MetaData::read_from_buffered(&mut read, true).map_err(|e| at(path, e))?;
         let layout = Layout::of(path, &meta)?;
@@ -94,7 +95,7 @@ impl ExrFile {
         self.layout.window
     }
 
-    /// All planes, in the order of the film's.
+    /// All planes, in the order of the film's planes.
     pub fn planes(&self) -> &[ExrPlane] {
         &self.layout.planes
     }
@@ -104,17 +105,17 @@ impl ExrFile {
         &self.layout.metadata
     }
 
-    /// Rows that are decompressed at once; the first block begins at the window's first row, if the
-    /// file has no data above the image.
+    /// Number of rows that are decompressed at once; the first block begins at the window's first
+    /// row, if the file has no data above the image.
     pub fn rows_per_block(&self) -> u32 {
         u32::try_from(self.blocks[0].size[1]).unwrap_or(u32::MAX)
     }
 
-    /// The film of these rows of the full image, as wide as the window.
+    /// Reads rows of the full image into a film as wide as the window.
     ///
     /// # Errors
-    /// [`Error::Option`] naming `rows` if there are none or some are outside the window, [`Error::Io`] if the file cannot be read,
-    /// [`Error::Invalid`] if it is damaged there.
+    /// [`Error::Option`] naming `rows` if there are none or some are outside the window,
+    /// [`Error::Io`] if the file cannot be read, [`Error::Invalid`] if it is damaged there.
     pub fn read_rows(&self, rows: Range<u32>) -> Result<Film> {
         let Layout { size, window, offset, planes, metadata, .. } = &self.layout;
         if rows.is_empty() || rows.start < window.y || rows.end > window.y + window.height {
@@ -162,7 +163,7 @@ impl ExrFile {
         UncompressedBlock::decompress_chunk(chunk, &self.meta, false).map_err(|e| at(&self.path, e))
     }
 
-    /// A block as it stands in the file, if it is the one that should be there.
+    /// A block as stored in the file, if it is the expected one.
     fn chunk(&self, blocks: &Blocks, right: usize, down: usize) -> Result<Chunk> {
         let header = &self.meta.headers[blocks.part];
         let offset = blocks.offset(right, down);
@@ -206,7 +207,7 @@ impl ExrFile {
         Ok(Chunk { layer_index: blocks.part, compressed_block })
     }
 
-    /// Puts what a block of a part has of the kept columns and rows of the data where it belongs.
+    /// Copies the kept columns and rows of a part's block to their places in the planes.
     fn place(
         &self,
         part: usize,
@@ -216,8 +217,8 @@ impl ExrFile {
     ) {
         let [columns, rows] = kept;
         let channels = &self.meta.headers[part].channels;
-        // Plane, number in it, of each channel of the file; one of two channels of the same name is
-        // in none.
+        // Index of the plane, and of the channel in it, for each channel of the file; none for one
+        // of two channels with the same name.
         let mut homes = vec![None; channels.list.len()];
         for (p, plane) in self.layout.planes.iter().enumerate() {
             for (c, [_, place]) in plane.places.iter().enumerate().filter(|(_, [of, _])| *of == part) {
@@ -263,9 +264,9 @@ fn damaged(path: &Path, [right, down]: [usize; 2], offset: u64, found: String, e
     Error::invalid(Location::file(path).item(item), found, expected)
 }
 
-/// Refuses a file whose blocks do not say that they are the ones that should be at their places: of
-/// two that say the same one would be taken, and nothing in place of the other. `table` is what
-/// follows the headers; `parts`: so many, from the first, are looked at.
+/// Refuses a file in which a block states another place than its own: of two blocks that state one
+/// place, only one would be read, and the place of the other would stay empty. `table` begins after
+/// the headers; the first `parts` parts are checked.
 pub(super) fn check_places(
     path: &Path,
     bytes: &[u8],
@@ -292,7 +293,7 @@ pub(super) fn check_places(
     Ok(())
 }
 
-/// Puts values into every `step`-th place.
+/// Writes values to every `step`-th place.
 fn spread<T>(values: impl Iterator<Item = T>, to: &mut [T], step: usize) {
     for (place, value) in to.iter_mut().step_by(step).zip(values) {
         *place = value;
@@ -300,7 +301,7 @@ fn spread<T>(values: impl Iterator<Item = T>, to: &mut [T], step: usize) {
 }
 
 impl Blocks {
-    /// Of so many parts, from the first: reads the tables that follow the headers.
+    /// Reads the tables of offsets of the first `parts` parts, which follow the headers.
     fn of_parts(
         path: &Path,
         read: &mut impl Read,
@@ -311,13 +312,13 @@ impl Blocks {
         (0..parts).map(|part| Self::read(path, read, meta, length, part)).collect()
     }
 
-    /// Reads the table of a part, which begins where that of the part before ends.
+    /// Reads the table of a part, which begins at the end of the table before.
     fn read(path: &Path, read: &mut impl Read, meta: &MetaData, length: u64, part: usize) -> Result<Self> {
         let header = &meta.headers[part];
         let (Vec2(width, height), Vec2(columns, rows)) = (header.layer_size, header.max_block_pixel_size());
         let size = [columns.max(1), rows.max(1)];
-        // Levels follow each other, the largest first, and rows of blocks from the top, whatever
-        // the order of the blocks themselves.
+        // The table lists the largest level first, and rows of blocks from the top, whatever the
+        // order of the blocks themselves.
         let across = width.div_ceil(size[0]);
         let count = across.saturating_mul(height.div_ceil(size[1]));
         if count > header.chunk_count || (count as u64).saturating_mul(8) > length {
@@ -326,13 +327,13 @@ impl Blocks {
         }
         let mut bytes = vec![0; 8 * count];
         read.read_exact(&mut bytes).map_err(|e| io(path, e))?;
-        // Smaller levels.
+        // Offsets of smaller levels are skipped.
         let rest = 8 * (header.chunk_count - count) as u64;
         std::io::copy(&mut read.by_ref().take(rest), &mut std::io::sink()).map_err(|e| io(path, e))?;
         let number = |b: &[u8]| u64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]);
         let offsets: Vec<u64> = bytes.chunks_exact(8).map(number).collect();
-        // A block has a place and a length, so that what is added to its offset below cannot
-        // overflow.
+        // To offsets below the file's length, the size of a block's place and length can be added
+        // without overflow.
         if let Some(beyond) = offsets.iter().find(|&&offset| offset >= length) {
             return Err(truncated(path, format!("a block is at byte {beyond} of {length}")));
         }
@@ -350,7 +351,7 @@ impl Blocks {
         first.saturating_add((down * self.size[1]) as i32)
     }
 
-    /// The numbers that a block begins with: the part, if there are several, and what block of it.
+    /// Numbers at the beginning of a block: the part, if there are several, and the place in it.
     fn place(&self, meta: &MetaData, right: usize, down: usize) -> Vec<i32> {
         let mut place = Vec::new();
         if meta.requirements.is_multilayer() {

@@ -76,7 +76,7 @@ fn a_film_comes_back_bit_by_bit() {
     assert_eq!(back.plane("cost").unwrap().channels(), ["rays", "pairs"], "in the order of the spec");
 }
 
-/// Every layout that can be asked for.
+/// Every layout that can be chosen.
 pub(super) fn layouts() -> impl Iterator<Item = ExrLayout> {
     let flags = [[false, false], [true, false], [false, true], [true, true]];
     ExrCompression::ALL
@@ -230,7 +230,7 @@ fn damaged_files_are_refused_and_never_panic() {
             let said = decoded(&good[..length]).unwrap_err().to_string();
             assert!(said.contains("truncated"), "{length} of {} bytes: {said}", good.len());
         }
-        // One wrong byte may go unnoticed, as most of the file has no checksum, but it must not panic.
+        // One wrong byte may go unnoticed, as most of the file has no checksum, but must not panic.
         for i in 0..good.len() {
             let mut bad = good.clone();
             bad[i] ^= 0x15;

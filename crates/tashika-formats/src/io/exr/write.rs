@@ -1,4 +1,4 @@
-//! A film to the bytes of an OpenEXR file.
+//! Writes a film as the bytes of an OpenEXR file.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -26,7 +26,7 @@ const PRIMARIES: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.329),
 };
 
-/// The part of the main plane, where each plane has one.
+/// Part of the main plane, if each plane is a part.
 const MAIN_PART: &str = "rgb";
 
 /// Writes a film; an earlier file is replaced only when the new one is complete.
@@ -37,7 +37,7 @@ pub fn write_exr(path: &Path, film: &Film) -> Result<()> {
     write_exr_as(path, film, &ExrLayout::default())
 }
 
-/// The same, laid out in another way.
+/// Writes a film like [`write_exr`], in a given layout.
 ///
 /// # Errors
 /// As [`write_exr`].
@@ -65,7 +65,7 @@ pub(super) fn encode(film: &Film, layout: &ExrLayout) -> ::exr::error::Result<Ve
     } else {
         [of_part(None, film.planes())].into_iter().collect()
     };
-    // What is said of all planes is said once, in the part that readers take if they take only one.
+    // Attributes of all planes are in the first part, which readers of a single part take.
     if let Some(first) = parts.first_mut() {
         first.attributes.comments = comments(film).as_deref().map(text);
         describe(film, &mut first.attributes);
@@ -82,7 +82,7 @@ pub(super) fn encode(film: &Film, layout: &ExrLayout) -> ::exr::error::Result<Ve
     Ok(bytes)
 }
 
-/// The channels of a plane, by their full names.
+/// Channels of a plane, by their full names.
 fn channels(plane: &Plane) -> impl Iterator<Item = AnyChannel<FlatSamples>> {
     let count = plane.channels().len();
     plane.channels().iter().enumerate().map(move |(c, channel)| {
@@ -90,14 +90,14 @@ fn channels(plane: &Plane) -> impl Iterator<Item = AnyChannel<FlatSamples>> {
             Samples::F32(s) => FlatSamples::F32(s.iter().skip(c).step_by(count).copied().collect()),
             Samples::U32(s) => FlatSamples::U32(s.iter().skip(c).step_by(count).copied().collect()),
         };
-        // Lossy compression by others treats a channel by what it is, which its own name says
-        // and its full name hides.
+        // Lossy compression by other programs depends on the channel's own name, which the full
+        // name hides.
         let full_name = text(&channel_name(plane.name(), channel));
         AnyChannel { name: full_name, ..AnyChannel::new(text(channel), samples) }
     })
 }
 
-/// What planes there are, and how the film was made.
+/// Adds descriptions of the planes, and the metadata of the film.
 fn describe(film: &Film, attributes: &mut LayerAttributes) {
     let record = |plane: &Plane| PlaneRecord {
         name: plane.name().to_owned(),
@@ -114,8 +114,7 @@ fn describe(film: &Film, attributes: &mut LayerAttributes) {
     }
 }
 
-/// What the image is and what it claims, in a line of ASCII; none for a film that does not say
-/// how it was made.
+/// Contents and claim of the image, in a line of ASCII; none for a film without scene or method.
 fn comments(film: &Film) -> Option<String> {
     let metadata = film.metadata();
     let (scene, method) = (metadata.text(keys::SCENE)?, metadata.text(keys::METHOD)?);
@@ -155,11 +154,11 @@ fn comments(film: &Film) -> Option<String> {
 
 /// Sorts the attributes of each part of a file by name.
 ///
-/// The writer keeps custom attributes in a hash table, whose order is another one each time. A
-/// permutation leaves the length of a header, and so all offsets, as they are.
+/// The writer stores custom attributes in a hash table, whose order differs each time. A
+/// permutation does not change the length of a header, nor any offset.
 fn sort_attributes(file: &mut [u8], parts: usize) {
-    // Magic number and version; then for each part name, type (each ended by a zero), length and
-    // bytes of each attribute; then a zero.
+    // Magic number and version; then, for each part, its attributes and a zero. An attribute is its
+    // name and type, each ended by a zero, its length, and its bytes.
     let mut start = 8;
     for _ in 0..parts {
         let mut end = start;
@@ -191,8 +190,8 @@ fn attribute(value: &Value) -> AttributeValue {
     }
 }
 
-/// UTF-8 as it is: the format leaves the encoding open, and its own library has said UTF-8 since
-/// 3.0.
+/// Text in UTF-8: the format leaves the encoding open, and its own library has specified UTF-8
+/// since 3.0.
 fn text(words: &str) -> Text {
     Text::from_slice_unchecked(words.as_bytes())
 }

@@ -32,7 +32,7 @@ pub(super) struct Accessor<'s> {
     count: usize,
     component: ComponentType,
     normalized: bool,
-    /// Absent: zeros.
+    /// None if all elements are zero.
     elements: Option<Strided<'s>>,
     sparse: Option<Sparse<'s>>,
     at: Location,
@@ -99,7 +99,8 @@ impl Source<'_> {
         self.accessor_beside(index, expected, 0, at)
     }
 
-    /// The same beside one of so many elements that is there: it may have as many without bytes.
+    /// Like [`Self::accessor`], but always allows `beside` elements without bytes, the number of
+    /// elements of the accessor that this one accompanies.
     pub fn accessor_beside(
         &self,
         index: json::Index<json::Accessor>,
@@ -166,7 +167,7 @@ impl Source<'_> {
             ));
         };
         let index_type = index_type.0;
-        // The specification packs both tightly, whatever the views say.
+        // The specification packs both tightly, whatever strides the views have.
         let packed = |view| self.view(view).map(|(bytes, _)| (bytes, None));
         let (index_view, value_view) = (packed(indices.buffer_view)?, packed(values.buffer_view)?);
         let names = [format!("{what}.sparse.indices"), format!("{what}.sparse.values")];
@@ -181,7 +182,7 @@ impl Source<'_> {
                 at,
             )?,
             values: Strided::new(value_view, values.byte_offset.0, count.0, size, &names[1], at)?,
-            // As many bytes are there.
+            // In range: the indices alone occupy as many bytes.
             count: count.0 as usize,
         })
     }
@@ -193,7 +194,7 @@ impl Accessor<'_> {
         self.count
     }
 
-    /// Refuses another number of elements than `count`.
+    /// Refuses a number of elements other than `count`.
     pub fn expect_count(self, count: usize) -> Result<Self> {
         if self.count == count {
             return Ok(self);
@@ -205,8 +206,7 @@ impl Accessor<'_> {
         ))
     }
 
-    /// The vectors of `range`, which must lie below [`Self::count`]; `N` must match the type asked
-    /// for.
+    /// Vectors of `range`, which must lie below [`Self::count`]; `N` must match the expected type.
     pub fn vectors<const N: usize>(&self, range: Range<usize>) -> Result<Vec<[f32; N]>> {
         let size = self.component.size();
         self.read(range, [0.0; N], |bytes| {
@@ -214,7 +214,7 @@ impl Accessor<'_> {
         })
     }
 
-    /// The elements of `range`; `zero` is that of no bytes.
+    /// Elements of `range`; elements without bytes are `zero`.
     fn read<T: Clone>(&self, range: Range<usize>, zero: T, element: impl Fn(&[u8]) -> T) -> Result<Vec<T>> {
         let mut all = match &self.elements {
             Some(elements) => range.clone().map(|i| element(elements.element(i))).collect(),
@@ -228,13 +228,13 @@ impl Accessor<'_> {
         Ok(all)
     }
 
-    /// The elements as indices.
+    /// Elements as indices, which must be unsigned integers.
     pub fn indices(&self) -> Result<Vec<u32>> {
         self.expect_unsigned()?;
         self.read(0..self.count, 0, unsigned)
     }
 
-    /// The elements of `range`, as [`vectors`](Self::vectors) has them, as vectors of indices.
+    /// Vectors of indices of `range`, under the conditions of [`vectors`](Self::vectors).
     pub fn index_vectors<const N: usize>(&self, range: Range<usize>) -> Result<Vec<[u32; N]>> {
         self.expect_unsigned()?;
         let size = self.component.size();
@@ -269,10 +269,10 @@ fn unsigned(bytes: &[u8]) -> u32 {
     bytes.iter().rev().fold(0, |value, &byte| value << 8 | u32::from(byte))
 }
 
-/// One component; `bytes` are as many as it has.
+/// Value of one component; `bytes` has the component's size.
 fn number(component: ComponentType, normalized: bool, bytes: &[u8]) -> f32 {
     let bits = unsigned(bytes);
-    // Largest value of the integer type, and whether it is signed.
+    // The integer, and the largest value of its type.
     let (value, largest) = match component {
         ComponentType::I8 => (f32::from(bits as u8 as i8), 127.0),
         ComponentType::U8 => (bits as f32, 255.0),

@@ -1,6 +1,6 @@
-//! Animations: where nodes are at a time, and the weights of their morph targets.
+//! Animations: poses of nodes at a time, and the weights of their morph targets.
 //!
-//! All animations of a file go on together from the time zero, each once; where two move the same
+//! All animations of a file run together from time zero, each once; where two animate the same
 //! property of a node, the first one counts. Between two keys `k` and `k + 1`, with `Δ` the time
 //! between them and `u` the fraction of it that has passed, a property is (glTF 2.0, appendix C)
 //!
@@ -11,13 +11,14 @@
 //! ```
 //!
 //! with the tangents `a`, towards a key, and `b`, away from it; rotations are made unit quaternions
-//! again. Before the first key it is the first one's value, after the last the last one's. Weights
-//! have a number for each morph target at each key (section 3.11).
+//! again. Before the first key, a property has the value of that key, and after the last key the
+//! value of the last. Weights have a number for each morph target at each key (section 3.11).
 //!
 //! # Guarantee
-//! Of a file that is loaded without a time nothing of its animations is read but when they begin
-//! and end, as it says itself. Keys that are read count into the scene's budget of geometry as
-//! often as they are named, so that work is bounded by what may be read.
+//! If a file is loaded without a time, nothing of its animations is read except their first and
+//! last times, as the file declares them. Keys that are read count toward the scene's geometry
+//! budget each time that they are referred to, so that work is bounded by the bytes that may be
+//! read.
 //!
 //! # Held to this by
 //! The test modules `gltf_animations` and `gltf_shapes`.
@@ -38,7 +39,7 @@ use crate::io::notes::shown;
 use crate::math::motion::turned_between;
 use crate::scene::{NoteKind, SceneBuilder};
 
-/// What animations say of a node at a time; what they do not move is as the node says.
+/// Animated pose of a node at a time; absent values are those of the node itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Pose {
     pub translation: Option<DVec3>,
@@ -46,16 +47,16 @@ pub(super) struct Pose {
     pub scale: Option<DVec3>,
 }
 
-/// What animations say at a time.
+/// Animated poses and weights at a time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Poses {
-    /// Where nodes are.
+    /// Poses, by node.
     pub places: BTreeMap<usize, Pose>,
-    /// The weights of nodes with morph targets, one for each.
+    /// Weights by node, one for each morph target.
     pub weights: BTreeMap<usize, Vec<f32>>,
 }
 
-/// What of an animation is read.
+/// Fields of an animation that are read.
 #[derive(Deserialize)]
 #[serde(default)]
 #[derive(Default)]
@@ -93,19 +94,20 @@ enum Interpolation {
     CubicSpline,
 }
 
-/// Where a time lies among the keys of a sampler.
+/// Position of a time among the keys of a sampler.
 #[derive(Clone, Copy)]
 struct Moment {
-    /// How many keys there are.
+    /// Number of keys of the sampler's input.
     keys: usize,
-    /// The key before, or the first.
+    /// Index of the key before the time, or of the first.
     before: usize,
-    /// The key after it, the fraction of the time between them that has passed, and that time (s);
-    /// none where one key alone counts.
+    /// Index of the key after the time, the elapsed fraction of the interval between both keys, and
+    /// the length of that interval (s); none before the first key and after the last.
     after: Option<(usize, f64, f64)>,
 }
 
-/// Says when the file's animations begin and end, as far as it says so.
+/// Adds the first and last times of the file's animations to the scene, where the file declares
+/// them.
 pub(super) fn tell_span(source: &Source<'_>, animations: &[serde_json::Value], builder: &mut SceneBuilder) {
     for animation in animations {
         let Ok(animation) = Animation::deserialize(animation) else { continue };
@@ -122,7 +124,7 @@ pub(super) fn tell_span(source: &Source<'_>, animations: &[serde_json::Value], b
     }
 }
 
-/// What animations say of nodes at a time (s); of all nodes, or of those of a set.
+/// Animated poses and weights at a time (s), of all nodes or of the nodes `only`.
 pub(super) fn at(
     source: &Source<'_>,
     animations: &[serde_json::Value],
@@ -150,7 +152,7 @@ struct Reading<'r, 'a> {
     seconds: f64,
     only: Option<&'r BTreeSet<usize>>,
     builder: &'r mut SceneBuilder,
-    /// Of accessors of times; none of those without keys.
+    /// By accessor of times; none for accessors without keys.
     moments: BTreeMap<u32, Option<Moment>>,
     poses: Poses,
 }
@@ -164,7 +166,7 @@ impl Reading<'_, '_> {
         };
         let path = channel.target.path.as_str();
         met("animation", path, at(".target.path"), self.builder)?;
-        // What has no node is left to extensions, as the specification says.
+        // The specification leaves targets without a node to extensions.
         let is_read = matches!(path, "translation" | "rotation" | "scale" | "weights");
         let Some(node) = channel.target.node.filter(|_| is_read) else { return Ok(()) };
         let nodes = &self.source.root.nodes;
@@ -223,7 +225,7 @@ impl Reading<'_, '_> {
         Ok(())
     }
 
-    /// Where the time lies among those of an accessor, read once.
+    /// Position of the time among the times of an accessor, which is read once.
     fn moment(&mut self, input: u32, at: Location) -> Result<Option<Moment>> {
         if let Some(&known) = self.moments.get(&input) {
             return Ok(known);
@@ -262,7 +264,7 @@ impl Reading<'_, '_> {
         Ok(moment)
     }
 
-    /// The elements of an accessor, of which there must be so many if that is said.
+    /// Elements of an accessor, which must have `count` elements if that is given.
     fn vectors<const N: usize>(
         &self,
         index: u32,
@@ -285,8 +287,8 @@ impl Reading<'_, '_> {
         accessor.vectors(0..found)
     }
 
-    /// The values that a sampler has at the two keys about the time: what comes before and after
-    /// them, and their tangents, away from the first and towards the second.
+    /// Values of a sampler at the two keys around the time, with the tangents out of the first key
+    /// and into the second.
     fn values<const N: usize>(
         &self,
         sampler: &Sampler,
@@ -309,7 +311,8 @@ impl Reading<'_, '_> {
         Ok(self.values::<N>(sampler, moment, expected, at)?.between(sampler, moment))
     }
 
-    /// The weights of so many morph targets: each element of a sampler's output has one for each.
+    /// Weights of `targets` morph targets: each element of a sampler's output has a number for
+    /// each.
     fn weights(&self, sampler: &Sampler, moment: Moment, targets: usize, at: &Location) -> Result<Vec<f32>> {
         let count = moment.keys.saturating_mul(sampler.each()).saturating_mul(targets);
         let all = self.vectors::<1>(sampler.output, Type::Scalar, Some(count), at)?;
@@ -338,20 +341,21 @@ impl Reading<'_, '_> {
     }
 }
 
-/// What a sampler has at two keys.
+/// Values of a sampler at two keys.
 struct Values<const N: usize> {
     ends: [[f64; N]; 2],
-    /// Away from the first key, and towards the second.
+    /// Tangent out of the first key, and tangent into the second.
     tangents: [[f64; N]; 2],
 }
 
 impl Sampler {
-    /// Elements of the output for each key: its value, or that between two tangents.
+    /// Number of elements of the output for each key: its value alone, or its value between two
+    /// tangents.
     fn each(&self) -> usize {
         if self.interpolation == Interpolation::CubicSpline { 3 } else { 1 }
     }
 
-    /// What it has at the two keys about a moment, of elements that must be finite.
+    /// Values and tangents at the two keys around a moment, of elements that must be finite.
     fn values<const N: usize>(
         &self,
         moment: Moment,

@@ -3,7 +3,7 @@
 //! The view is that of the node's transform without its scale (glTF 2.0 section 3.10): the axes are
 //! made orthonormal again, the viewing direction `−z` first, then up. An orthographic film is
 //! `2 · ymag` high. The aspect ratio (`aspectRatio`, `xmag`) and the clipping planes are not used:
-//! the image's size gives the one, and rays need no others.
+//! the image's size gives the aspect ratio, and rays need no clipping planes.
 //!
 //! # Held to this by
 //! `gltf::cameras_keep_position_direction_and_field_of_view`,
@@ -53,7 +53,7 @@ pub(super) fn add(
             Projection::Perspective { vertical_fov }
         }
         (Checked::Valid(Type::Orthographic), _, Some(orthographic)) => {
-            // Some exporters write it negative, which would turn the picture upside down.
+            // Some exporters write a negative height, which would turn the picture upside down.
             let mut height = 2.0 * orthographic.ymag.abs();
             if !(height > 0.0 && height.is_finite()) {
                 let message = "orthographic cameras of height 0 or without end: ymag 1";

@@ -4,18 +4,19 @@
 //! Output: the document as the `gltf` crate's plain data types, and the container's binary chunk.
 //!
 //! # Guarantee
-//! No byte string makes this panic. In what is returned, every index of one list into another is in
-//! range but for textures' sources, and every enumerated value but for attribute names is one that
-//! glTF 2.0 knows.
+//! No byte string makes this panic. In the returned document, every index into another list is in
+//! range, except textures' sources, and every enumerated value, except attribute names, is one of
+//! glTF 2.0.
 //!
 //! # Differences from the `gltf` crate's own loader
 //! * The container is split here: the crate's reader subtracts the header's size from a length that
 //!   may be smaller.
-//! * Version and required extensions are read first, so that a file that needs what is not there is
-//!   told so before anything else about it can be wrong.
-//! * Animations are kept as they stand: only who asks for a time needs sense in them.
-//! * `POSITION` accessors are looked up before the crate's validator does so without checking.
-//! * Forgiven, because nothing here depends on it: missing or wrong `min` and `max`, missing
+//! * Version and required extensions are read first, so that an unsupported file is refused for
+//!   that reason before any other fault is found.
+//! * Animations are stored unparsed: they need to be valid only if a time is given.
+//! * `POSITION` accessors are checked before the crate's validator, which indexes with them
+//!   unchecked.
+//! * Faults on which nothing here depends are forgiven: missing or wrong `min` and `max`, missing
 //!   `POSITION`, accessors without a buffer view, textures whose source is missing or out of range,
 //!   unknown attribute names, scenes without nodes.
 //!
@@ -35,15 +36,16 @@ use super::schema::Unknown;
 use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
 
-/// A parsed file.
+/// Contents of a file after parsing.
 pub(super) struct Parsed<'a> {
-    /// Everything but animations.
+    /// The document without its animations.
     pub root: Root,
     /// Positions of nodes in double precision, by node; empty if no node is far from its parent.
     pub places: Vec<WidePlace>,
-    /// The animations, not looked into.
+    /// The animations, as JSON that is not parsed further.
     pub animations: Vec<serde_json::Value>,
-    /// What morph targets move beside positions, normals and tangents, and the first place of each.
+    /// Attributes of morph targets other than positions, normals and tangents, each with the place
+    /// where it occurs first.
     pub other_targets: BTreeMap<String, String>,
     /// Properties and extensions that are in no table.
     pub unknown: Unknown,
@@ -51,7 +53,7 @@ pub(super) struct Parsed<'a> {
     pub binary: Option<&'a [u8]>,
 }
 
-/// What decides whether the rest can be understood.
+/// Fields that decide whether the file can be read.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Head {
@@ -69,7 +71,7 @@ struct Asset {
     min_version: Option<String>,
 }
 
-/// The rest.
+/// Fields of the document beside those of `Head`.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 #[derive(Default)]
@@ -123,7 +125,7 @@ fn is_far(node: &json::Node) -> bool {
     node.translation.iter().flatten().chain(of_matrix).any(|x| x.abs() >= FAR)
 }
 
-/// The names of what morph targets move, which the crate's types do not keep.
+/// Names of the attributes of morph targets, which the crate's types do not keep.
 #[derive(Deserialize)]
 struct Targets {
     meshes: Vec<TargetsOfMesh>,
@@ -230,7 +232,7 @@ fn split_binary<'a>(bytes: &'a [u8], file: &Location) -> Result<(&'a [u8], Optio
     }
     let mut chunks: [Option<&[u8]>; 2] = [None, None];
     let mut offset = HEADER;
-    // Chunks after the first two, and of unknown kind, are for others.
+    // Chunks after the first two, and chunks of unknown kind, are ignored.
     for (chunk, (kind, name)) in
         chunks.iter_mut().zip([(*b"JSON", "GLB JSON chunk"), (*b"BIN\0", "GLB BIN chunk")])
     {
@@ -309,7 +311,7 @@ fn validate(root: &Root, text: &[u8], file: &Location) -> Result<()> {
     Err(Error::invalid(file.clone().item(path.to_string()), found, expected))
 }
 
-/// Faults that do not matter to this loader; see the module's list.
+/// Returns true for a fault that does not matter to this loader; see the module's list.
 fn is_forgiven(path: &str, fault: Fault) -> bool {
     match fault {
         // Required extensions have been checked by name.
@@ -329,13 +331,13 @@ fn is_forgiven(path: &str, fault: Fault) -> bool {
     }
 }
 
-/// `textures[i].source`: checked where it is used, because a texture without an image is only
-/// noted.
+/// Returns true for `textures[i].source`, which is checked where it is used: a texture without an
+/// image is only noted.
 fn is_texture_source(path: &str) -> bool {
     path.starts_with("textures[") && path.ends_with(".source")
 }
 
-/// What stands at a path such as `nodes[0].mesh`, if it is a single value.
+/// Value at a path such as `nodes[0].mesh`, if it is a number, a string or a boolean.
 fn value_at(text: &[u8], path: &str) -> Option<String> {
     let document: serde_json::Value = json::deserialize::from_slice(text).ok()?;
     let mut value = &document;

@@ -1,14 +1,15 @@
-//! What moves while the shutter is open: the tracks of cameras and meshes, and whether lights do.
+//! Motion while the shutter is open: tracks of cameras and meshes, and notes of moving lights.
 //!
-//! glTF moves translation, rotation and scale of nodes apart from each other, by curves of three
-//! kinds, and a camera or a mesh by all nodes above it. So its pose is taken at [`STEPS`] + 1 times,
-//! the same time apart, and is between two of these as [`Track`] has it: what
-//! turns or moves evenly, or in steps longer than a thirty-second of the shutter's time, is met. What
-//! goes around a point goes along chords: with a whole turn while the shutter is open, half a percent
-//! of the radius off at most.
+//! glTF animates translation, rotation and scale of nodes separately, by curves of three kinds, and
+//! all nodes above a camera or a mesh contribute to its pose. The pose is therefore sampled at
+//! [`STEPS`] + 1 equidistant times and interpolated by [`Track`]. Uniform rotations and
+//! translations, and poses held for more than a thirty-second of the shutter's time, are
+//! reproduced. Motion around a point follows chords: for a whole turn while the shutter is open,
+//! the error is at most half a percent of the radius.
 //!
-//! What [deforms](super::shapes) is looked at when the shutter opens and when it closes, and goes in
-//! straight lines between: turns of joints along chords, and what comes back meanwhile not at all.
+//! [Shapes](super::shapes) are evaluated when the shutter opens and when it closes; vertices move
+//! in straight lines between. Rotations of joints thus follow chords, and a deformation that comes
+//! and goes in between is lost.
 //!
 //! Held to this by `gltf_animations::cameras_move_while_the_shutter_is_open`,
 //! `gltf_animations::meshes_move_while_the_shutter_is_open`,
@@ -24,25 +25,25 @@ use super::source::Source;
 use crate::error::{Location, Result};
 use crate::scene::{NoteKind, SceneBuilder};
 
-/// Parts that the time is cut into; chosen.
+/// Number of equal intervals of the shutter's time; chosen.
 const STEPS: u32 = 32;
 
-/// Where nodes are while the shutter is open.
+/// Poses of nodes while the shutter is open.
 pub(super) struct Exposure {
-    /// From when to when it is open (s).
+    /// Times at which the shutter opens and closes (s).
     pub shutter: [f64; 2],
     parents: Vec<Option<usize>>,
-    /// Times (s), and the poses of the nodes above cameras, meshes and lights.
+    /// Times (s), and the poses of nodes with a camera, a mesh or a light and of all nodes above.
     moments: Vec<(f64, BTreeMap<usize, Pose>)>,
-    /// What animations say of these nodes, and of joints, when it opens and when it closes.
+    /// Poses of these nodes and of joints when the shutter opens and when it closes.
     pub ends: [Poses; 2],
-    /// Those of these nodes that move.
+    /// Nodes of `moments` whose pose changes.
     moving: BTreeSet<usize>,
 }
 
 impl Exposure {
-    /// Looks at the animations between two times (s), if these differ. Notes that nodes with a light
-    /// move meanwhile.
+    /// Evaluates the animations between two times (s). Returns none if the times are equal or
+    /// nothing is animated. Notes nodes with a light that move.
     pub fn new(
         source: &Source<'_>,
         animated: &[serde_json::Value],
@@ -54,7 +55,7 @@ impl Exposure {
             return Ok(None);
         }
         let parents = nodes::parents(source)?;
-        // What is odd about the animations was told when they were read for the scene itself.
+        // Problems of the animations were noted when they were read for the scene itself.
         let mut unheard = SceneBuilder::new("", Location::default());
         let mut at = |seconds: f64, only: Option<&BTreeSet<usize>>| {
             animations::at(source, animated, seconds, only, &mut unheard)
@@ -65,7 +66,7 @@ impl Exposure {
             |node: &usize| root[*node].extensions.as_ref().is_some_and(|e| e.khr_lights_punctual.is_some());
         let is_seen =
             |node: &usize| root[*node].camera.is_some() || root[*node].mesh.is_some() || lights(node);
-        // Each with all above it, which end where one is there already.
+        // Adds a node with all nodes above it; the walk ends at a node that was added before.
         let add = |node: usize, all: &mut BTreeSet<usize>| {
             above(node).take_while(|&node| all.insert(node)).for_each(drop);
         };
@@ -93,7 +94,7 @@ impl Exposure {
         Ok(Some(Self { shutter, parents, moments, ends, moving }))
     }
 
-    /// How a node moves, if it does: times (s) and transforms to the world.
+    /// Times (s) and transforms to the world of a node that moves; none if it does not.
     pub fn of_moving(&self, source: &Source<'_>, node: usize) -> Option<Vec<(f64, DAffine3)>> {
         let mut above = std::iter::successors(Some(node), |&node| self.parents[node]);
         above.any(|node| self.moving.contains(&node)).then(|| self.of(source, node))

@@ -1,10 +1,9 @@
-//! glTF extensions as a whole: which a file may require, and what is said about those that are left
-//! out.
+//! glTF extensions as a whole: those that a file may require, and notes of those that are ignored.
 //!
-//! An extension that a file *requires* changes the meaning of the file: one that is not read is
-//! refused, with advice. One that it merely *uses* is read or left out, as [`FEATURES`] says; what
-//! is left out is noted where it stands, except for materials, which note what has an effect on
-//! them.
+//! An extension that a file *requires* changes the meaning of the file: without support for it, the
+//! file is refused, with advice. An extension that a file merely *uses* is read or ignored as
+//! [`FEATURES`] states. Ignored extensions are noted where they stand; materials note only those
+//! that would have an effect on them.
 //!
 //! # Held to this by
 //! `gltf::extensions_that_a_file_requires_are_read_or_refused_by_name`,
@@ -19,7 +18,7 @@ use crate::io::features::{Feature, Support};
 use crate::io::notes::shown;
 use crate::scene::{Notes, SceneBuilder};
 
-/// Refuses a file that requires what is not here.
+/// Refuses a file that requires an unsupported extension.
 pub(super) fn refuse_unhandled(required: &[String], file: &Location) -> Result<()> {
     for (i, name) in required.iter().enumerate() {
         let at = file.clone().item(format!("extensionsRequired[{i}]"));
@@ -33,8 +32,8 @@ pub(super) fn refuse_unhandled(required: &[String], file: &Location) -> Result<(
     Ok(())
 }
 
-/// Refuses data that are there in compressed form only, although the file does not say that it
-/// requires that.
+/// Refuses data that exist only in compressed form, although the file does not list the compression
+/// as required.
 pub(super) fn refuse_compressed(extensions: &Map<String, Value>, at: &Location) -> Result<()> {
     for name in ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"] {
         if extensions.contains_key(name)
@@ -46,8 +45,7 @@ pub(super) fn refuse_compressed(extensions: &Map<String, Value>, at: &Location) 
     Ok(())
 }
 
-/// Notes each extension that is left out: unknown ones where they are listed, others where they
-/// stand.
+/// Notes each ignored extension: unknown ones where they are listed, others where they stand.
 pub(super) fn note_unhandled(root: &Root, file: &Location, builder: &mut SceneBuilder) -> Result<()> {
     for (i, name) in root.extensions_used.iter().enumerate() {
         if extension(name).is_none() {

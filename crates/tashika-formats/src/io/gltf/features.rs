@@ -1,9 +1,9 @@
-//! What a glTF file may hold, and what becomes of it.
+//! Features of glTF files and their support.
 //!
-//! The loader says of these things what their rows say, through [`met`]. Fields of an extension
-//! have the extension's name as their kind; an extension stands once as what a file *uses*, which
-//! is optional by definition (glTF 2.0 section 3.12), and, if what it changes cannot be done
-//! without, once more as what a file *requires*.
+//! The loader reports each feature with the words of its row, through [`met`]. Fields of an
+//! extension have the extension's name as their kind. An extension is listed once as *used*, which
+//! is optional by definition (glTF 2.0 section 3.12). One that cannot be ignored where it is
+//! required is listed again as *required*.
 //!
 //! # Held to this by
 //! `suite::gltf_features`: every row, in a file of its own, gives the note or the error that it
@@ -13,7 +13,7 @@ use crate::error::{Location, Result};
 use crate::io::features::{Feature, Support, table};
 use crate::scene::{NoteKind, SceneBuilder};
 
-/// All rows.
+/// Table of the features of glTF.
 pub(in crate::io) const FEATURES: &[Feature] = table! {
     "file" => {
         "gltf", Full, "JSON, with buffers and images in files of their own or in data URIs";
@@ -194,7 +194,7 @@ pub(super) fn extension(name: &str) -> Option<&'static Feature> {
     Feature::find(FEATURES, "extension", name)
 }
 
-/// Says what the table says about a thing met at `at`.
+/// Reports a feature met at `at` as its row prescribes; an unknown one is noted as ignored.
 ///
 /// # Errors
 /// [`Error::Unsupported`](crate::error::Error::Unsupported) if it is refused.

@@ -1,14 +1,15 @@
 //! The environment of the extension `EXT_lights_image_based`: a cube map.
 //!
 //! The first level of the map, six pictures in the order `+x −x +y −y +z −z`, is the radiance; its
-//! numbers times `intensity` count as W·m⁻²·sr⁻¹. What the file says beside it, levels that are
-//! blurred for rough surfaces and coefficients of irradiance, are integrals of the same light, which
-//! light transport takes itself. PNG with opacity are RGBD: colour (by the sRGB curve) over opacity.
+//! numbers times `intensity` count as W·m⁻²·sr⁻¹. The other data of the extension, blurred levels
+//! for rough surfaces and coefficients of irradiance, are not used: they are integrals of the same
+//! radiance, which light transport computes. PNG with opacity are RGBD: colour (by the sRGB curve)
+//! over opacity.
 //!
-//! Faces are what the extension's turning of OpenGL's faces about their vertical axes makes them:
-//! pictures as seen from inside, `−x` to the right of `+z`, the upper edge of the upper one towards
-//! `−z`, of the lower one towards `+z`. They become a latitude-longitude map of four faces' columns
-//! and two faces' rows, whose texels are means of 2 × 2 lookups between the texels of the faces.
+//! The extension turns OpenGL's faces around their vertical axes. The faces are then pictures as
+//! seen from inside, with `−x` to the right of `+z`, the upper edge of the upper face towards `−z`
+//! and that of the lower face towards `+z`. The faces become a latitude-longitude map, four faces
+//! wide and two high, whose texels are means of 2 × 2 bilinear lookups in the faces.
 //!
 //! # Held to this by
 //! The tests below; `suite::gltf_environment`.
@@ -28,7 +29,7 @@ use crate::scene::{Environment, Image, Pixels, SceneBuilder, SphereMap, Wrap};
 
 const NAME: &str = "EXT_lights_image_based";
 
-/// Sets the environment of the scene that is rendered, if it has one.
+/// Sets the environment of the rendered scene, if it has one.
 pub(super) fn add(source: &Source<'_>, builder: &mut SceneBuilder) -> Result<()> {
     let root = &source.root;
     let Some(scene) = nodes::chosen_scene(root) else { return Ok(()) };
@@ -70,15 +71,14 @@ fn quaternion(value: &Value) -> Option<Quat> {
     (length.is_finite() && length > 0.0).then(|| quaternion.normalize())
 }
 
-/// The images of the first level.
+/// Indices of the six images of the first level; none if there are not six below `images`.
 fn images_of_faces(light: &Value, images: usize) -> Option<[usize; 6]> {
     let first = light.get("specularImages")?.as_array()?.first()?.as_array()?;
     let index = |v: &Value| usize::try_from(v.as_u64()?).ok().filter(|&i| i < images);
     first.iter().map(index).collect::<Option<Vec<usize>>>()?.try_into().ok()
 }
 
-/// The map of the faces that these images are; counts in `read` those that could be read, but for
-/// the last.
+/// Map of the six face images. `read` is set to the index of the face being read, for messages.
 fn map(
     source: &Source<'_>,
     images: [usize; 6],
@@ -104,7 +104,7 @@ fn map(
     Ok(unrolled(&faces, side))
 }
 
-/// A face, its colours linear and over opacity.
+/// A face with linear colours, divided by opacity; black where the opacity is 0.
 fn face(source: &Source<'_>, index: usize, builder: &mut SceneBuilder) -> Result<Image> {
     let at = source.at(format!("images[{index}]"));
     let bytes = source.image(index)?;
@@ -137,7 +137,7 @@ fn unrolled(faces: &[Image], side: u32) -> Image {
     Image { name: "environment".to_owned(), width, height, pixels }
 }
 
-/// The face that a direction goes through, and the place in its picture, from its upper left.
+/// Face through which a direction goes, and the place in its picture, from the upper left, 0 to 1.
 fn place(d: Vec3) -> (usize, Vec2) {
     let a = d.abs();
     let (face, right, down, ahead) = if a.x >= a.y && a.x >= a.z {
@@ -156,8 +156,8 @@ fn place(d: Vec3) -> (usize, Vec2) {
 mod tests {
     use super::*;
 
-    /// Neighbouring pictures show the same along the edge between them: a direction on either side
-    /// of it is at the edge of both.
+    /// Directions along the axes and half-way to the edges of faces lie in the pictures as seen
+    /// from inside.
     #[test]
     fn faces_are_pictures_seen_from_inside() {
         let at = |d: [f32; 3]| place(Vec3::from(d).normalize());
@@ -175,20 +175,21 @@ mod tests {
         near(at([-1.0, 0.0, -0.5]), 1, [0.75, 0.5]);
         near(at([1.0, 0.0, 0.5]), 0, [0.75, 0.5]);
         near(at([-0.5, 0.0, 1.0]), 4, [0.75, 0.5]);
-        // The upper picture's upper edge is towards −z, its right one towards −x; the lower one's
-        // upper edge is towards +z.
+        // The upper edge of the upper picture is towards −z and its right edge towards −x; the
+        // upper edge of the lower picture is towards +z.
         near(at([0.0, 1.0, -0.5]), 2, [0.5, 0.25]);
         near(at([-0.5, 1.0, 0.0]), 2, [0.75, 0.5]);
         near(at([0.0, -1.0, 0.5]), 3, [0.5, 0.25]);
         near(at([-0.5, -1.0, 0.0]), 3, [0.75, 0.5]);
     }
 
-    /// A texel's mean differs from its middle's by the curvature of `d` over half a texel of 1/32 of
-    /// the sphere's half, a face's linear interpolation of `d` by as much.
+    /// A face's texel is 1/32 of half a side of the cube. A texel's mean and a face's linear
+    /// interpolation each differ from `d` by its curvature over half a texel.
     #[test]
     fn the_map_shows_what_the_faces_show() {
         let side = 64;
-        // Each face shows the direction that it is looked at along, moved into what is not negative.
+        // Each face shows the direction of each texel, offset by 1 so that no component is
+        // negative.
         let face = |number: usize| {
             let texel = |i: u32| {
                 let at =

@@ -1,7 +1,7 @@
 //! Instances of `EXT_mesh_gpu_instancing`: many placements of one node's mesh.
 //!
-//! Instance `i` stands at `M · T_i · R_i · S_i`, with `M` of the node and the rest from the
-//! elements `i` of the accessors `TRANSLATION`, `ROTATION` and `SCALE`; each of them may be
+//! Instance `i` stands at `M · T_i · R_i · S_i`, with `M` the transform of the node and the others
+//! from elements `i` of the accessors `TRANSLATION`, `ROTATION` and `SCALE`. Each accessor may be
 //! missing, and all have the same number of elements.
 //!
 //! # Guarantee
@@ -27,15 +27,15 @@ use crate::scene::{Instance, NoteKind, SceneBuilder};
 
 const NAME: &str = "EXT_mesh_gpu_instancing";
 
-/// What the extension holds.
+/// Fields of the extension.
 #[derive(Deserialize)]
 struct Instancing {
     #[serde(default)]
     attributes: BTreeMap<String, u32>,
 }
 
-/// Where the node's mesh stands, `meshes` primitives at each place: at the node itself, if the
-/// extension is not there.
+/// Returns the transforms of the node's mesh, which has `meshes` primitives; without the extension,
+/// only the node's own transform.
 pub(super) fn placements(
     source: &Source<'_>,
     placed: &PlacedNode,

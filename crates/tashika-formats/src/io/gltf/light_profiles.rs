@@ -1,11 +1,11 @@
 //! Lamps of the extension `EXT_lights_ies`: IES files at nodes.
 //!
-//! A lamp points down the `−z` axis of its node, and `C = 0°` is `+x`, from where `C` turns towards
-//! `+y`; the node's scale has no effect on it. Candela count as W·sr⁻¹, as those of other lights do,
-//! times `multiplier` and `color`. What files are read is [`ies`]'s business.
+//! A lamp points down the `−z` axis of its node, and `C` grows from 0° at `+x` towards `+y`; the
+//! node's scale has no effect on it. Candela count as W·sr⁻¹, as those of other lights do, times
+//! `multiplier` and `color`. [`ies`] decodes the files.
 //!
-//! A profile that is missing or cannot be read is noted, and its lamps are left out. A map takes the
-//! same memory whatever its file's size, so that it is taken from the budget of images.
+//! A profile that is missing or cannot be read is noted, and its lamps are ignored. A map takes the
+//! same memory whatever the size of its file, and counts toward the budget of images.
 //!
 //! # Held to this by
 //! `suite::gltf_profiles`.
@@ -33,7 +33,7 @@ const NAME: &str = "EXT_lights_ies";
 /// Bytes of a map: its texels of three numbers.
 const MAP_BYTES: u64 = ies::SIZE[0] as u64 * ies::SIZE[1] as u64 * 12;
 
-/// The profiles decoded so far; nothing of those that are dark or could not be read.
+/// Profiles decoded so far, by index; none for those that are dark or could not be read.
 #[derive(Default)]
 pub(super) struct Profiles(BTreeMap<usize, Option<Arc<IntensityMap>>>);
 
@@ -116,7 +116,7 @@ fn decode(
     Ok(ies::decode(&bytes, &name, at)?.map(Arc::new))
 }
 
-/// The light of an extension's list that `user` names in its field `light`, which is `at`.
+/// Light of an extension's list that the field `light` of `user`, at `at`, selects.
 pub(super) fn chosen<'s>(
     source: &'s Source<'_>,
     extension: &str,
@@ -146,8 +146,8 @@ pub(super) fn number(value: &Value, at: &Location, builder: &mut SceneBuilder) -
     Ok(number.max(0.0))
 }
 
-/// The map's frame, of which `+y` is up and `+x` is `C = 0°`, turned as the node is, without its
-/// scale; nothing where that leaves no direction.
+/// Transform of the map's frame (`+y` up, `+x` at `C = 0°`) by the node without its scale; none if
+/// the node's transform leaves no direction.
 fn turned(node: DMat3) -> Option<Mat3> {
     let z = node.z_axis.try_normalize()?;
     let x = (node.x_axis - z * z.dot(node.x_axis)).try_normalize()?;

@@ -82,7 +82,8 @@ pub(super) fn add(source: &Source<'_>, placed: &PlacedNode, builder: &mut SceneB
     builder.add_emitter_at(emitter, placed.to_world.translation)
 }
 
-/// The falloff, and whether the angles were as the extension asks: `0 ≤ inner < outer ≤ π/2`.
+/// Returns the falloff, and true if the angles are as the extension requires:
+/// `0 ≤ inner < outer ≤ π/2`.
 fn falloff(light: &Light) -> (Falloff, bool) {
     let (inner, outer) =
         light.spot.as_ref().map_or((0.0, FRAC_PI_2 / 2.0), |s| (s.inner_cone_angle, s.outer_cone_angle));

@@ -1,12 +1,13 @@
 //! Meshes: each primitive becomes one mesh of the scene.
 //!
-//! Input: a mesh of the document and its shape. Output: the ids of its primitives' meshes, read once
-//! for each shape however many nodes show them. Only the range of vertices between the smallest and the largest index is read,
-//! so that primitives that share one large vertex buffer do not each copy all of it.
+//! Input: a mesh of the document and its shape. Output: the ids of its primitives' meshes, read
+//! once for each shape however many nodes show them. Only the range of vertices between the
+//! smallest and the largest index is read, so that primitives that share one large vertex buffer do
+//! not each copy all of it.
 //!
 //! Triangle `i` of a strip is `(i, i + 1 + i mod 2, i + 2 − i mod 2)`, of a fan `(i + 1, i + 2, 0)`
-//! (glTF 2.0 section 3.7.2.1). Triangles of a strip that use a vertex twice only steer it and are
-//! left out silently.
+//! (glTF 2.0 section 3.7.2.1). Triangles of a strip that use a vertex twice only steer the strip
+//! and are omitted silently.
 //!
 //! Vertex colours, which the scene does not have, become one colour: the mean over the corners in
 //! use multiplies the base colour.
@@ -34,15 +35,15 @@ use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
 use crate::scene::{MeshData, MeshId, MeshShape, NoteKind, SceneBuilder};
 
-/// Largest texture coordinate: far beyond where `f32` still tells texels apart, and small enough
+/// Largest texture coordinate: far beyond those at which `f32` resolves texels, and small enough
 /// for a texture transform to keep it finite.
 const FARTHEST_UV: Vec2 = Vec2::splat(1e9);
 
-/// What a primitive became.
+/// Mesh that was made from a primitive.
 #[derive(Clone, Copy)]
 pub(super) struct Part {
     pub mesh: MeshId,
-    /// Whether it is in world space, where its joints have taken it.
+    /// True if the mesh is in world space, as its joints placed it.
     pub is_placed: bool,
 }
 
@@ -50,17 +51,17 @@ pub(super) struct Part {
 pub(super) struct Meshes {
     read: BTreeMap<(usize, ShapeKey), Vec<Part>>,
     materials: Materials,
-    /// From when to when the shutter is open (s), if it is.
+    /// Times at which the shutter opens and closes (s), if there is an exposure.
     shutter: Option<[f64; 2]>,
 }
 
 impl Meshes {
-    /// None read yet.
+    /// Creates the store without meshes.
     pub fn new(shutter: Option<[f64; 2]>) -> Self {
         Self { read: BTreeMap::new(), materials: Materials::default(), shutter }
     }
 
-    /// What the primitives of mesh `index` became in a shape.
+    /// Meshes of the primitives of mesh `index` in a shape.
     pub fn get(
         &mut self,
         source: &Source<'_>,
@@ -86,7 +87,7 @@ impl Meshes {
     }
 }
 
-/// One primitive; nothing, with a note, if it has no triangles.
+/// Reads a primitive. Returns none, with a note, if it forms no triangles.
 fn read_primitive(
     materials: &mut Materials,
     source: &Source<'_>,
@@ -212,7 +213,7 @@ fn read_primitive(
     Ok(Some(Part { mesh, is_placed }))
 }
 
-/// What a mesh is called: by its place, if it has no name.
+/// Name of a mesh, or its place in the file if it has none.
 pub(super) fn name(mesh: &json::Mesh, index: usize) -> String {
     let name = mesh.name.as_deref().filter(|n| !n.is_empty());
     name.map_or_else(|| format!("meshes[{index}]"), shown)
@@ -241,7 +242,7 @@ fn read_colors(
     Ok(colors.vectors(range)?.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect())
 }
 
-/// The mean of the colours at the corners in use; noted if any is far from it.
+/// Mean of the colours at the corners in use; noted if any differs by more than `COLOR_STEP`.
 fn tint(
     colors: &[Tint],
     used: impl Iterator<Item = usize>,
@@ -287,14 +288,14 @@ fn mode_name(mode: Checked<Mode>) -> &'static str {
     }
 }
 
-/// From the smallest to the largest vertex in use.
+/// Range from the smallest to the largest vertex in use.
 fn vertex_range(indices: Option<&[u32]>, corners: usize) -> Range<usize> {
     let Some(indices) = indices else { return 0..corners };
     let (first, last) = indices.iter().fold((u32::MAX, 0), |(lo, hi), &i| (lo.min(i), hi.max(i)));
     first as usize..last as usize + 1
 }
 
-/// How corners make triangles.
+/// Rule by which corners form triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Assembly {
     Separate,
@@ -313,7 +314,7 @@ impl Assembly {
         }
     }
 
-    /// Number of triangles of so many corners.
+    /// Number of triangles of `corners` corners.
     fn triangles(self, corners: usize) -> usize {
         match self {
             Self::Separate => corners / 3,
@@ -321,7 +322,7 @@ impl Assembly {
         }
     }
 
-    /// The triangles of so many corners, `vertex(i)` being the vertex of corner `i`.
+    /// Triangles of `corners` corners; `vertex(i)` is the vertex of corner `i`.
     fn assemble(self, corners: usize, vertex: impl Fn(usize) -> u32) -> Vec<[u32; 3]> {
         let triangles = (0..self.triangles(corners)).map(|i| match self {
             Self::Separate => [3 * i, 3 * i + 1, 3 * i + 2],

@@ -1,29 +1,29 @@
 //! glTF 2.0: `.gltf` with buffers and images in files or `data:` URIs, and `.glb`.[^gltf]
 //!
-//! What becomes of what a file may hold is the table [`FEATURES`]; notes and errors have its words.
+//! [`FEATURES`] lists the features of the format and their support; notes and errors use its words.
 //!
-//! | module | what it does |
+//! | module | purpose |
 //! |---|---|
 //! | [`container`] | bytes into a checked document |
-//! | [`features`], [`extensions`] | the table, and what it says about extensions |
+//! | [`features`], [`extensions`] | the table of features, and its use for extensions |
 //! | [`schema`] | properties that no table knows |
 //! | [`source`], [`uri`], [`accessor`] | the bytes that the document refers to |
-//! | [`nodes`], [`animations`], [`instancing`] | what stands where |
-//! | [`exposure`] | what moves while the shutter is open |
+//! | [`nodes`], [`animations`], [`instancing`] | transforms of nodes and instances |
+//! | [`exposure`] | motion while the shutter is open |
 //! | [`meshes`] | primitives into meshes |
-//! | [`shapes`], [`morphs`], [`skins`] | what shapes they have |
+//! | [`shapes`], [`morphs`], [`skins`] | positions and normals of vertices |
 //! | [`materials`], [`textures`] | materials with their extensions |
 //! | [`cameras`], [`lights`], [`light_profiles`], [`image_light`] | cameras and lights |
 //!
 //! # Guarantee
-//! No file makes the loader panic. What it allocates is bounded by the bytes that are there, and
-//! where a file may name the same bytes many times or claim texels, by [`LoadOptions`] (see
-//! `source`). What cannot be read is an error that names file, item, value and expectation; a
-//! texture image that cannot be read is only noted.
+//! No file makes the loader panic. Allocations are bounded by the bytes of the files and, where a
+//! file may name the same bytes many times or declare texels, by [`LoadOptions`] (see `source`).
+//! Unreadable content is an error that names file, item, value and expectation; an unreadable
+//! texture image is only noted.
 //!
 //! # Held to this by
-//! The test modules `gltf`, `gltf_animations`, `gltf_features`, `gltf_materials`, `gltf_shapes`, `gltf_structure`
-//! and `damaged_gltf`.
+//! The test modules `gltf`, `gltf_animations`, `gltf_features`, `gltf_materials`, `gltf_shapes`,
+//! `gltf_structure` and `damaged_gltf`.
 //!
 //! [^gltf]: Khronos Group. "glTF 2.0 Specification." ISO/IEC 12113:2022.
 //!
@@ -141,7 +141,7 @@ fn place_mesh(
     }
 }
 
-/// The meshes of a node that stands.
+/// Adds the meshes of a node that does not move.
 fn place_still(
     source: &Source<'_>,
     placed: &PlacedNode,
@@ -157,7 +157,7 @@ fn place_still(
     Ok(())
 }
 
-/// The meshes of a node that moves, by its keys, while the shutter is open.
+/// Adds the meshes of a node that moves along its keys while the shutter is open.
 fn place_moving(
     source: &Source<'_>,
     placed: &PlacedNode,

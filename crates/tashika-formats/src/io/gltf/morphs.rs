@@ -1,16 +1,16 @@
-//! Morph targets: what moves the vertices of a mesh by weights (glTF 2.0 section 3.7.2.2),
+//! Morph targets: offsets of the vertices of a mesh, times weights (glTF 2.0 section 3.7.2.2),
 //!
 //! ```text
 //! p = p₀ + Σ wᵢ Δpᵢ     n ∥ n₀ + Σ wᵢ Δnᵢ
 //! ```
 //!
-//! The weights are those that an animation says, else the node's, else the mesh's, else zero.
-//! Targets that move tangents only have no effect: tangents follow the texture coordinates of the
-//! surface as it is.
+//! The weights are those of an animation, else the node's, else the mesh's, else zero. Targets that
+//! move tangents only have no effect: tangents follow the texture coordinates of the deformed
+//! surface.
 //!
 //! # Guarantee
-//! Targets whose weight is zero are not read. Those that are read count into the scene's budget of
-//! geometry as often as they are named.
+//! Targets whose weight is zero are not read. Others count toward the scene's geometry budget each
+//! time that they are referred to.
 //!
 //! # Held to this by
 //! The test module `gltf_shapes`.
@@ -28,7 +28,7 @@ use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
 use crate::scene::{MeshShape, NoteKind, SceneBuilder};
 
-/// Says what targets move that stays as it is.
+/// Notes attributes of targets that have no effect, such as texture coordinates and colours.
 pub(super) fn tell_others(
     file: &Location,
     others: BTreeMap<String, String>,
@@ -42,12 +42,12 @@ pub(super) fn tell_others(
     Ok(())
 }
 
-/// How many targets a mesh has.
+/// Largest number of targets of a primitive of a mesh.
 pub(super) fn targets(mesh: &json::Mesh) -> usize {
     mesh.primitives.iter().map(|p| p.targets.as_ref().map_or(0, Vec::len)).max().unwrap_or(0)
 }
 
-/// The weights of the targets of a node's mesh, one for each, where no animation says others.
+/// Weights of the targets of a node's mesh, one for each, without animation.
 pub(super) fn weights(source: &Source<'_>, node: usize, builder: &mut SceneBuilder) -> Result<Vec<f32>> {
     let Some(mesh) = source.root.nodes[node].mesh.map(|mesh| mesh.value()) else { return Ok(Vec::new()) };
     let document = &source.root.meshes[mesh];
@@ -65,7 +65,7 @@ pub(super) fn weights(source: &Source<'_>, node: usize, builder: &mut SceneBuild
             "weights that are not as many as the morph targets: missing ones are 0, others left out";
         builder.note(NoteKind::Repaired, message, source.at(item));
     }
-    // Not more than there are targets, whatever the file lists.
+    // One for each target, however many weights the file lists.
     Ok((0..count).map(|target| given.get(target).copied().unwrap_or(0.0)).collect())
 }
 

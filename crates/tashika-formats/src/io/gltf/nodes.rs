@@ -1,13 +1,13 @@
 //! The node graph: which nodes are in the scene, and where.
 //!
 //! A node's world transform is the product of the local ones from the root down to it (glTF 2.0
-//! section 3.5.2), each a matrix or `T · R · S`; products are formed in `f64`. What animations move
-//! at the time that is asked for takes the place of the node's own.
+//! section 3.5.2), each a matrix or `T · R · S`; products are formed in `f64`. Animated values at
+//! the given time replace the node's own.
 //!
 //! # Guarantee
 //! The graph is a forest: a node with two parents, or one that is its own ancestor, is an error.
 //! Depth is limited by memory only; nothing here recurses. Nodes that `KHR_node_visibility` hides
-//! are left out, with all below them.
+//! are omitted, with all nodes below.
 //!
 //! # Held to this by
 //! `gltf::nodes_multiply_from_the_root_down`,
@@ -27,14 +27,14 @@ use crate::scene::{NoteKind, SceneBuilder};
 
 /// A node of the scene.
 pub(super) struct PlacedNode {
-    /// Its index in the document.
+    /// Index in the document's list of nodes.
     pub index: usize,
-    /// Node to world.
+    /// Transform from node space to world space.
     pub to_world: DAffine3,
 }
 
-/// Where each node of the document is, node to world, as of poses; those on or below a cycle are at the
-/// origin. What is wrong with them is said where they are placed.
+/// Transforms of all nodes of the document to the world, for the given poses. Nodes on or below a
+/// cycle are at the origin; `place` reports them.
 pub(super) fn everywhere(source: &Source<'_>, poses: &BTreeMap<usize, Pose>) -> Result<Vec<DAffine3>> {
     let nodes = &source.root.nodes;
     let parents = parents(source)?;
@@ -99,7 +99,7 @@ pub(super) fn chosen_scene(root: &json::Root) -> Option<usize> {
     root.scene.map(|s| s.value()).or_else(|| (!root.scenes.is_empty()).then_some(0))
 }
 
-/// Whether `KHR_node_visibility` hides the node and all below it.
+/// Returns true if `KHR_node_visibility` hides the node and all nodes below.
 fn is_hidden(node: &json::Node) -> bool {
     let visibility = node.extensions.as_ref().and_then(|e| e.others.get("KHR_node_visibility"));
     visibility.and_then(|v| v.get("visible")).is_some_and(|v| v.as_bool() == Some(false))
@@ -125,8 +125,8 @@ pub(super) fn parents(source: &Source<'_>) -> Result<Vec<Option<usize>>> {
     Ok(parents)
 }
 
-/// With at most one parent each, the nodes that cannot be reached from any root are those on or
-/// below a cycle.
+/// Refuses cycles. With at most one parent each, the nodes that cannot be reached from any root are
+/// those on or below a cycle.
 fn refuse_cycles(source: &Source<'_>, roots: impl Iterator<Item = usize>) -> Result<()> {
     let nodes = &source.root.nodes;
     let mut reached = vec![false; nodes.len()];
@@ -144,14 +144,14 @@ fn refuse_cycles(source: &Source<'_>, roots: impl Iterator<Item = usize>) -> Res
     }
 }
 
-/// Node to parent; says what is wrong with it.
+/// Transform from a node to its parent, with notes of repairs.
 fn local(source: &Source<'_>, index: usize, pose: Option<&Pose>, builder: &mut SceneBuilder) -> DAffine3 {
     checked(source, index, pose, |field, message| {
         builder.note(NoteKind::Repaired, message, source.at(format!("nodes[{index}].{field}")));
     })
 }
 
-/// Node to parent; what is wrong with it was said before.
+/// Transform from a node to its parent, without notes.
 pub(super) fn placed(source: &Source<'_>, index: usize, pose: Option<&Pose>) -> DAffine3 {
     checked(source, index, pose, |_, _| ())
 }
@@ -187,7 +187,8 @@ fn checked(
     DAffine3::from_scale_rotation_translation(scale, rotation, translation)
 }
 
-/// The rotation that a file means by a quaternion of any length, unless that has no direction.
+/// The unit quaternion along a quaternion of any length; none if the length is near zero or not
+/// finite.
 pub(super) fn unit_quaternion(rotation: DQuat) -> Option<DQuat> {
     let length = rotation.length();
     (length.is_finite() && length > 1e-6).then(|| rotation / length)

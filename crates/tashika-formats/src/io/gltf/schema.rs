@@ -2,8 +2,8 @@
 //! not among them.
 //!
 //! The schema permits further properties, so that a misspelt property is valid. A property that is
-//! in no table is noted with its path. It is refused if it is a slip of a property of that object.
-//! The contents of `extras`, and of extensions without a table, are not checked.
+//! in no table is noted with its path, or refused if it looks like a misspelt property of that
+//! object. The contents of `extras`, and of extensions without a table, are not checked.
 //!
 //! Sources: the JSON schemas of glTF 2.0 and of the extensions.[^gltf] Held to this by
 //! `suite::gltf_schema`.

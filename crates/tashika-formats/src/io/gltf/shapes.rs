@@ -1,8 +1,8 @@
-//! The shapes of meshes: by the weights of their [morph targets](super::morphs) and the joints of
-//! their [skins](super::skins), as of a time.
+//! Shapes of meshes at a time, by the weights of their [morph targets](super::morphs) and the
+//! joints of their [skins](super::skins).
 //!
-//! Nodes whose meshes have the same weights and the same skin share them. While the shutter is open
-//! there are two: when it opens and when it closes, between which vertices go in straight lines.
+//! Nodes of one mesh with equal weights and the same skin share its shape. An exposure has two
+//! shapes, when the shutter opens and when it closes; vertices move in straight lines between.
 //!
 //! Held to this by the test module `gltf_shapes`.
 
@@ -22,25 +22,25 @@ use crate::error::Result;
 use crate::math::local_origin;
 use crate::scene::{MeshShape, SceneBuilder};
 
-/// Which vertices of a primitive are wanted.
+/// Vertices of a primitive that are to be read.
 pub(super) struct Wanted<'w> {
     pub primitive: &'w json::mesh::Primitive,
-    /// Where the primitive stands in the file.
+    /// Place of the primitive in the file.
     pub item: &'w str,
-    /// How many there are.
+    /// Number of vertices of the primitive.
     pub count: usize,
-    /// Those that triangles use.
+    /// Vertices that triangles use.
     pub range: Range<usize>,
 }
 
-/// What tells shapes of one mesh apart: the skin, and the bits of the weights at each moment; no
-/// weights where all are zero.
+/// Key of a shape of one mesh: the skin, and the bits of the weights at each moment; no weights
+/// where all are zero.
 pub(super) type ShapeKey = (Option<usize>, Vec<Vec<u32>>);
 
-/// A shape at each of the moments.
+/// Weights and skin of a mesh at each moment.
 #[derive(Default)]
 pub(super) struct Shape {
-    /// By moment; none at any if all are zero.
+    /// By moment; empty if all weights are zero.
     weights: Vec<Vec<f32>>,
     skin: Option<Skin>,
 }
@@ -51,23 +51,23 @@ struct Skin {
     joints: Rc<[Vec<DAffine3>]>,
 }
 
-/// What shapes follow at a time.
+/// Weights and transforms at a time.
 struct Moment {
-    /// Those that animations say.
+    /// Weights that are animated, by node.
     weights: BTreeMap<usize, Vec<f32>>,
-    /// Where all nodes are, if there are skins.
+    /// Transforms of all nodes to the world, if there are skins.
     places: Vec<DAffine3>,
 }
 
 /// The shapes of a document's nodes.
 pub(super) struct Shapes {
     moments: Vec<Moment>,
-    /// Those asked for so far.
+    /// Joints of the skins in use so far, by skin.
     skins: BTreeMap<usize, Rc<[Vec<DAffine3>]>>,
 }
 
 impl Shapes {
-    /// As of poses at one moment, or at several.
+    /// Shapes for the given poses, at one moment or several.
     pub fn new(source: &Source<'_>, moments: &[&Poses]) -> Result<Self> {
         let has_skins = !source.root.skins.is_empty();
         let moment = |poses: &&Poses| {

@@ -4,13 +4,13 @@
 //! J_k = M_k B_k     M = Σ w_k J_k / Σ w_k     p = M p₀     n ∥ cof(M) n₀ = det(M) M⁻ᵀ n₀
 //! ```
 //!
-//! with the transform `M_k` of joint `k` to the world as the scene has it at its time, and its
-//! inverse bind matrix `B_k`, in `f64`. `cof(M)` is there where `M` has no inverse; where it mirrors,
-//! the sign of `det(M)` is taken out again. The result is in world space: the transform of the node
-//! that has the skin counts for nothing.
+//! with the transform `M_k` of joint `k` to the world at the scene's time, and its inverse bind
+//! matrix `B_k`, in `f64`. `cof(M)` exists even where `M` has no inverse; where `M` mirrors, the
+//! sign of `det(M)` is removed. The result is in world space: the transform of the node with the
+//! skin has no effect.
 //!
 //! # Guarantee
-//! A joint that a vertex follows is one of the skin's, or it is an error. Weights are at least zero
+//! A vertex that follows a joint that the skin does not have is an error. Weights are at least zero
 //! and add up to one.
 //!
 //! # Held to this by
@@ -26,8 +26,8 @@ use super::source::Source;
 use crate::error::{Error, Result};
 use crate::scene::{MeshShape, NoteKind, SceneBuilder};
 
-/// Where the joints of a skin take what is bound to them: a map for each, to the world, as of where
-/// all nodes are.
+/// Transforms of the joints of a skin from bind space to the world, given the transforms of all
+/// nodes.
 pub(super) fn joints(
     source: &Source<'_>,
     skin: usize,
@@ -66,14 +66,15 @@ pub(super) fn joints(
     Ok(of_joint)
 }
 
-/// Which joints the vertices of a primitive follow: four of each set.
+/// Joints and weights of the vertices of a primitive: four of each set.
 pub(super) struct Influences {
-    /// By set and vertex.
+    /// Joint and weight, by set and vertex.
     sets: Vec<Vec<[(u32, f32); 4]>>,
 }
 
 impl Influences {
-    /// Those of a primitive with a skin of so many joints; none, with a note, if it has none.
+    /// Influences of a skin with `joints` joints on a primitive; none, with a note, if the
+    /// primitive has none.
     pub fn of(
         source: &Source<'_>,
         wanted: &Wanted<'_>,
@@ -154,7 +155,7 @@ impl Influences {
         places
     }
 
-    /// The mean of the maps that a vertex follows.
+    /// Weighted mean of the transforms of a vertex's joints.
     fn map(&self, joints: &[DAffine3], vertex: usize) -> DAffine3 {
         let (mut matrix3, mut translation, mut sum) = (DMat3::ZERO, DVec3::ZERO, 0.0);
         for &(joint, weight) in self.sets.iter().flat_map(|set| &set[vertex]).filter(|(_, w)| *w > 0.0) {
@@ -167,7 +168,7 @@ impl Influences {
     }
 }
 
-/// A normal as a linear map turns it, of about its length.
+/// Unit normal after a linear map; zero if the map leaves none.
 fn turned(map: &DMat3, normal: Vec3) -> Vec3 {
     let (a, b, c) = (map.x_axis, map.y_axis, map.z_axis);
     let cofactors = DMat3::from_cols(b.cross(c), c.cross(a), a.cross(b));

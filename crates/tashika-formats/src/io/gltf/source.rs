@@ -1,13 +1,13 @@
-//! The document with the bytes it refers to: buffers, buffer views, and what may be made of them.
+//! The document with the bytes that it refers to, and budgets of the data that they become.
 //!
-//! Input: a parsed file. Output: byte slices that lie inside buffers, which lie inside what the
-//! files really hold.
+//! Input: a parsed file. Output: byte slices within buffers, which lie within the bytes of the
+//! files.
 //!
 //! # Guarantee
 //! * A buffer is read when it is first needed, and once.
 //! * Buffers, decoded geometry and decoded images each stay below [`LoadOptions::max_file_bytes`]
 //!   in sum. A small file that names the same vertices or the same image a million times thus
-//!   cannot fill the memory, while whatever the user lets be read as one file may also be held.
+//!   cannot fill the memory, while data that may be read as one file always fit.
 //!
 //! # Held to this by
 //! `damaged_gltf::counts_beyond_the_bytes_present_are_refused`,
@@ -36,9 +36,9 @@ pub(super) struct Source<'a> {
     binary: Option<&'a [u8]>,
     buffers: Vec<OnceCell<Cow<'a, [u8]>>>,
     buffer_budget: Budget,
-    /// For vertices, triangles and instances.
+    /// Budget of vertices, triangles and instances (bytes).
     pub geometry_budget: Budget,
-    /// For texels.
+    /// Budget of texels (bytes).
     pub image_budget: Budget,
 }
 
@@ -58,7 +58,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// What the user permits.
+    /// Options with which the scene is loaded.
     pub fn options(&self) -> &LoadOptions {
         self.files.options()
     }
@@ -77,12 +77,12 @@ impl<'a> Source<'a> {
         ]
     }
 
-    /// A place in the file.
+    /// Location of an item in the file.
     pub fn at(&self, item: impl Into<String>) -> Location {
         Location::file(self.files.path()).item(item)
     }
 
-    /// The bytes of a buffer view, and the stride it asks for.
+    /// Bytes of a buffer view, and its stride (bytes), if one is given.
     pub fn view(&self, index: json::Index<json::buffer::View>) -> Result<(&[u8], Option<usize>)> {
         let view = &self.root.buffer_views[index.value()];
         let buffer = &self.root.buffers[view.buffer.value()];
@@ -102,11 +102,11 @@ impl<'a> Source<'a> {
                 format!("them to fit into the {} bytes of buffers[{}]", buffer.len(), view.buffer),
             ));
         };
-        // Both fit into memory because the buffer does.
+        // Both fit into `usize` because the buffer's length does.
         Ok((&buffer[offset as usize..end as usize], view.byte_stride.map(|s| s.0)))
     }
 
-    /// The bytes of a file that is named at `at`, or that its name itself has.
+    /// Bytes of the file or the `data:` URI `uri`, which stands at `at`.
     pub fn file(&self, uri: &str, at: &Location) -> Result<Cow<'_, [u8]>> {
         uri::fetch(self.files, uri, at).map(Cow::Owned)
     }

@@ -12,7 +12,7 @@
 //! extension turns the other way and contradicts its own example, which is the test here.)
 //!
 //! A sampler's `magFilter` chooses between the nearest texel and bilinear interpolation;
-//! `minFilter` has no use where each path looks at a point.
+//! `minFilter` has no use, because each path samples a point.
 //!
 //! # Held to this by
 //! The tests below; `gltf::textures_are_decoded_once_for_each_encoding`,
@@ -37,42 +37,42 @@ use crate::scene::{
     ImageId, ImageTexture, NoteKind, Pixels, Sampling, SceneBuilder, Texture, TextureId, UvTransform, Wrap,
 };
 
-/// Largest coefficient of a texture transform; beyond it neighbouring texels cannot be told apart
-/// in `f32`.
+/// Largest coefficient of a texture transform; beyond it, `f32` does not resolve neighbouring
+/// texels.
 const MAX_COEFFICIENT: f32 = 1e6;
 
 /// A texture in use.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct UsedTexture {
-    /// The lookup.
+    /// Lookup in the image.
     pub texture: TextureId,
-    /// Which of the mesh's sets of texture coordinates it wants.
+    /// Set of the mesh's texture coordinates for the lookup.
     pub uv_set: u32,
-    /// Whether every texel is opaque.
+    /// True if every texel is opaque.
     pub opaque: bool,
 }
 
-/// What an image is used for.
+/// Interpretation of an image's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Content {
-    /// Colours, through the sRGB curve.
+    /// Colours, decoded by the sRGB curve.
     Color,
-    /// Numbers, one a channel.
+    /// Independent numbers, one in each channel.
     Numbers,
     /// The number in this channel, 0 to 3, copied to red, green and blue: for products with other
-    /// textures, which are by channel.
+    /// textures, which are formed by channel.
     Spread(usize),
 }
 
-/// The images decoded so far; nothing where that failed.
+/// Images decoded so far, by index and content; none where decoding failed.
 #[derive(Debug, Default)]
 pub(super) struct Textures {
     images: BTreeMap<(usize, Content), Option<(ImageId, bool)>>,
 }
 
 impl Textures {
-    /// The texture that `info`, found at `item`, refers to, with an index in range; nothing, with a
-    /// note, if its image cannot be read.
+    /// Returns the texture that `info` names by an index, which must be in range; none, with a
+    /// note, if its image cannot be read. `item` is the place of `info` in the file.
     pub fn get(
         &mut self,
         source: &Source<'_>,
@@ -120,7 +120,7 @@ impl Textures {
     }
 }
 
-/// Decodes an image of the document and adds it; also tells whether it is opaque.
+/// Decodes an image of the document and adds it. The second value is true if every texel is opaque.
 fn decode(
     source: &Source<'_>,
     builder: &mut SceneBuilder,
@@ -150,7 +150,7 @@ fn spread(pixels: &mut Pixels, channel: usize) {
     match pixels {
         Pixels::Srgb8(texels) | Pixels::Linear8(texels) => to_colors(texels, channel),
         Pixels::Srgb16(texels) | Pixels::Linear16(texels) => to_colors(texels, channel),
-        // Without opacity, which is one.
+        // Images of floats have no opacity; it counts as one.
         Pixels::Float(texels) => {
             texels.iter_mut().for_each(|t| *t = [t.get(channel).copied().unwrap_or(1.0); 3]);
         }
@@ -172,7 +172,7 @@ fn wrap(mode: Checked<WrappingMode>) -> Wrap {
     }
 }
 
-/// The map, unless its coefficients are unusable.
+/// The transform, unless a coefficient is not finite or too large.
 fn transform(t: &json::extensions::texture::TextureTransform) -> Option<UvTransform> {
     let ([x, y], [sx, sy]) = (t.offset.0, t.scale.0);
     let (sin, cos) = sin_cos(t.rotation.0);
@@ -196,8 +196,8 @@ mod tests {
     #[test]
     fn the_extensions_example_shows_the_lower_left_quadrant_turned_clockwise() {
         let example = r#"{"offset":[0,1],"rotation":1.57079632679,"scale":[0.5,0.5]}"#;
-        // Corners of the quad from the top left, clockwise, see the corners of the quadrant turned
-        // by a quarter: its top left comes to the top right.
+        // The corners of the quad, clockwise from the top left, sample the corners of the quadrant
+        // turned by a quarter: the quadrant's top left appears at the top right.
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         let expected = [[0.0, 1.0], [0.0, 0.5], [0.5, 0.5], [0.5, 1.0]];
         for (uv, seen) in corners.into_iter().zip(expected) {

@@ -1,8 +1,8 @@
-//! What a URI in a glTF file stands for: bytes in the URI itself, or a file.
+//! Bytes that a URI in a glTF file stands for, in the URI itself or in a file.
 //!
 //! Input: the URI as written. Output: bytes. `data:` URIs[^rfc2397] carry base64[^rfc4648] or
 //! percent-encoded bytes[^rfc3986]; base64 may have line breaks, as in mail. Every other URI is a
-//! path relative to the scene file, percent-encoded as glTF asks (section 2.8), or plain as some
+//! path relative to the scene file, percent-encoded as in glTF (section 2.8), or plain as some
 //! exporters write it.
 //!
 //! # Limits
@@ -12,9 +12,10 @@
 //! The tests below.
 //!
 //! [^rfc2397]: Masinter. "The 'data' URL scheme." RFC 2397, 1998.
-//! [^rfc3986]: Berners-Lee, Fielding, Masinter. "Uniform Resource Identifier: Generic Syntax." RFC 3986,
-//!     2005, section 2.1.
-//! [^rfc4648]: Josefsson. "The Base16, Base32, and Base64 Data Encodings." RFC 4648, 2006, section 4.
+//! [^rfc3986]: Berners-Lee, Fielding, Masinter. "Uniform Resource Identifier: Generic Syntax."
+//!     RFC 3986, 2005, section 2.1.
+//! [^rfc4648]: Josefsson. "The Base16, Base32, and Base64 Data Encodings." RFC 4648, 2006,
+//!     section 4.
 
 use std::io::ErrorKind;
 
@@ -22,7 +23,7 @@ use crate::error::{Error, Location, Result};
 use crate::io::SceneFiles;
 use crate::io::notes::shown;
 
-/// The bytes that `uri`, found at `at`, stands for.
+/// Bytes that `uri`, which stands at `at`, refers to.
 pub(super) fn fetch(files: &SceneFiles, uri: &str, at: &Location) -> Result<Vec<u8>> {
     if let Some(data) = data_part(uri) {
         return decode_data(data, at);
@@ -44,18 +45,18 @@ pub(super) fn fetch(files: &SceneFiles, uri: &str, at: &Location) -> Result<Vec<
     }
 }
 
-/// Whether the URI carries its bytes itself.
+/// Returns true if the URI contains its bytes.
 pub(super) fn is_data(uri: &str) -> bool {
     data_part(uri).is_some()
 }
 
-/// What follows `data:`.
+/// Text after `data:`.
 fn data_part(uri: &str) -> Option<&str> {
     let (scheme, rest) = uri.split_at_checked(5)?;
     scheme.eq_ignore_ascii_case("data:").then_some(rest)
 }
 
-/// `http` of `http://…`; drive letters are not schemes.
+/// Scheme of a URI, such as `http` of `http://…`; drive letters are not schemes.
 fn scheme(uri: &str) -> Option<&str> {
     let (scheme, _) = uri.split_once(':')?;
     let known = |c: char| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.');

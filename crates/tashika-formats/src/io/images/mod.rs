@@ -1,13 +1,12 @@
 //! Decoding image files: PNG, JPEG, BMP, TIFF, TGA, Radiance HDR, OpenEXR and PFM.
 //!
-//! Input: the bytes of a file, and whether its integers are colours (sRGB) or numbers (linear).
+//! Input: the bytes of a file, and the meaning of its integers: colours (sRGB) or numbers (linear).
 //! Output: an [`Image`] of 16 bits a channel where the file has them, else of 8; floating-point
-//! formats are linear whatever the caller says, without opacity. Colour profiles and orientation
-//! tags are not read.
+//! formats are always linear, without opacity. Colour profiles and orientation tags are not read.
 //!
 //! # Guarantee
 //! An image of more than [`LoadOptions::max_image_texels`] is refused by its header, before memory
-//! is asked for. All texels are finite. NaN becomes zero. Infinities become the largest or the
+//! is allocated. All texels are finite. NaN becomes zero. Infinities become the largest or the
 //! least finite value of the image, or zero if that value has the other sign. Values below zero
 //! stay, because only the use of an image decides if they are heights or colours.
 //!
@@ -28,22 +27,22 @@ use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::scene::{Channel, Image, NoteKind, Notes, Pixels};
 
-/// What integers stand for.
+/// Meaning of integers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Encoding {
-    /// Colours, through the sRGB curve.
+    /// Colours, decoded by the sRGB curve.
     Srgb,
     /// Numbers: roughness, metalness, masks.
     Linear,
 }
 
-/// A decoded image, and what its users ask about it.
+/// A decoded image, with properties that its users need.
 #[derive(Debug)]
 pub(super) struct Decoded {
     pub image: Image,
-    /// Whether every texel is opaque.
+    /// True if every texel is opaque.
     pub opaque: bool,
-    /// Channel of a number, if it is not the luminance.
+    /// Channel from which a number is read, if it is not the luminance.
     pub lone: Option<Channel>,
     /// Texels that were replaced because they were not finite.
     not_finite: u64,
@@ -63,12 +62,12 @@ impl Decoded {
     }
 }
 
-/// What a decoder makes of a file: texels from the top row.
+/// Result of a decoder: texels from the top row.
 struct Picture {
     width: u32,
     height: u32,
     texels: Texels,
-    /// Channel of a number, if it is not the luminance.
+    /// Channel from which a number is read, if it is not the luminance.
     lone: Option<Channel>,
     /// Descriptions of differences from the meaning of the file.
     approximations: Vec<String>,
@@ -81,22 +80,22 @@ impl Picture {
     }
 }
 
-/// Texels as the file has them.
+/// Texels as stored in the file.
 enum Texels {
     Eight(Vec<[u8; 4]>),
     Sixteen(Vec<[u16; 4]>),
-    /// Linear; anything may be wrong with them.
+    /// Linear; may be negative, infinite or NaN.
     Floats(Vec<[f32; 3]>),
 }
 
-/// What is decoded, for messages.
+/// Formats that are decoded, for messages.
 const FORMATS: &str = "PNG, JPEG, BMP, TIFF, TGA, HDR, EXR or PFM";
 
-/// Decoders may hold this much besides the picture: tables, one row of tiles (bytes).
+/// Memory of decoders besides the picture: tables, one row of tiles (bytes).
 const DECODER_SLACK: u64 = 1 << 26;
 
-/// Decodes an image file; `name` is for messages and tells TGA, which has no signature, by its
-/// ending.
+/// Decodes an image file. `name` is for messages, and its ending identifies TGA, which has no
+/// signature.
 pub(super) fn decode(
     bytes: &[u8],
     name: &str,
@@ -154,11 +153,11 @@ pub(super) fn one_texel(name: &str, color: Rgb) -> Image {
     Image { name: name.to_owned(), width: 1, height: 1, pixels }
 }
 
-/// The formats of the `image` crate.
+/// Decodes the formats of the `image` crate.
 fn common(bytes: &[u8], format: ImageFormat, max_texels: u64) -> Result<Picture, String> {
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::default();
-    // Sixteen bytes a texel: RGBA in f32, the widest there is.
+    // Sixteen bytes a texel: RGBA in `f32`, the widest format.
     limits.max_alloc = Some(max_texels.saturating_mul(16).saturating_add(DECODER_SLACK));
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(|e| e.to_string())?;
@@ -203,7 +202,7 @@ fn repair(texels: &mut [[f32; 3]]) -> u64 {
     not_finite
 }
 
-/// The format by the file's signature, whatever its name; TGA has none and goes by the name.
+/// Format by the file's signature, whatever its name; TGA, which has no signature, by the name.
 fn format_of(bytes: &[u8], name: &str, at: &Location) -> Result<ImageFormat> {
     use ImageFormat::{Bmp, Hdr, Jpeg, Png, Tga, Tiff};
     match image::guess_format(bytes) {

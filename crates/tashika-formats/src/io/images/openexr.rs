@@ -1,5 +1,5 @@
-//! OpenEXR images as textures and environments: the flat part that has colours, by scan lines or
-//! tiles, of any sample type.
+//! OpenEXR images as textures and environments: a flat part with colours, in scan lines or tiles,
+//! of any sample type.
 //!
 //! # Windows
 //! The image is the **display window**. Texels of the data window outside of it are cut off; texels
@@ -14,14 +14,15 @@
 //! | 1 | `R`, `G`, `B` | as named |
 //! | 2 | `layer.R`, `layer.G`, `layer.B` | as named |
 //! | 3 | `Y`, then `layer.Y`, without an `X` beside it | grey |
-//! | 4 | some of `R`, `G`, `B`, then of a layer's | as named, 0 for those that are not there |
+//! | 4 | some of `R`, `G`, `B`, then of a layer's | as named, 0 for missing channels |
 //! | 5 | the only channel of a part, whatever its name | grey, with a note |
 //!
 //! Opacities and further channels are ignored. Colours with `chromaticities` other than those of
 //! Rec. 709 are converted to Rec. 709; white stays white.
 //!
 //! # Guarantee
-//! A display window takes no more than [`FREE_BYTES`], or [`MOST_PACKED`] bytes a byte of the file.
+//! A display window that is larger than the data window takes at most [`FREE_BYTES`], or
+//! [`MOST_PACKED`] bytes for each byte of the file if that is more.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -44,10 +45,10 @@ use crate::color::{Primaries, White, transformed};
 use crate::io::exr::check_claims;
 use crate::scene::Channel;
 
-/// First bytes of such a file.
+/// First bytes of an OpenEXR file.
 pub(super) const SIGNATURE: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
-/// Most channels of an image; chosen.
+/// Largest number of channels of a part; chosen.
 const MAX_CHANNELS: usize = 256;
 
 /// Bytes of texels permitted for every display window: 2048 × 2048.
@@ -57,7 +58,8 @@ const FREE_BYTES: u64 = 12 << 22;
 /// reaches.
 const MOST_PACKED: u64 = 2000;
 
-/// The texels from the top row, if there are no more than `max_texels`; what is wrong, otherwise.
+/// Decodes texels from the top row, if there are at most `max_texels`; the error describes the
+/// fault.
 pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Picture, String> {
     check_claims(Path::new(name), bytes).map_err(|e| e.to_string())?;
     let meta = MetaData::read_from_buffered(bytes, false).map_err(|e| e.to_string())?;
@@ -117,7 +119,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Pictur
     Ok(Picture { width, height, texels: Texels::Floats(texels), lone: colors.lone(), approximations })
 }
 
-/// Copies the texels of the data window to the display window. Returns also true if the two windows
+/// Copies the texels of the data window to the display window. The flag is true if the two windows
 /// are disjoint.
 fn in_window(
     display: IntegerBounds,
@@ -233,8 +235,8 @@ fn has_levels(header: &Header) -> bool {
     matches!(header.blocks, BlockDescription::Tiles(tiles) if tiles.level_mode != LevelMode::Singular)
 }
 
-/// Refuses files in which a tile is not of the level that the table of tiles says, which the reader
-/// takes for granted.
+/// Refuses files in which a tile states another level than the file's table, which the reader
+/// trusts.
 fn check_levels(bytes: &[u8]) -> Result<(), String> {
     const LARGEST: Vec2<usize> = Vec2(0, 0);
     let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(|e| e.to_string())?;
@@ -249,7 +251,7 @@ fn check_levels(bytes: &[u8]) -> Result<(), String> {
     Ok(())
 }
 
-/// The matrix, by rows, to Rec. 709; none where nothing changes.
+/// Matrix to Rec. 709, by rows; none if it is the identity.
 fn of_chromaticities(given: Option<Chromaticities>) -> Result<Option<[[f32; 3]; 3]>, String> {
     let Some(given) = given else { return Ok(None) };
     let [red, green, blue, white] =
@@ -257,7 +259,7 @@ fn of_chromaticities(given: Option<Chromaticities>) -> Result<Option<[[f32; 3]; 
     let primaries = Primaries { rgb: [red, green, blue], white };
     let rows = primaries.to_rec709(White::Adapted);
     let rows = rows.ok_or_else(|| format!("chromaticities {given:?} that span no colours"))?;
-    // Written with four digits, Rec. 709's are not told from others.
+    // Rec. 709's own primaries, written with four digits, count as the identity.
     let is_identity = |(i, row): (usize, &[f32; 3])| {
         row.iter().enumerate().all(|(j, v)| (v - f32::from(u8::from(i == j))).abs() < 1e-3)
     };

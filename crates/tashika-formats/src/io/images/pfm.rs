@@ -1,17 +1,18 @@
-//! Portable float maps: `PF` (colour) or `Pf` (grey), width, height, a scale whose sign tells the
+//! Portable float maps: `PF` (colour) or `Pf` (grey), width, height, a scale whose sign gives the
 //! byte order (negative: the least significant byte first), then rows from the bottom up.
 //!
-//! There is no specification. Values are multiplied by the size of the scale, which most programs
-//! write as 1. Tested in [`super`].
+//! There is no specification. Values are multiplied by the magnitude of the scale, which most
+//! programs write as 1. Tested in [`super`].
 
 use super::{Picture, Texels};
 
-/// Whether the bytes are such a file.
+/// Returns true if the bytes begin like a float map.
 pub(super) fn matches(bytes: &[u8]) -> bool {
     matches!(bytes, [b'P', b'F' | b'f', b' ' | b'\t' | b'\r' | b'\n', ..])
 }
 
-/// The texels from the top row, if there are no more than `max_texels`; what is wrong, otherwise.
+/// Decodes texels from the top row, if there are at most `max_texels`; the error describes the
+/// fault.
 pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Picture, String> {
     let channels = if bytes[1] == b'F' { 3 } else { 1 };
     let mut rest = &bytes[2..];
@@ -20,7 +21,7 @@ pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Picture, String> {
         let length = rest[start..].iter().position(u8::is_ascii_whitespace);
         let Some(length) = length else { return Err(format!("no {name} in its header")) };
         let word = String::from_utf8_lossy(&rest[start..start + length.min(40)]).into_owned();
-        // One blank ends the header; what follows are numbers.
+        // One blank ends the header; the numbers follow.
         rest = &rest[start + length + 1..];
         Ok(word)
     };

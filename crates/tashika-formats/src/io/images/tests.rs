@@ -1,4 +1,4 @@
-//! Tests of every format but OpenEXR against exact values, and with damaged files.
+//! Tests of every format except OpenEXR against exact values, and with damaged files.
 
 use ::exr::prelude::f16;
 use image::{ImageBuffer, Luma, LumaA, Rgb, Rgba};
@@ -75,7 +75,7 @@ fn eight_bits_stay_eight() {
     assert!(matches!(image.pixels, Pixels::Srgb8(t) if t == [[1, 2, 3, 4]]));
 }
 
-/// Size and texels of a floating-point image, and how many of them were repaired.
+/// Size and texels of a floating-point image, and the number of repaired texels.
 pub(super) fn floats(bytes: &[u8]) -> ([u32; 2], Vec<[f32; 3]>, u64) {
     let decoded = decoded(bytes, "a").unwrap();
     let mut notes = Notes::default();
@@ -156,8 +156,8 @@ fn more_texels_than_permitted_are_refused_and_other_formats_named() {
     assert!(matches!(decoded(b"", "a.png"), Err(Error::Invalid { .. })));
 }
 
-/// A TIFF file of one image after another: width, height, tile, bits, sample format (1 unsigned, 3
-/// floating point), samples a texel, samples that are opacity (1 multiplied, 2 straight), planar.
+/// An image in a TIFF file: width, height, tile, bits, sample format (1 unsigned, 3 floating
+/// point), samples a texel, kind of an extra sample (1 opacity multiplied, 2 straight), planar.
 struct Tiff {
     size: [u32; 2],
     /// Side of a tile; strips of one row otherwise.
@@ -172,10 +172,11 @@ struct Tiff {
 const TILED: Tiff =
     Tiff { size: [7, 5], tile: Some(4), bits: 8, format: 1, samples: 3, extra: None, planar: false };
 
-/// The bytes; `value` gives the bits of a sample at a texel, by image, as little-endian bytes.
+/// Bytes of a file of these images; `value(image, x, y, sample)` is a sample in little-endian
+/// bytes.
 fn tiff(images: &[Tiff], value: impl Fn(usize, u32, u32, u16) -> Vec<u8>) -> Vec<u8> {
     let mut bytes = b"II\x2a\0\0\0\0\0".to_vec();
-    // Where the address of the next directory is written.
+    // Position of the address of the next directory.
     let mut link = 4;
     for (number, image) in images.iter().enumerate() {
         let ([width, height], side) = (image.size, image.tile);
@@ -188,7 +189,7 @@ fn tiff(images: &[Tiff], value: impl Fn(usize, u32, u32, u16) -> Vec<u8>) -> Vec
                     let mut raw = Vec::new();
                     for (y, x) in (top..top + down).flat_map(|y| (left..left + across).map(move |x| (y, x))) {
                         let samples = if image.planar { plane..plane + 1 } else { 0..image.samples };
-                        // Beyond the picture tiles are filled with anything.
+                        // Beyond the picture, tiles may contain anything.
                         let (x, y) = (x.min(width - 1), y.min(height - 1));
                         raw.extend(samples.flat_map(|sample| value(number, x, y, sample)));
                     }
@@ -246,7 +247,7 @@ fn tiff(images: &[Tiff], value: impl Fn(usize, u32, u32, u16) -> Vec<u8>) -> Vec
     bytes
 }
 
-/// A number that tells samples apart, below 128.
+/// A number below 128 that identifies a sample.
 fn number(x: u32, y: u32, sample: u16) -> u16 {
     (y * 7 + x) as u16 * 3 + sample
 }
@@ -277,7 +278,7 @@ fn tiled_tiffs_give_their_largest_level_in_every_depth() {
                 .zip(&expected)
                 .all(|(t, [r, g, b])| { *t == [r + 1000, g + 1000, b + 1000, 0xffff] })
         );
-        // A quarter of each number, which halves have too.
+        // A quarter of each number, which 16-bit floats represent exactly.
         let floats: Vec<[f32; 3]> = expected.iter().map(|e| e.map(|v| f32::from(v) * 0.25)).collect();
         let quarter = |v: u16| f32::from(v) * 0.25;
         for (bits, value) in [
@@ -306,7 +307,7 @@ fn samples_of_tiffs_are_grey_colour_and_opacity_as_the_file_says() {
     assert_eq!(texel(&[9, 50], Some(0)), [9, 9, 9, 255], "anything else");
     assert_eq!(texel(&[1, 2, 3, 50], Some(2)), [1, 2, 3, 50]);
     assert_eq!(texel(&[1, 2, 3, 50], None), [1, 2, 3, 50]);
-    // By 51 of 255 multiplied: divided by a fifth, to the nearest; never above the largest.
+    // Colours multiplied by an opacity of 51/255 are divided by a fifth, rounded, and at most 255.
     assert_eq!(texel(&[10, 11, 60, 51], Some(1)), [50, 55, 255, 51]);
     assert_eq!(texel(&[1, 2, 3, 0], Some(1)), [1, 2, 3, 0]);
     for (image, part) in [
@@ -341,7 +342,7 @@ fn damaged_tiffs_are_refused_or_read() {
             }
         }
     }
-    // One tile of 16384² texels in a file of 300 bytes: refused before memory is asked for.
+    // One tile of 16384² texels in a file of 300 bytes: refused before memory is allocated.
     let mut huge = tiff(&[Tiff { size: [1, 1], ..TILED }], |_, _, _, _| vec![0]);
     for tag in [256_u16, 257, 322, 323] {
         let field = [tag.to_le_bytes(), 4_u16.to_le_bytes()].concat();

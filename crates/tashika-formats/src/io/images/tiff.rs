@@ -1,16 +1,16 @@
-//! TIFF images, and those that `maketx` writes (`.tx`): strips or tiles, interleaved or plane by
+//! TIFF images, including those of `maketx` (`.tx`): strips or tiles, interleaved or plane by
 //! plane, of 8, 16 or 32 bits.
 //!
-//! Only the first image of a file is read, which in mip-mapped ones is the largest level. Of three
-//! samples a texel and more, the first three are colour, in files of greys the first is; opacity is
-//! the sample after them if the file says so, and colours that were multiplied by it are divided by
-//! it. Integers of 8 and of 16 bits stay what they are, floating point of 16, 32 and 64 bits becomes
-//! 32. What else there is (bilevel, CMYK) is left to the `image` crate. Two layouts are refused,
-//! which the `tiff` crate (0.11) reads wrongly or not without a panic: planes in tiles that reach
-//! beyond the last row, and colours with samples beside them that are no opacity.
+//! Only the first image of a file is read, which in mip-mapped files is the largest level. If a
+//! texel has three samples or more, the first three are its colour; in grey files the first one is.
+//! The next sample is opacity if the file declares it; colours that were multiplied by opacity are
+//! divided by it. Integers of 8 and 16 bits are unchanged; floating point of 16, 32 and 64 bits
+//! becomes 32. Other kinds (bilevel, CMYK) are left to the `image` crate. Two layouts are refused
+//! because the `tiff` crate (0.11) misreads them or panics: planes in tiles that reach beyond the
+//! last row, and colours with further samples that are not opacity.
 //!
 //! # Guarantee
-//! No memory for more than [`MOST_PACKED`] bytes a byte of the file. Tested in [`super`].
+//! No more than [`MOST_PACKED`] bytes are allocated for each byte of the file. Tested in [`super`].
 
 use std::io::Cursor;
 
@@ -20,16 +20,16 @@ use ::tiff::tags::{ExtraSamples, Tag};
 
 use super::{DECODER_SLACK, Picture, Texels};
 
-/// How many bytes of texels a byte of a file may hold: LZW reaches 1335 with its longest strings,
-/// Deflate 1032, JPEG 512 with blocks of two bits.
+/// Largest number of bytes of texels for each byte of a file: LZW reaches 1335 with its longest
+/// strings, Deflate 1032, JPEG 512 with blocks of two bits.
 const MOST_PACKED: u64 = 2000;
 
-/// The texels from the top row, if there are no more than `max_texels`; what is wrong, otherwise.
-/// Nothing for kinds that are left to others.
+/// Decodes texels from the top row, if there are at most `max_texels`; the error describes the
+/// fault. Returns none for kinds that are left to the `image` crate.
 pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Option<Picture>, String> {
     let [width, height, samples] = claims(bytes).unwrap_or([1; 3]);
     super::check_size(width, height, max_texels)?;
-    // The decoder multiplies the two before it knows anything of them.
+    // The decoder multiplies the two before it checks them.
     if height.saturating_mul(samples) > u64::from(u32::MAX) {
         return Err(format!("{height} rows of {samples} samples a texel"));
     }
@@ -66,7 +66,7 @@ pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Option<Picture>, S
         Some(Some(ExtraSamples::AssociatedAlpha)) => Alpha::Multiplied,
         Some(Some(ExtraSamples::UnassociatedAlpha)) => Alpha::Straight,
         Some(_) => Alpha::None,
-        // Four samples of colour, of which nothing is said, are taken for three and opacity.
+        // Four samples of colour without a declared opacity count as three and opacity.
         None if matches!(color, ColorType::RGBA(_)) => Alpha::Straight,
         None => Alpha::None,
     };
@@ -90,8 +90,8 @@ pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Option<Picture>, S
     Ok(Some(Picture::new(width, height, texels)))
 }
 
-/// Width, height and samples a texel of the first image, the largest where they are said more than
-/// once; nothing where the file ends before.
+/// Width, height and samples a texel of the first image, each the largest if the file gives
+/// several; none if the file ends before them.
 fn claims(bytes: &[u8]) -> Option<[u64; 3]> {
     let number = |at: u64, size: usize| {
         let at = usize::try_from(at).ok()?;
@@ -124,7 +124,7 @@ fn claims(bytes: &[u8]) -> Option<[u64; 3]> {
     Some(claims)
 }
 
-/// What the sample after the colours is.
+/// Meaning of the sample after the colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Alpha {
     None,
@@ -133,18 +133,18 @@ enum Alpha {
     Multiplied,
 }
 
-/// Where the samples of a texel are.
+/// Arrangement of the samples of texels.
 struct Arranged {
     texels: usize,
     /// 1 or 3.
     colors: usize,
     alpha: Alpha,
-    /// More than one: plane by plane.
+    /// Number of planes; if more than one, samples are stored plane by plane.
     planes: usize,
 }
 
 impl Arranged {
-    /// Texel by texel, what `at` makes of its samples by number.
+    /// Applies `at` to each texel, given the texel's samples by index.
     fn map<T: Copy, R>(&self, all: &[T], at: impl Fn(&dyn Fn(usize) -> T) -> R) -> Result<Vec<R>, String> {
         let samples = all.len() / self.texels;
         let least = self.colors + usize::from(self.alpha != Alpha::None);
@@ -155,7 +155,8 @@ impl Arranged {
         Ok((0..self.texels).map(|i| at(&|sample| all[i * of_texel + sample * of_sample])).collect())
     }
 
-    /// Integers with opacity, colours not multiplied by it; `opaque` is the largest.
+    /// Integers with opacity. Colours that were multiplied by opacity are divided by it; `opaque`
+    /// is the largest integer.
     fn with_opacity<T: Copy + Into<u64> + TryFrom<u64>>(
         &self,
         all: &[T],

@@ -1,5 +1,5 @@
-//! Lights that a user asks for beside, or instead of, those of a scene file: `--environment` and
-//! `--light`.
+//! Lights that a user adds to those of a scene file, and an environment in place of the scene's:
+//! `--environment` and `--light`.
 //!
 //! ```text
 //! environment   FILE[,scale=S][,rotate=DEG][,up=z]          a latitude-longitude image, instead of the scene's environment
@@ -9,10 +9,11 @@
 //!               ies:FILE@X,Y,Z[,scale=S][,rotate=DEG][,up=z]
 //! ```
 //!
-//! Up is `+y`, or `+z` where that is said; north is `−z`, or `+y`; east is `+x`. The azimuth of the
-//! sun is from north over east. The middle of an image is north, its right half east; `rotate`
-//! turns it, or a lamp, counterclockwise as seen from above. Sun and sky are those of
-//! [`scene::sky`](crate::scene::sky), of turbidity 3 unless another is said; a lamp is that of [`ies`](super::ies), `C = 0°` to the east.
+//! Up is `+y`, or `+z` with `up=z`; north is `−z`, or `+y`; east is `+x`. The azimuth of the sun
+//! grows from north to east. The middle of an image is north, and its right half is east; `rotate`
+//! turns an image or a lamp counterclockwise as seen from above. Sun and sky are those of
+//! [`scene::sky`](crate::scene::sky), with turbidity 3 by default. A lamp is read by
+//! [`ies`](super::ies), with `C = 0°` to the east.
 //!
 //! Held to this by the tests below and by `suite::light_changes`.
 
@@ -35,26 +36,26 @@ use crate::math::elementary::sin_cos;
 use crate::scene::sky::Sky;
 use crate::scene::{Emitter, Environment, Lamp, NoteKind, Notes, Scene, below_zero_message};
 
-/// Size of the image of a sky (texels).
+/// Size of a sky's image (texels).
 const SKY_RESOLUTION: [u32; 2] = [512, 256];
 
-/// Lights that a user asks for.
+/// Changes that a user makes to the lights of a scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightChanges {
-    /// Instead of the scene's environment.
+    /// Replacement for the scene's environment.
     pub environment: Option<AskedEnvironment>,
-    /// Beside the scene's lights.
+    /// Lights added to those of the scene.
     pub lights: Vec<AskedLight>,
 }
 
-/// An environment that a user asks for.
+/// Environment requested by a user.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AskedEnvironment {
     source: Source,
     turned: Turned,
 }
 
-/// A light that a user asks for.
+/// Light requested by a user.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AskedLight(LightKind);
 
@@ -71,7 +72,7 @@ enum LightKind {
     Ies { file: PathBuf, position: [f64; 3], turned: Turned },
 }
 
-/// Where the sun is (degrees), through which air.
+/// Position of the sun (degrees) and turbidity of the air.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Sun {
     elevation: f32,
@@ -79,7 +80,7 @@ struct Sun {
     turbidity: f32,
 }
 
-/// How bright, how turned (degrees), which axis is up.
+/// Scale, rotation (degrees) and up axis of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Turned {
     scale: f32,
@@ -88,7 +89,7 @@ struct Turned {
 }
 
 impl Turned {
-    /// From a frame with `+y` up to the world.
+    /// Rotation to the world from a frame with `+y` up.
     fn to_world(self) -> Mat3 {
         let (sin, cos) = sin_cos(self.rotate.to_radians());
         let about_up = Mat3::from_cols(Vec3::new(cos, 0.0, -sin), Vec3::Y, Vec3::new(sin, 0.0, cos));
@@ -106,18 +107,18 @@ impl Sun {
 }
 
 impl LightChanges {
-    /// Whether nothing is asked for.
+    /// Returns true if there is no change.
     pub fn is_empty(&self) -> bool {
         self.environment.is_none() && self.lights.is_empty()
     }
 
-    /// The files that are named.
+    /// Returns the files of all changes.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         let of_environment = self.environment.iter().filter_map(AskedEnvironment::file);
         of_environment.chain(self.lights.iter().filter_map(AskedLight::file))
     }
 
-    /// The scene in this light.
+    /// Returns the scene with these changes.
     ///
     /// # Errors
     /// Files that cannot be read or are no images or lamps; light that is not finite.
@@ -185,7 +186,7 @@ impl AskedEnvironment {
         }
     }
 
-    /// The same, its file as others name it who are elsewhere.
+    /// Returns the environment with an absolute path of its file, which is valid in any folder.
     ///
     /// # Errors
     /// [`Error::Io`] if there is no current folder.
@@ -197,7 +198,7 @@ impl AskedEnvironment {
         Ok(Self { source, ..*self })
     }
 
-    /// In words, without the folder of its file, which is another on every machine.
+    /// Text of the environment with its file's name alone: folders differ between machines.
     fn named_by_file(&self) -> String {
         let file = self.file().map(|file| Source::File(file_name(file).into()));
         Self { source: file.unwrap_or_else(|| self.source.clone()), ..*self }.to_string()
@@ -242,11 +243,11 @@ fn file_name(file: &Path) -> String {
     file.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// What an environment may be.
+/// Accepted forms of an environment, for messages.
 const ENVIRONMENTS: &str =
     "FILE[,scale=S][,rotate=DEG][,up=z] or sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]";
 
-/// What a light may be.
+/// Accepted forms of a light, for messages.
 const LIGHTS: &str = "sun:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z], point:X,Y,Z,WATTS or \
     ies:FILE@X,Y,Z[,scale=S][,rotate=DEG][,up=z]";
 

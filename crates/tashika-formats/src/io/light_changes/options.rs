@@ -1,4 +1,4 @@
-//! `name=value`, as lights have them when they are typed.
+//! Options `name=value` in the text of a light.
 
 use super::{Sun, Turned};
 use crate::scene::sky::{MAX_TURBIDITY, MIN_TURBIDITY};
@@ -6,7 +6,7 @@ use crate::scene::sky::{MAX_TURBIDITY, MIN_TURBIDITY};
 /// Largest factor on a light.
 const MAX_SCALE: f32 = 1e30;
 
-/// A finite number.
+/// Parses a finite number in single precision.
 pub(super) fn number(text: &str) -> Result<f32, String> {
     let number = text.trim().parse::<f32>().ok().filter(|v| v.is_finite());
     number.ok_or_else(|| format!("{text:?} is no number"))
@@ -18,14 +18,15 @@ pub(super) fn wide_number(text: &str) -> Result<f64, String> {
     text.trim().parse().map_err(|_| format!("{text:?} is no number"))
 }
 
-/// Options of the form `name=value`.
+/// Options of a light, in the form `name=value`.
 pub(super) struct Options<'t>(Vec<(&'t str, &'t str)>);
 
 impl<'t> Options<'t> {
-    /// The names that there are.
+    /// Every option that some light accepts.
     const NAMES: [&'static str; 6] = ["elevation", "azimuth", "turbidity", "scale", "rotate", "up"];
 
-    /// What stands before the options at the end of a text, and these: file names may have commas.
+    /// Splits a text into the part before its options and the options, last first. File names may
+    /// contain commas.
     pub(super) fn behind(text: &'t str) -> (&'t str, Vec<&'t str>) {
         let (mut before, mut options) = (text, Vec::new());
         while let Some((rest, last)) = before.rsplit_once(',') {
@@ -38,7 +39,7 @@ impl<'t> Options<'t> {
         (before, options)
     }
 
-    /// Options, each at most once.
+    /// Splits options into names and values; each may be given once.
     pub(super) fn of(words: impl IntoIterator<Item = &'t str>) -> Result<Self, String> {
         let mut options: Vec<(&str, &str)> = Vec::new();
         for word in words {
@@ -63,7 +64,7 @@ impl<'t> Options<'t> {
         if (lo..=hi).contains(&value) { Ok(value) } else { Err(format!("{name} from {lo} to {hi}")) }
     }
 
-    /// Where the sun is.
+    /// Takes the position of the sun and the turbidity of the air.
     pub(super) fn sun(&mut self) -> Result<Sun, String> {
         Ok(Sun {
             elevation: self.number("elevation", [0.0, 90.0], None)?,
@@ -72,7 +73,8 @@ impl<'t> Options<'t> {
         })
     }
 
-    /// The last ones; nothing may be left.
+    /// Takes the options of [`Turned`], `rotate` only if `rotates`; any other option left is an
+    /// error.
     pub(super) fn turned(&mut self, rotates: bool) -> Result<Turned, String> {
         let turned = Turned {
             scale: self.number("scale", [0.0, MAX_SCALE], Some(1.0))?,

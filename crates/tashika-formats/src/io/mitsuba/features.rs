@@ -1,10 +1,10 @@
-//! What Mitsuba files may name, and what becomes of it.
+//! Features of Mitsuba files, and their support.
 //!
 //! Held to this by `suite::mitsuba::every_feature_gives_the_note_that_its_row_promises`.
 
 use crate::io::features::{Feature, Support, table};
 
-/// What the Mitsuba loader knows.
+/// Features by kind, for the loader and the guide.
 pub(in crate::io) const FEATURES: &[Feature] = table! {
     "material" => {
         "diffuse", Full, "Lambertian";

@@ -3,9 +3,11 @@
 //! | value | as a reflectance | as a radiance |
 //! |---|---|---|
 //! | `rgb` | itself, clamped to 0 to 1 | itself |
-//! | `spectrum`, one number `c` | grey `c` | before version 3 grey `c`, since then equal energy, `c (1.205, 0.948, 0.909)` |
-//! | `spectrum`, samples | colour under equal energy, white adapted | integral with the CIE's observer of 1931, not adapted |
+//! | `spectrum`, one number `c` | grey `c` | grey `c`; since version 3 equal energy |
+//! | `spectrum`, samples | colour under equal energy, white adapted | integral, not adapted |
 //! | `blackbody` | | Planck's law in W·m⁻²·sr⁻¹·nm⁻¹, as `spectrum` |
+//!
+//! Equal energy is `c (1.205, 0.948, 0.909)`; integrals are with the CIE's observer of 1931.
 //!
 //! Texture coordinates of Mitsuba run down from an image's top row, as they do here: `to_uv` is
 //! used as it is. A checkerboard has two by two squares in the unit square, the first colour at
@@ -29,7 +31,7 @@ use crate::scene::{
     Channel, ColorInput, FloatInput, ImageTexture, Lookup, NoteKind, Sampling, Texture, UvTransform, Wrap,
 };
 
-/// Reflectance of what cannot be read.
+/// Reflectance in place of one that cannot be read.
 pub(super) const GREY: Rgb = Rgb::gray(mixes::GREY);
 
 /// Wavelengths at which Planck's law is sampled (nm): first, last, step.
@@ -38,18 +40,18 @@ const BLACKBODY_NM: [u16; 3] = [360, 830, 5];
 /// Equal energy, `X = Y = Z = 1`, in linear Rec. 709 (ITU-R BT.709-6).
 const EQUAL_ENERGY: Rgb = Rgb::new(1.204_784, 0.948_301, 0.908_843);
 
-/// What a colour stands for.
+/// Physical meaning of a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Quantity {
     /// From 0 to 1.
     Reflectance,
     /// Emitted.
     Radiance,
-    /// Anything from 0: indices of refraction.
+    /// At least 0, such as an index of refraction.
     Number,
 }
 
-/// A texture in use, with the channel that numbers are taken from.
+/// A converted texture or colour, with the channel from which numbers are read.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Textured {
     pub(super) color: ColorInput,
@@ -75,7 +77,7 @@ impl Textured {
 }
 
 impl Translation<'_> {
-    /// The colour of a parameter: the first of `names` that is there, else `missing`.
+    /// Colour of the first parameter among `names` that exists, else `missing`.
     pub(super) fn color(
         &mut self,
         object: &Object,
@@ -86,7 +88,8 @@ impl Translation<'_> {
         Ok(self.textured(object, names, quantity)?.map_or(missing.into(), |t| t.color))
     }
 
-    /// As [`Self::color`], where only a constant is of use: a texture counts as its factor.
+    /// As [`Self::color`], for inputs that must be constant: a texture becomes half its factor,
+    /// with a note.
     pub(super) fn constant_color(
         &mut self,
         object: &Object,
@@ -108,7 +111,7 @@ impl Translation<'_> {
         Ok(input.factor)
     }
 
-    /// The number of a parameter.
+    /// Reads the number of a parameter, or its texture.
     pub(super) fn float(&mut self, object: &Object, name: &str, missing: f32) -> Result<FloatInput> {
         Ok(self.textured(object, &[name], Quantity::Number)?.map_or(missing.into(), Textured::number))
     }
@@ -126,11 +129,11 @@ impl Translation<'_> {
         Ok(None)
     }
 
-    /// The colour, moved into the range of what it stands for, with a note.
+    /// Clamps a colour to the range of its quantity, with a note.
     fn in_range(&mut self, color: Rgb, quantity: Quantity, at: &Location) -> Rgb {
         let largest = if quantity == Quantity::Reflectance { 1.0 } else { f32::MAX };
         let clamped = color.map(|c| c.clamp(0.0, largest));
-        // Colours outside of the gamut of Rec. 709 and rounding are nothing to tell.
+        // Rounding, and radiances outside of the gamut of Rec. 709, are not noted.
         let moved = color.zip(clamped, |a, b| (a - b).abs()).max_channel();
         if moved > 0.01 && quantity != Quantity::Radiance || color.max_channel() < 0.0 {
             let message = "colours out of their range: moved into it";
@@ -139,7 +142,7 @@ impl Translation<'_> {
         clamped
     }
 
-    /// A texture in use.
+    /// Converts a texture, once for each quantity.
     ///
     /// # Errors
     /// [`Error::Invalid`] if it refers to itself.
@@ -211,7 +214,7 @@ impl Translation<'_> {
         })
     }
 
-    /// A `scale` without nested texture: the product of two colours.
+    /// Product of two colours: a `scale` without nested texture.
     fn colour_of_scale(
         &mut self,
         object: &Object,
@@ -248,7 +251,7 @@ impl Translation<'_> {
         Ok(Textured { color: whole(self.builder.add_texture(node)?), channel })
     }
 
-    /// How a bitmap is looked up.
+    /// Sampling and wrapping of a bitmap.
     pub(super) fn lookup(&mut self, object: &Object) -> Result<Lookup> {
         let sampling = match object.text("filter_type").map(str::to_ascii_lowercase).as_deref() {
             Some("nearest") => Sampling::Nearest,
@@ -263,7 +266,8 @@ impl Translation<'_> {
         Ok(Lookup { sampling, wrap: [self.wrap(u, object)?, self.wrap(v, object)?] })
     }
 
-    /// Whether a texture is an image that is not opaque everywhere, of which no channel is chosen.
+    /// Returns true if a texture is an image that is not opaque everywhere and no channel is
+    /// chosen.
     pub(super) fn has_alpha(&mut self, object: &Object) -> Result<bool> {
         let reference =
             object.text("filename").filter(|_| object.plugin == "bitmap" && object.text("channel").is_none());
@@ -288,13 +292,13 @@ impl Translation<'_> {
     }
 }
 
-/// What the integers of an image stand for.
+/// Encoding of the integers in an image.
 pub(super) fn encoding(object: &Object) -> Encoding {
     let raw = object.boolean("raw").unwrap_or(false) | (object.float("gamma") == Some(1.0));
     if raw { Encoding::Linear } else { Encoding::Srgb }
 }
 
-/// The colour of a value; `None` if it is of another type.
+/// Colour of a value; `None` if the value is of a type without colour.
 pub(super) fn rgb_of(value: &Value, quantity: Quantity) -> Option<Rgb> {
     let samples = |samples: &[(f32, f32)]| match quantity {
         Quantity::Radiance => rgb_of_emission(samples),

@@ -20,7 +20,7 @@ const REGISTRY: &[&str] = &["sigma_t", "albedo", "sigma_a", "sigma_s", "scale", 
 const DAY: &[&str] =
     &["latitude", "longitude", "timezone", "year", "month", "day", "hour", "minute", "second"];
 
-/// All rows.
+/// Parameters of Mitsuba 0.6 and 3, by class and plugin.
 const ROWS: &[Row] = &[
     (Integrator, &[], &["max_depth", "min_depth", "rr_depth", "strict_normals", "hide_emitters", "timeout"]),
     (Integrator, &[], &["emitter_samples", "bsdf_samples", "shading_samples", "samples_per_pass", "aovs"]),

@@ -4,13 +4,13 @@
 //!   quarters of `cutoff_angle` if absent) to `cutoff_angle`, both measured from the axis.
 //! * An environment map has its pole at `+y`, with `−z` at `u = 0` and `+x` at `u = 0.25`: half a
 //!   turn from the frame of [`Environment::lat_long`]. Mitsuba's rows reach from pole to pole
-//!   (`θ = π y / (h − 1)`), those here are centred in their `1/h` of the way: up to half a row
-//!   differs.
+//!   (`θ = π y / (h − 1)`), while each row here is centred in its `1/h` of the way: they differ by
+//!   up to half a row.
 //! * `sky`, `sun`, `sunsky` are [`Sky`]. Before Mitsuba 3 up is `+y`, east `+x`, south `+z`; since
 //!   then up is `+z`, south `+x`, west `+y`. Place and time give the sun's direction by
 //!   [`sun`](super::sun), in the frame of the light.
 //!
-//! Constant environments add up; of others the first one is seen.
+//! Constant environments add up; of other environments the first one is seen.
 //!
 //! Held to this by `suite::mitsuba`; axes and falloff were compared with Mitsuba 3.9's own.
 
@@ -27,7 +27,7 @@ use crate::math::elementary::sin_cos;
 use crate::scene::sky::{MAX_TURBIDITY, MIN_TURBIDITY, Sky};
 use crate::scene::{Emitter, Environment, Falloff, FalloffShape, NoteKind};
 
-/// Size of the image of a sky (texels).
+/// Size of a sky's image (texels).
 const SKY_RESOLUTION: [u32; 2] = [512, 256];
 
 /// Least difference of the cosines between which a spot fades.
@@ -37,7 +37,7 @@ impl<'a> Translation<'a> {
     /// Adds a light of the scene.
     pub(super) fn add_light(&mut self, object: &'a Object) -> Result<()> {
         if object.plugin == "area" {
-            // Shapes refer to it.
+            // Converted by the shapes that refer to it.
             object.accept_all();
             return Ok(());
         }
@@ -84,7 +84,7 @@ impl<'a> Translation<'a> {
         }
     }
 
-    /// Hands the environments over.
+    /// Sets the environment of the scene.
     pub(super) fn finish_environments(&mut self) -> Result<()> {
         if self.environments.hides_constant() {
             let at = crate::error::Location::file(self.files.path());
@@ -185,14 +185,14 @@ impl<'a> Translation<'a> {
         Ok(())
     }
 
-    /// A direction by place and time (east, up, south) in the frame of [`Sky`], whose azimuth is
-    /// free.
+    /// Converts a direction by place and time (east, up, south) to the frame of [`Sky`], whose
+    /// azimuth is arbitrary.
     fn by_place_and_time(&self, d: Vec3) -> Vec3 {
         // South, west, up is a left-handed frame: the azimuths run the other way round.
         if self.document.version.0 >= 3 { Vec3::new(d.z, d.y, d.x) } else { d }
     }
 
-    /// From the frame of [`Sky`], `+y` up, to that of the format's daylight.
+    /// Rotation from the frame of [`Sky`], `+y` up, to that of the format's daylight.
     fn upright(&self) -> Mat3 {
         if self.document.version.0 >= 3 {
             Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::NEG_Y)
@@ -201,7 +201,7 @@ impl<'a> Translation<'a> {
         }
     }
 
-    /// Whether shapes may take this as their light.
+    /// Returns true for a light that shapes may have.
     pub(super) fn is_shape_light(object: &Object) -> bool {
         object.class == Class::Emitter && matches!(object.plugin.as_str(), "area" | "directionalarea")
     }

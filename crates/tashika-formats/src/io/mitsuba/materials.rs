@@ -1,8 +1,8 @@
-//! `<bsdf>`s into materials: those that contain others, and what they become together.
+//! Conversion of `<bsdf>`s that contain others to materials.
 //!
 //! | Mitsuba | here |
 //! |---|---|
-//! | `twosided` | its material on both sides, or one on each; others are black behind |
+//! | `twosided` | its material on both sides, or one on each; other backs are black |
 //! | `mask` | [`Alpha`] |
 //! | `bumpmap`, `normalmap` | [`NormalInput`] |
 //! | `blendbsdf`, `mixturebsdf` | [`Surface::Mix`]; with `null`, opacity |
@@ -10,7 +10,7 @@
 //! | `null` | invisible |
 //!
 //! Each object is converted once, so that work does not multiply where objects share others. The
-//! opacity of parts of a mix is not used. `surfaces` has the materials that stand alone.
+//! opacity of parts of a mix is ignored. `surfaces` converts bsdfs that contain no others.
 //!
 //! Held to this by `suite::mitsuba`.
 
@@ -31,12 +31,12 @@ use crate::scene::{
 /// Most parts of a mixture.
 const MAX_PARTS: usize = 64;
 
-/// Largest deviation of the sum of a mixture's weights from 1 that is not told.
+/// Deviation of the sum of a mixture's weights from 1 above which it is noted.
 const WEIGHT_TOLERANCE: f64 = 1e-3;
 
 impl Translation<'_> {
-    /// The material of a shape: its bsdf, with the emission of its area light; without a bsdf grey,
-    /// or black if it emits.
+    /// Material of a shape: its bsdf, with the emission of its area light. Without a bsdf it is
+    /// grey, or black if it emits.
     pub(super) fn shape_material(
         &mut self,
         bsdf: Option<&Object>,
@@ -55,7 +55,7 @@ impl Translation<'_> {
             }
         };
         if let Some((_, emission)) = light {
-            // What is invisible and emits is seen, as it is in Mitsuba: black.
+            // As in Mitsuba, an invisible material that emits is seen: black.
             if is_invisible(&material) {
                 material = Material::new(material.name, Surface::Lambert { reflectance: Rgb::BLACK.into() });
             }
@@ -66,7 +66,7 @@ impl Translation<'_> {
         Ok(id)
     }
 
-    /// The material of shapes that bound a medium and are nothing else.
+    /// Material of shapes that only bound a medium.
     pub(super) fn boundary(&mut self) -> Result<MaterialId> {
         if let Some(known) = self.boundary {
             return Ok(known);
@@ -76,7 +76,7 @@ impl Translation<'_> {
         Ok(made)
     }
 
-    /// What a bsdf becomes.
+    /// Converts a bsdf to a material.
     ///
     /// # Errors
     /// [`Error::Invalid`] if it refers to itself.
@@ -191,7 +191,7 @@ impl Translation<'_> {
         Ok(self.texture(texture, Quantity::Number)?.number())
     }
 
-    /// The nested material; grey, with a note, if there is none.
+    /// Converts the nested material; grey, with a note, if there is none.
     fn inner(&mut self, object: &Object, nested: Option<&Object>) -> Result<Material> {
         if let Some(nested) = nested {
             return self.material(nested);
@@ -201,7 +201,7 @@ impl Translation<'_> {
         Ok(Material::new(shown(object.label()), grey()))
     }
 
-    /// One of two materials; what is invisible becomes opacity of the other.
+    /// Mix of two materials; the share of an invisible one becomes opacity of the other.
     fn mix(
         &mut self,
         name: String,
@@ -233,7 +233,7 @@ impl Translation<'_> {
         }
     }
 
-    /// A material of which another one uses the surface alone.
+    /// Adds the surface of a material as a part of another one.
     fn part(&mut self, material: Material, what: &str) -> Result<MaterialId> {
         if material.alpha.is_some() {
             self.note_of_part(&format!("opacity of {what}: not used"));
@@ -251,12 +251,12 @@ impl Translation<'_> {
         let Some((texture, channel)) = amount.texture else { return Ok((1.0 - amount.factor).into()) };
         let ends = [Rgb::WHITE, Rgb::gray(1.0 - amount.factor)];
         let texture = between(&mut self.builder, ends, texture)?;
-        // The opacity of a constant is 1, of which nothing would be left to take.
+        // The opacity of a constant is 1: the alpha of the result would be 1 everywhere.
         let channel = if channel == Channel::A { Channel::Luminance } else { channel };
         Ok(FloatInput { factor: 1.0, texture: Some((texture, channel)) })
     }
 
-    /// Materials with weights, as mixes of two at a time.
+    /// Mixture of materials by weights, as mixes of two at a time.
     fn mixture(&mut self, object: &Object, name: String, parts: Vec<Material>) -> Result<Material> {
         let weights = object.take("weights", |value| match value {
             Value::Text(text) => values::numbers(text),
@@ -312,7 +312,7 @@ impl Translation<'_> {
         Ok(Material { surface, ..inner })
     }
 
-    /// Emission of an area light.
+    /// Reads the emission of an area light.
     pub(super) fn emission(&mut self, light: &Object) -> Result<Emission> {
         light.accept(&["sampling_weight"]);
         let radiance = self.color(light, &["radiance", "intensity"], Quantity::Radiance, Rgb::WHITE)?;
@@ -320,7 +320,7 @@ impl Translation<'_> {
     }
 }
 
-/// A surface that no light meets.
+/// Returns true if the opacity of a material is zero everywhere.
 pub(super) fn is_invisible(material: &Material) -> bool {
     let none = FloatInput::from(0.0);
     material.alpha.is_some_and(|alpha| alpha.value == none)

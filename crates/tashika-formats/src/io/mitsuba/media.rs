@@ -4,11 +4,12 @@
 //! σ_t = sigma_t · scale, σ_s = albedo σ_t, σ_a = σ_t − σ_s          or          sigma_a · scale, sigma_s · scale (0.6)
 //! ```
 //!
-//! in m⁻¹, if a unit of the file is a metre. A medium of a shape is `interior`, where its normals
-//! point away from, or `exterior`; a side that is not named is vacuum, as in Mitsuba. A medium of a
-//! sensor is what it stands in. Only some integrators look at media: where that of the file does not,
-//! they are left out here, too. The extinction and the albedo may be [`volumes`](super::volumes);
-//! outside of a grid of the extinction (`density` in version 0.x) nothing is there.
+//! in m⁻¹, if a unit of the file is a metre. A medium of a shape is `interior`, on the side that
+//! its normals point away from, or `exterior`; a side without a medium is vacuum, as in Mitsuba. A
+//! medium of a sensor surrounds it. Only some integrators render media; if that of the file does
+//! not, media are ignored here, too. The extinction and the albedo may be
+//! [`volumes`](super::volumes); outside of a grid of the extinction (`density` in version 0.x) is
+//! vacuum.
 //!
 //! Held to this by `suite::media_files`.
 
@@ -33,7 +34,7 @@ const VOLUMETRIC: [&str; 8] =
     ["volpath", "volpathmis", "prbvolpath", "volpath_simple", "bdpt", "mlt", "pssmlt", "erpt"];
 
 impl<'a> Translation<'a> {
-    /// Leaves media out where the integrator of the file does.
+    /// Ignores media, with a note, if the integrator of the file does.
     pub(super) fn finish_media(&mut self) {
         let mut integrators = self.document.objects.iter().filter(|o| o.class == Class::Integrator);
         let is_volumetric = integrators.any(|o| VOLUMETRIC.contains(&o.plugin.as_str()));
@@ -43,7 +44,7 @@ impl<'a> Translation<'a> {
         }
     }
 
-    /// The media on the two sides of a shape, if it has any that are not left out.
+    /// Media on both sides of a shape, if it has any that are rendered.
     pub(super) fn interface(&mut self, object: &Object) -> Result<Option<Interface>> {
         let document = self.document;
         let mut interface = Interface::default();
@@ -63,7 +64,7 @@ impl<'a> Translation<'a> {
         Ok((interface != Interface::default()).then_some(interface))
     }
 
-    /// What a sensor stands in.
+    /// Medium around a sensor.
     pub(super) fn medium_about(&mut self, object: &Object) -> Result<Option<MediumId>> {
         let document = self.document;
         let mut about = None;
@@ -73,7 +74,7 @@ impl<'a> Translation<'a> {
         Ok(about)
     }
 
-    /// What a medium becomes; nothing for vacuum.
+    /// Converts a medium; none for vacuum.
     fn medium(&mut self, object: &'a Object) -> Result<Option<MediumId>> {
         if let Some(known) = self.media.begin(object.index, object)? {
             return Ok(known);
@@ -138,7 +139,7 @@ impl<'a> Translation<'a> {
         Ok(medium)
     }
 
-    /// A coefficient that is the same everywhere.
+    /// Reads a coefficient that is constant in space.
     fn coefficient(&mut self, object: &'a Object, name: &str) -> Result<Option<Rgb>> {
         match self.volume(object, name, Some(Rgb::BLACK))? {
             Some(Volume::Grid(_)) => {

@@ -1,13 +1,13 @@
 //! Mitsuba scenes, `.xml`: versions 0.4 to 0.6[^mitsuba06], 2 and 3[^mitsuba3].
 //!
-//! Axes and units are taken as they are. What each plugin becomes is the table [`FEATURES`]; a
-//! plugin that is not in it is noted and replaced by the plainest of its kind. Parameters that
-//! nobody asked for are noted.
+//! Axes and units are taken as they are. The table [`FEATURES`] has the counterpart of each plugin;
+//! a plugin that is not in it is noted and replaced by the plainest of its kind. Unused parameters
+//! are noted.
 //!
-//! | module | what it does |
+//! | module | content |
 //! |---|---|
-//! | [`reader`], [`steps`], [`text`] | XML into objects: defaults, includes, references, transforms |
-//! | [`object`], [`known`] | objects, their parameters and children, and which there may be |
+//! | [`reader`], [`steps`], [`text`] | XML to objects: defaults, includes, references, transforms |
+//! | [`object`], [`known`] | objects, their parameters and children; the parameters that exist |
 //! | [`values`], [`transforms`], [`paths`] | text into numbers, matrices, places of files |
 //! | [`inputs`] | colours, numbers and textures |
 //! | [`materials`], [`surfaces`] | bsdfs |
@@ -17,13 +17,13 @@
 //! | [`sensors`] | cameras |
 //!
 //! # Guarantee
-//! Any bytes give a scene or an error with file, line and column. References may go in circles,
-//! nest and multiply: each object is converted once, [`MAX_DEPTH`] deep at most. The same files
+//! Any bytes give a scene or an error with file, line and column. References may be circular,
+//! nested and multiple: each object is converted once, [`MAX_DEPTH`] deep at most. The same files
 //! give the same scene.
 //!
 //! # Limits
-//! Opaque surfaces are black behind unless they are `twosided`. No polarization; spectra become
-//! colours.
+//! The backs of opaque surfaces are black unless they are `twosided`. No polarization; spectra
+//! become colours.
 //!
 //! Held to this by `suite::mitsuba`, `suite::damaged_mitsuba`.
 //!
@@ -74,7 +74,7 @@ use crate::scene::{
 
 pub(super) use features::FEATURES;
 
-/// How deep objects may refer to each other.
+/// Deepest nesting of references between objects.
 const MAX_DEPTH: usize = 64;
 
 /// Number of undefined references that are compared with ids; chosen.
@@ -83,11 +83,11 @@ const MAX_SLIPS: usize = 100;
 /// Largest number of ids that a reference is compared with; chosen.
 const MAX_COMPARED: usize = 10_000;
 
-/// Reads a scene file and what it refers to.
+/// Reads a scene file and the files that it refers to.
 ///
 /// # Errors
-/// [`Error::Io`] if the file itself or one that it includes cannot be read; otherwise what cannot be meant as it stands, with
-/// its line and column.
+/// [`Error::Io`] if the scene file or an included file cannot be read; otherwise errors of the
+/// text, with line and column.
 pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let mut notes = Notes::default();
     let document = reader::read(files, &mut notes)?;
@@ -128,12 +128,12 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     translation.builder.build()
 }
 
-/// What is made once of each object; none while it is being made: whoever asks for it then is part
-/// of it.
+/// Results that are made once for each object. A result is none while it is being made; a request
+/// for it then closes a cycle.
 struct Made<K, T>(BTreeMap<K, Option<T>>);
 
 impl<K: Ord + Copy, T: Clone> Made<K, T> {
-    /// What was made of `object`; nothing if it is to be made now.
+    /// Returns the result for `object`; none if the caller is to make it now.
     fn begin(&mut self, key: K, object: &Object) -> Result<Option<T>> {
         match self.0.get(&key) {
             Some(Some(made)) => Ok(Some(made.clone())),
@@ -154,7 +154,7 @@ impl<K: Ord + Copy, T: Clone> Made<K, T> {
     }
 }
 
-/// A document on its way to a scene.
+/// State of the conversion of a document to a scene.
 struct Translation<'a> {
     files: &'a SceneFiles,
     document: &'a Document,
@@ -162,8 +162,9 @@ struct Translation<'a> {
     images: ImageCache<'a>,
     textures: Made<(usize, Quantity), Textured>,
     materials: Made<usize, Material>,
-    /// By bsdf and light.
+    /// Media by object; none for vacuum.
     media: Made<usize, Option<MediumId>>,
+    /// Materials by bsdf and light.
     shape_materials: BTreeMap<(Option<usize>, Option<usize>), MaterialId>,
     boundary: Option<MaterialId>,
     shapes: Made<usize, Vec<Placement>>,
@@ -173,12 +174,12 @@ struct Translation<'a> {
     placed: usize,
     triangles: usize,
     environments: Surroundings,
-    /// For images of lights.
+    /// Budget for images of lights.
     slides: Budget,
-    /// For grids of media: files count each time that they are read.
+    /// Budget for grids of media: a file counts each time that it is read.
     volumes: Budget,
     camera_names: BTreeSet<String>,
-    /// Animations that blur.
+    /// Locations of animations that blur something.
     blurred: Vec<Location>,
     depth: usize,
 }
@@ -189,14 +190,14 @@ impl<'a> Translation<'a> {
             Class::Shape => self.add_shape(object),
             Class::Emitter => self.add_light(object),
             Class::Sensor => self.add_sensor(object),
-            // How the picture is made is the user's business here.
+            // Sampling and output are settings of the user.
             Class::Integrator | Class::Film | Class::Sampler | Class::Filter => self.without_effect(object),
-            // Taken where something refers to them.
+            // Converted when an object refers to it.
             Class::Bsdf | Class::Texture | Class::Medium => Ok(()),
         }
     }
 
-    /// Tells of the animations that are stopped.
+    /// Notes animations that are shown at one time.
     fn note_stopped(&mut self) {
         let message = match self.files.options().shutter {
             Some(_) => "animations: shown in the middle of the time that the shutter is open",
@@ -207,7 +208,8 @@ impl<'a> Translation<'a> {
         }
     }
 
-    /// Tells what the table says about a plugin; returns whether it is in the table.
+    /// Notes a plugin by its row in the table, or else that it is unknown; returns true if it has a
+    /// row.
     fn meet(&mut self, kind: &str, object: &Object, instead: &str) -> Result<bool> {
         if self.feature(kind, &object.plugin, &object.at)? {
             return Ok(true);
@@ -224,17 +226,17 @@ impl<'a> Translation<'a> {
         object.note_unused(self.builder.notes_mut())
     }
 
-    /// Tells what the table says about a name; returns whether it is in the table.
+    /// Notes a name by its row in the table; returns true if it has one.
     fn feature(&mut self, kind: &str, name: &str, at: &Location) -> Result<bool> {
         Feature::look_up(FEATURES, [kind, name], at, self.builder.notes_mut())
     }
 
-    /// Whether the table says that a plugin is left out.
+    /// Returns true if the table ignores a plugin.
     fn is_left_out(&self, kind: &str, object: &Object) -> bool {
         Feature::find(FEATURES, kind, &object.plugin).is_some_and(|f| f.support == Support::Ignored)
     }
 
-    /// Does something one object deeper.
+    /// Calls `make` one level of nesting deeper.
     fn nested<T>(&mut self, object: &Object, make: impl FnOnce(&mut Self) -> Result<T>) -> Result<T> {
         if self.depth >= MAX_DEPTH {
             let found = format!("objects more than {MAX_DEPTH} deep in each other");
@@ -246,7 +248,7 @@ impl<'a> Translation<'a> {
         made
     }
 
-    /// Tells which references lead nowhere.
+    /// Notes references to ids that are not defined.
     ///
     /// # Errors
     /// If one of them is a slip of a defined id.
@@ -269,7 +271,7 @@ impl<'a> Translation<'a> {
         Ok(())
     }
 
-    /// Tells what of the objects in use was not asked for.
+    /// Notes unused parameters of the objects in use.
     fn note_unused(&mut self) -> Result<()> {
         for object in &self.document.objects {
             if self.was_used(object) {

@@ -16,7 +16,7 @@ use glam::{DVec3, Vec3};
 
 use crate::math::elementary::acos;
 
-/// One normal a vertex; zero where there is none to tell.
+/// Returns a unit normal for each vertex; zero if its triangles give none.
 pub(super) fn of_vertices(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let mut sums = vec![DVec3::ZERO; positions.len()];
     for triangle in triangles {

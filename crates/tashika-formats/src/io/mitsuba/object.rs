@@ -1,9 +1,8 @@
 //! Objects of a Mitsuba file: plugins with named parameters and nested objects.
 //!
-//! All objects of a scene and its included files lie in one list; children are positions in it, or
-//! names to be looked up, so that an object may refer to one that stands later. Every parameter
-//! remembers whether it was asked for, and what nobody asked for is noted: also parameters whose
-//! value is of another type than theirs.
+//! All objects of a scene and its included files are in one list. Children are positions in it, or
+//! ids to be looked up, so that an object may refer to a later one. Each parameter records if it
+//! was used. Unused ones are noted, as are those whose value is of the wrong type.
 //!
 //! Tested by `suite::mitsuba::what_is_not_used_is_noted` and the tests of the formats' parts.
 
@@ -20,7 +19,7 @@ use crate::io::notes::shown;
 use crate::math::motion::Track;
 use crate::scene::{NoteKind, Notes};
 
-/// What sort of plugin an object is, after its element.
+/// Kind of plugin, by its element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Class {
     Integrator,
@@ -38,7 +37,7 @@ pub(super) enum Class {
 }
 
 impl Class {
-    /// The class of an element; names of older versions count too.
+    /// Class of an element, by its current or an older name.
     pub(super) fn of_element(tag: &str) -> Option<Self> {
         Some(match tag {
             "integrator" => Self::Integrator,
@@ -55,7 +54,7 @@ impl Class {
         })
     }
 
-    /// The element, as messages name it.
+    /// Name of the element in messages.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Integrator => "integrator",
@@ -85,11 +84,11 @@ pub(super) enum Value {
     Blackbody(f64, f64),
     Vector(DVec3),
     Transform(DMat4),
-    /// Keys, and where it is without a time or at the one that is asked for.
+    /// Keys, and the transform without a time or at the requested time.
     Animation(Track, DMat4),
 }
 
-/// A named value.
+/// A named value of an object.
 #[derive(Debug)]
 pub(super) struct Parameter {
     /// In snake case.
@@ -108,7 +107,7 @@ impl Parameter {
 /// A nested object.
 #[derive(Debug)]
 pub(super) struct Child {
-    /// In snake case; empty if it has none.
+    /// In snake case; empty if the child has none.
     pub(super) name: String,
     pub(super) target: Target,
     pub(super) at: Location,
@@ -121,26 +120,26 @@ impl Child {
     }
 }
 
-/// Which object.
+/// Object that a child refers to.
 #[derive(Debug)]
 pub(super) enum Target {
     /// Position in the list.
     Object(usize),
-    /// The one of that id.
+    /// Id, which may be defined later.
     Id(String),
 }
 
-/// A plugin.
+/// A plugin with its parameters.
 #[derive(Debug)]
 pub(super) struct Object {
     /// Position in the list.
     pub(super) index: usize,
     pub(super) class: Class,
-    /// Name of the plugin.
+    /// Type of the object, in lower case.
     pub(super) plugin: String,
     pub(super) id: Option<String>,
     pub(super) at: Location,
-    /// Folder of the file it stands in, relative to the scene's; empty for the scene's own.
+    /// Folder of the object's file, relative to the scene's; empty for the scene's own.
     pub(super) folder: String,
     pub(super) parameters: Vec<Parameter>,
     pub(super) children: Vec<Child>,
@@ -150,20 +149,20 @@ pub(super) struct Object {
 }
 
 impl Object {
-    /// The id, else the plugin's name: for names of meshes and materials.
+    /// Id, or else the plugin: for names of meshes and materials.
     pub(super) fn label(&self) -> &str {
         self.id.as_deref().unwrap_or(&self.plugin)
     }
 
-    /// The place with the object's kind and id, for messages.
+    /// Location with the object's kind and id, for messages.
     pub(super) fn place(&self) -> Location {
         let id = self.id.as_ref().map_or(String::new(), |id| format!(" {:?}", shown(id)));
         self.at.clone().item(format!("{} {}{id}", self.class.name(), shown(&self.plugin)))
     }
 
-    /// The value of a parameter, if `take` can use it; then it counts as used.
+    /// Returns the value of a parameter if `take` accepts it, and marks it as used.
     pub(super) fn take<'a, T>(&'a self, name: &str, take: impl FnOnce(&'a Value) -> Option<T>) -> Option<T> {
-        // The last one counts, as if each replaced those before it.
+        // Of several, the last one counts, as if each replaced those before it.
         let parameter = self.parameters.iter().rev().find(|p| p.name == name)?;
         let value = take(&parameter.value)?;
         parameter.used.set(true);
@@ -175,7 +174,7 @@ impl Object {
         self.parameters.iter().rev().find(|p| p.name == name).map_or(&self.at, |p| &p.at)
     }
 
-    /// The place of a parameter, or of the object if it has none of that name.
+    /// Location of a parameter, or of the object if it has none of that name.
     pub(super) fn place_of(&self, name: &str) -> Location {
         let parameter = self.parameters.iter().rev().find(|p| p.name == name);
         parameter
@@ -245,7 +244,7 @@ impl Object {
         })
     }
 
-    /// The keys of a transform that moves, and where they stand.
+    /// Keys of a transform that moves, and their location.
     pub(super) fn track(&self, name: &str) -> Option<(&Track, &Location)> {
         let parameter = self.parameters.iter().rev().find(|p| p.name == name)?;
         match &parameter.value {
@@ -254,21 +253,21 @@ impl Object {
         }
     }
 
-    /// Counts parameters as used that change nothing here.
+    /// Marks parameters as used that have no effect here.
     pub(super) fn accept(&self, names: &[&str]) {
         for parameter in self.parameters.iter().filter(|p| names.contains(&p.name.as_str())) {
             parameter.used.set(true);
         }
     }
 
-    /// Counts nested objects as used, and parameters that the plugin knows: an ignored object's
+    /// Marks nested objects as used, and parameters that the plugin knows: an ignored object's
     /// parameters have no effect.
     pub(super) fn accept_known(&self) {
         self.accepts_known.set(true);
         self.children.iter().for_each(|c| c.used.set(true));
     }
 
-    /// Counts everything as used: the contents of an unknown object need no notes of their own.
+    /// Marks everything as used: the contents of an unknown object need no notes of their own.
     pub(super) fn accept_all(&self) {
         self.parameters.iter().for_each(|p| p.used.set(true));
         self.children.iter().for_each(|c| c.used.set(true));
@@ -324,11 +323,11 @@ fn as_float(value: &Value) -> Option<f64> {
     }
 }
 
-/// Everything that the files say.
+/// Contents of the scene file and its included files.
 #[derive(Debug, Default)]
 pub(super) struct Document {
     pub(super) objects: Vec<Object>,
-    /// Of objects, by their ids.
+    /// Positions of objects by their ids.
     pub(super) ids: BTreeMap<String, usize>,
     /// Children of the scene, in the order of the file.
     pub(super) roots: Vec<usize>,
@@ -336,19 +335,19 @@ pub(super) struct Document {
     pub(super) paths: Vec<String>,
     /// First two numbers of the version.
     pub(super) version: (u32, u32),
-    /// When each of the animations begins and ends (s).
+    /// Beginning and end of each animation (s).
     pub(super) animated: Vec<[f64; 2]>,
-    /// Animations that are stopped though nobody asked for a picture without blur.
+    /// Animations to be noted as shown at one time, unless they blur something.
     pub(super) stopped: Vec<Location>,
 }
 
 impl Document {
-    /// Whether the file speaks the language of Mitsuba 0.x.
+    /// Returns true for a file of Mitsuba 0.x.
     pub(super) fn is_old(&self) -> bool {
         self.version.0 == 0
     }
 
-    /// The object that a child stands for; `None` if no object has that id.
+    /// Object that a child refers to; `None` if no object has that id.
     pub(super) fn resolve(&self, child: &Child) -> Option<&Object> {
         match &child.target {
             Target::Object(index) => Some(&self.objects[*index]),
@@ -356,7 +355,7 @@ impl Document {
         }
     }
 
-    /// All children of a class, which then count as used, with their names.
+    /// Children of a class with their names; they are marked as used.
     pub(super) fn children<'s, 'o>(
         &'s self,
         object: &'o Object,
@@ -369,7 +368,7 @@ impl Document {
         })
     }
 
-    /// The texture that is a parameter of that name.
+    /// Texture that is the parameter of that name.
     pub(super) fn texture<'s>(&'s self, object: &Object, name: &str) -> Option<&'s Object> {
         let named = object.children.iter().filter(|c| c.name == name);
         let (child, target) =
@@ -378,7 +377,7 @@ impl Document {
         Some(target)
     }
 
-    /// The first texture, whatever its name.
+    /// First texture, of any name.
     pub(super) fn any_texture<'s>(&'s self, object: &Object) -> Option<&'s Object> {
         self.children(object, Class::Texture).next().map(|(_, o)| o)
     }

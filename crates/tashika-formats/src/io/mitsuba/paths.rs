@@ -1,9 +1,9 @@
-//! Where the files that a scene names may lie.
+//! Places of the files that a scene names.
 //!
-//! A name is looked for beside the scene file, beside the included file that names it, and in the
-//! folders of `<path>`, in this order for data; included files themselves first beside the one that
-//! includes them.
-//! [`SceneFiles`] decides what may be read.
+//! A file that an object names is searched for beside the scene file, then beside the included file
+//! that names it, then in the folders of `<path>`. Included files and spectra are searched for
+//! beside the file that names them, then beside the scene file. [`SceneFiles`] decides which files
+//! may be read.
 //!
 //! Tested below and by `suite::mitsuba::files_are_found_beside_the_scene_and_in_paths`.
 
@@ -21,7 +21,7 @@ pub(super) fn join(folder: &str, name: &str) -> String {
     }
 }
 
-/// `name` inside each folder, each only once.
+/// `name` inside each folder, without repetition.
 pub(super) fn candidates<'a>(name: &str, folders: impl IntoIterator<Item = &'a str>) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     for folder in folders {
@@ -33,16 +33,16 @@ pub(super) fn candidates<'a>(name: &str, folders: impl IntoIterator<Item = &'a s
     all
 }
 
-/// The first candidate that is there; the first one if none is.
+/// First candidate that exists; the first of all if none does.
 pub(super) fn first_there<'a>(files: &SceneFiles, candidates: &'a [String], at: &Location) -> &'a str {
     let there = candidates.iter().find(|c| udim::is_there(files, c, at));
     there.or(candidates.first()).map_or("", String::as_str)
 }
 
-/// The bytes and the name of the first candidate that is there.
+/// Bytes and name of the first candidate that exists.
 ///
 /// # Errors
-/// Those of the first candidate, if none is.
+/// Those of the first candidate, if none exists.
 pub(super) fn read_first(
     files: &SceneFiles,
     candidates: &[String],

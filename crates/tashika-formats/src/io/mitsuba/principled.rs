@@ -31,7 +31,7 @@ impl Translation<'_> {
         let through =
             if is_thin { self.float(object, "diff_trans", 0.0)?.factor.clamp(0.0, 2.0) * 0.5 } else { 0.0 };
         let part = |share: f32| ColorInput { factor: base_color.factor * share, ..base_color };
-        // Sheets have none.
+        // Thin sheets have no coat.
         let mut of_coat = |name| if is_thin { Ok(0.0.into()) } else { self.share(object, name, 0.0) };
         let (clearcoat, gloss) = (of_coat("clearcoat")?, of_coat("clearcoat_gloss")?);
         let material = Principled {
@@ -39,7 +39,7 @@ impl Translation<'_> {
             base_color,
             metallic,
             roughness,
-            // Sheets have gloss only where they transmit.
+            // Thin sheets reflect specularly only where they transmit.
             ior: if is_thin { IOR_RANGE[0] } else { ior },
             specular_tint,
             sheen,
@@ -76,14 +76,14 @@ impl Translation<'_> {
         material.surface(&mut self.builder, opaque, glass)
     }
 
-    /// A number from 0 to 1.
+    /// Reads a number from 0 to 1.
     fn share(&mut self, object: &Object, name: &str, missing: f32) -> Result<FloatInput> {
         let share = self.float(object, name, missing)?;
         Ok(FloatInput { factor: share.factor.clamp(0.0, 1.0), ..share })
     }
 
-    /// Refractive index of the dielectric part: `eta`, or that which reflects `0.08 specular` at
-    /// normal incidence.
+    /// Refractive index of the dielectric part: `eta`, or the index that reflects `0.08 specular`
+    /// at normal incidence.
     fn principled_ior(&mut self, object: &Object) -> Result<f32> {
         let eta = match object.float_in("eta", 0.1..=10.0) {
             Some(eta) => eta,

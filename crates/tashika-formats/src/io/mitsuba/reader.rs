@@ -1,16 +1,17 @@
-//! XML into [`Document`]: defaults, includes, aliases, references, parameters.
+//! Conversion of XML to a [`Document`]: defaults, includes, aliases, references, parameters.
 //!
 //! # Guarantee
 //! * Elements nest at most [`MAX_NESTING`] deep, files include each other at most
-//!   [`MAX_INCLUDE_DEPTH`] deep and [`MAX_INCLUDES`] times in all: neither depth of the stack nor
-//!   work is left to the file.
+//!   [`MAX_INCLUDE_DEPTH`] deep and [`MAX_INCLUDES`] times in all: the depth of the stack and the
+//!   work are bounded.
 //! * Document types are refused, so that entities cannot multiply. Attributes with replaced
 //!   `$name`s have at most [`MAX_REPLACED`] bytes in all.
 //! * Every error has the file, line and column of its element.
 //!
 //! # Limits
-//! Of an `<animation>` the first key is used, unless a time is asked for: then it is between two
-//! keys as [`Track`](crate::math::motion::Track) has it.
+//! An `<animation>` is read as its first key, or as the transform at the requested time,
+//! interpolated by [`Track`](crate::math::motion::Track). Its keys are kept for cameras and shapes
+//! that blur.
 //!
 //! Sources: [^mitsuba06], chapter 6 (scene file format); [^mitsuba3].
 //! Held to this by `suite::mitsuba`, `suite::damaged_mitsuba`.
@@ -36,15 +37,15 @@ use crate::io::text::{decoded, utf8_or_latin1};
 use crate::io::xml;
 use crate::scene::{NoteKind, Notes};
 
-/// How deep elements may nest.
+/// Deepest nesting of elements.
 pub(super) const MAX_NESTING: usize = 64;
-/// How deep files may include each other, the scene's own counted.
+/// Deepest nesting of included files, the scene's own counted.
 const MAX_INCLUDE_DEPTH: usize = 17;
-/// How many files may be included in all, counting each time.
+/// Most included files in all, each inclusion counted.
 const MAX_INCLUDES: usize = 4096;
 /// Most bytes of all attributes with replaced names; chosen.
 const MAX_REPLACED: u64 = 1 << 26;
-/// Elements other than the root and transforms, for the detection of slips.
+/// Elements other than the root and the steps of transforms, for the detection of slips.
 const ELEMENTS: [&str; 32] = [
     "alias",
     "animation",
@@ -80,10 +81,10 @@ const ELEMENTS: [&str; 32] = [
     "volume",
 ];
 
-/// How many folders are searched for files.
+/// Most folders that are searched for files.
 const MAX_PATHS: usize = 64;
 
-/// Reads the scene file and all that it includes.
+/// Reads the scene file and all included files.
 pub(super) fn read(files: &SceneFiles, notes: &mut Notes) -> Result<Document> {
     let includes = Includes::new(MAX_INCLUDES, MAX_INCLUDE_DEPTH);
     let mut reader = Reader {
@@ -100,7 +101,7 @@ pub(super) fn read(files: &SceneFiles, notes: &mut Notes) -> Result<Document> {
     Ok(reader.document)
 }
 
-/// The reading of all files of a scene.
+/// State of the reading of a scene's files.
 pub(super) struct Reader<'a> {
     pub(super) files: &'a SceneFiles,
     pub(super) notes: &'a mut Notes,
@@ -116,20 +117,20 @@ pub(super) struct Source<'a> {
     /// Relative to the scene's folder.
     folder: &'a str,
     text: &'a str,
-    /// Where each line begins (bytes).
+    /// Byte at which each line begins.
     lines: Vec<usize>,
-    /// A byte whose place was asked for, and the characters before it in its line.
+    /// Last byte that was located, and the number of characters before it in its line.
     last: Cell<(usize, usize)>,
-    /// Files that are being read, this one counted.
+    /// Number of files that are being read, this one counted.
     open: usize,
 }
 
 impl Source<'_> {
-    /// The place of a byte.
+    /// Location of a byte.
     pub(super) fn at(&self, position: usize) -> Location {
         let line = self.lines.partition_point(|&start| start <= position).max(1);
         let start = self.lines.get(line - 1).copied().unwrap_or(0);
-        // Elements come in the order of the file, and files may be one long line.
+        // Bytes are located in the order of the file, which may be one long line.
         let (known, columns) = self.last.get();
         let (from, before) = if (start..=position).contains(&known) { (known, columns) } else { (start, 0) };
         let columns = before + self.text.get(from..position).map_or(0, |part| part.chars().count());
@@ -138,7 +139,7 @@ impl Source<'_> {
     }
 }
 
-/// What an element is for its parent.
+/// Meaning of an element for its parent.
 enum Item {
     Parameter(Parameter),
     Child(Child),
@@ -147,7 +148,7 @@ enum Item {
 }
 
 impl Reader<'_> {
-    /// Reads one file; its objects are the result.
+    /// Reads one file; returns its objects.
     fn file(&mut self, bytes: &[u8], path: &Path, folder: &str, open: usize) -> Result<Vec<usize>> {
         let bytes = decoded(bytes);
         let text = utf8_or_latin1(&bytes);
@@ -204,7 +205,7 @@ impl Reader<'_> {
             return Err(Error::invalid(at, found, "a flatter file"));
         }
         let tag = node.tag_name().name();
-        // Of the scene itself: neither parameters nor objects.
+        // Elements that are neither parameters nor objects.
         match tag {
             "default" => return self.default(node, &at),
             "include" => return self.include(node, source, &at),
@@ -272,7 +273,7 @@ impl Reader<'_> {
         Ok(Item::Child(Child::new(values::snake_case(&name), Target::Object(index), at)))
     }
 
-    /// Gives an object a name; the first one of that name keeps it.
+    /// Gives an object an id; an id that is taken stays with its first object.
     fn name(&mut self, id: String, index: usize, at: &Location) {
         match self.document.ids.entry(id) {
             Entry::Vacant(free) => {
@@ -289,7 +290,7 @@ impl Reader<'_> {
     fn default(&mut self, node: Node<'_, '_>, at: &Location) -> Result<Item> {
         let name = self.required(node, "name", at)?;
         let value = self.required(node, "value", at)?;
-        // A default that is there already was set by a file that includes this one.
+        // A default that exists already was set by a file that includes this one.
         self.defaults.entry(name).or_insert(value);
         Ok(Item::Nothing)
     }
@@ -333,7 +334,8 @@ impl Reader<'_> {
         Ok(Item::Child(Child::new(values::snake_case(&name), Target::Id(id), at)))
     }
 
-    /// The value of a parameter; `None`, with a note, if the element is none or lacks a default.
+    /// Value of a parameter; `None`, with a note, if the element is unknown or uses a `$name`
+    /// without a default.
     fn value(
         &mut self,
         node: Node<'_, '_>,

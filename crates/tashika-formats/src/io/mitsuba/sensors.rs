@@ -1,23 +1,23 @@
-//! `<sensor>`s into cameras.
+//! Conversion of `<sensor>`s to cameras.
 //!
-//! Mitsuba's cameras look along their own `+z`, `+y` up, with `+x` to the *left*; those here along
-//! `−z` with `+x` to the right: half a turn about `y`. The field of view belongs to the axis of
-//! `fov_axis`:
+//! Mitsuba's cameras look along their own `+z`, `+y` up, with `+x` to the *left*; those here look
+//! along `−z`, with `+x` to the right. Half a turn about `y` converts one to the other. The field
+//! of view belongs to the axis of `fov_axis`:
 //!
 //! ```text
 //!   tan(fov_y / 2) = tan(fov / 2) · h / e      e = w (x), h (y), √(w² + h²) (diagonal), min or max of w and h
 //! ```
 //!
 //! `focal_length` is that for a film of 36 mm × 24 mm, along the diagonal. Crops of the film
-//! (`crop_*`) are those of
-//! [`Window`]; the field of view is that of the whole film. An orthographic film is two units wide before `to_world`.
+//! (`crop_*`) are those of [`Window`]; the field of view is that of the whole film. An orthographic
+//! film is two units wide before `to_world`.
 //!
 //! A camera whose `to_world` is an `<animation>` is blurred while its shutter is open, from
-//! `shutter_open` to `shutter_close` (s), unless another time is asked for.
+//! `shutter_open` to `shutter_close` (s), unless another time is requested.
 //!
 //! `spherical` (0.6) looks along `(sin φ sin θ, cos θ, −cos φ sin θ)` with `φ = 2π u`, `θ = π v`,
-//! `v` from the top. Half a turn about `y` takes that to the latitudes and longitudes of
-//! [`Projection::Spherical`] as they are.
+//! `v` from the top. After half a turn about `y`, these are the latitudes and longitudes of
+//! [`Projection::Spherical`].
 //!
 //! Held to this by `suite::mitsuba`; directions, axes, offsets and windows were compared with
 //! Mitsuba 3.9's own.
@@ -40,7 +40,7 @@ use crate::scene::{Camera, Lens, NoteKind, Projection, SphereMap};
 /// Diagonal of a film of 36 mm × 24 mm (mm).
 const FULL_FRAME_DIAGONAL: f64 = 43.266_615_305_567_87;
 
-/// Mitsuba's size of a film that does not say (pixels).
+/// Mitsuba's default size of a film (pixels).
 const DEFAULT_SIZE: [u32; 2] = [768, 576];
 
 /// Largest size of a film (pixels).
@@ -108,8 +108,8 @@ impl<'a> Translation<'a> {
         self.builder.add_camera_at(camera, to_world)
     }
 
-    /// The camera while the shutter is open, as was asked for or as the file says; `axes` are its own,
-    /// beside Mitsuba's.
+    /// Gives a camera its motion while the shutter is open, as the user requests or the file
+    /// states; `axes` maps the axes of cameras here to Mitsuba's.
     fn exposed(&mut self, object: &Object, camera: Camera, axes: &DAffine3) -> Result<Camera> {
         let time = |name: &str| object.float_in(name, -1e30..=1e30).unwrap_or(0.0);
         let mut own = [time("shutter_open"), time("shutter_close")];
@@ -132,7 +132,7 @@ impl<'a> Translation<'a> {
         }
     }
 
-    /// When the shutter of the first sensor is open (s), which is that of what moves.
+    /// Time that the shutter of the first sensor is open (s); it holds for all shapes that move.
     pub(super) fn shutter(&self) -> [f64; 2] {
         let document = self.document;
         let mut sensors = document.roots.iter().map(|&root| &document.objects[root]);
@@ -196,7 +196,7 @@ impl<'a> Translation<'a> {
         Ok(2.0 * atan2((half * height / extent) as f32, 1.0))
     }
 
-    /// Size and window of the film.
+    /// Reads size and window of the film.
     fn film(&mut self, object: &Object) -> Result<([u32; 2], Option<Window>)> {
         let document = self.document;
         let Some((_, film)) = document.children(object, Class::Film).next() else {
@@ -225,7 +225,7 @@ impl<'a> Translation<'a> {
         if !is_inside {
             film.repaired("crop_width", "film: the crop reaches beyond the film: the whole film".to_owned());
         }
-        // What the file says about its image file is the user's business here.
+        // Other parameters of films are about image files, which the user chooses.
         for (_, filter) in document.children(film, Class::Filter) {
             self.without_effect(filter)?;
         }
@@ -233,7 +233,7 @@ impl<'a> Translation<'a> {
         Ok(([width, height], (window != whole).then_some(window)))
     }
 
-    /// The id, or a number, made unique.
+    /// Name of a camera: its id, or a number, made unique.
     fn camera_name(&mut self, object: &Object) -> String {
         let count = self.camera_names.len();
         let mut name = object.id.as_deref().map_or_else(|| format!("camera-{count}"), shown);

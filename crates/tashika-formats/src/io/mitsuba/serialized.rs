@@ -7,12 +7,12 @@
 //!          positions, normals (flag 1), texture coordinates (flag 2), colours (flag 8), indices (4 bytes)
 //! ```
 //!
-//! All little endian; numbers are `f32`, or `f64` with flag `0x2000`. Flag `0x10` asks for flat
-//! faces.
+//! All little endian; numbers are `f32`, or `f64` with flag `0x2000`. Flag `0x10` means flat faces.
 //!
 //! # Guarantee
-//! What is decompressed is at most what the counts say, and the counts are refused if the stream is
-//! too short to hold so much, or above [`MAX_BYTES`]; memory grows only with what is there.
+//! No more bytes are decompressed than the counts need. Counts are refused if the stream is too
+//! short for them, or if they need more than [`MAX_BYTES`]; memory grows only with the bytes of the
+//! file.
 //!
 //! Source: [^mitsuba06], plugin `serialized`. Held to this by the tests below and
 //! `suite::damaged_mitsuba`.
@@ -39,18 +39,18 @@ const MAX_RATIO: u64 = 1032;
 /// Longest name of a mesh (bytes).
 const MAX_NAME: usize = 4096;
 
-/// A mesh with what its flags say beside it.
+/// A mesh, and the flag of its faces.
 #[derive(Debug)]
 pub(super) struct SerializedMesh {
     pub(super) data: MeshData,
-    /// Whether its faces are flat.
+    /// True if its faces are flat.
     pub(super) face_normals: bool,
 }
 
-/// Reads the mesh of a number, from 0.
+/// Reads the mesh of index `shape_index`, from 0.
 ///
 /// # Errors
-/// [`Error::Invalid`] if the file is none of these, has no such mesh, or ends too early.
+/// [`Error::Invalid`] if the file is of another format, has no such mesh, or ends too early.
 pub(super) fn read(bytes: &[u8], shape_index: i64, at: &Location) -> Result<SerializedMesh> {
     let invalid = |found: String, expected: &str| Error::invalid(at.clone(), found, expected);
     let version = header(bytes, at)?;
@@ -103,7 +103,7 @@ pub(super) fn read(bytes: &[u8], shape_index: i64, at: &Location) -> Result<Seri
     Ok(SerializedMesh { data, face_normals: flags & FACE_NORMALS != 0 })
 }
 
-/// The version, after the magic number.
+/// Reads the version after the magic number.
 fn header(bytes: &[u8], at: &Location) -> Result<u16> {
     let invalid = |found: String, expected: &str| Error::invalid(at.clone(), found, expected);
     let &[a, b, c, d, ..] = bytes else {
@@ -118,11 +118,11 @@ fn header(bytes: &[u8], at: &Location) -> Result<u16> {
     }
 }
 
-/// Where a mesh begins, by the table at the end of the file.
+/// Offset of a mesh (bytes), by the table at the end of the file.
 fn offset(bytes: &[u8], shape_index: i64, version: u16, at: &Location) -> Result<usize> {
     let invalid = |found: String, expected: &str| Error::invalid(at.clone(), found, expected);
     if shape_index == 0 {
-        // The first mesh follows the file's own header, which is the mesh's.
+        // The file begins with the first mesh: its header is also that of the file.
         return Ok(0);
     }
     let (table, count) = bytes.split_last_chunk::<4>().unwrap_or((&[], &[0; 4]));
@@ -148,7 +148,7 @@ fn offset(bytes: &[u8], shape_index: i64, version: u16, at: &Location) -> Result
     })
 }
 
-/// The decompressed stream.
+/// Reader of the decompressed stream.
 struct Numbers<'a> {
     decoder: ZlibDecoder<&'a [u8]>,
     double: bool,

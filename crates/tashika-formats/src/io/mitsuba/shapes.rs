@@ -1,11 +1,12 @@
-//! `<shape>`s into meshes and their places.
+//! Conversion of `<shape>`s to meshes and their placements.
 //!
-//! A sphere, disk, cylinder, rectangle or cube is one mesh of unit size a material, however many
-//! there are; a shape group is a list of meshes that each of its instances places. Positions of
-//! mesh files are not transformed: the transform is the instance's.
+//! A sphere, disk, cylinder, rectangle or cube is one mesh of unit size for each material, however
+//! many shapes use it; a shape group is a list of meshes that each of its instances places.
+//! Positions of mesh files are not transformed: the transform is the instance's.
 //!
 //! Mitsuba transforms the vertices of a mesh file before it computes normals from their order, so
-//! that a transform with a mirror turns a mesh without normals inside out; so it is done here.
+//! that a transform with a reflection turns a mesh without normals inside out. This reader does so,
+//! too.
 //!
 //! Held to this by `suite::mitsuba`.
 
@@ -22,37 +23,37 @@ use crate::io::{mesh_files, shapes};
 use crate::math::motion::Track;
 use crate::scene::{Emission, Interface, MaterialId, MeshData, MeshId, NoteKind};
 
-/// Most placements of meshes, counting each instance; those that move count as often as they take up
-/// the memory of one that stands.
+/// Most placements of meshes, each instance counted. A moving placement counts by its memory, in
+/// units of a static one.
 const MAX_PLACEMENTS: usize = 1 << 21;
 
-/// Memory of one that stands, roughly.
+/// Approximate memory of a static placement (bytes).
 const PLACEMENT_BYTES: usize = 150;
 
-/// Most triangles that are stored, counting meshes again that are read again for another material.
+/// Most triangles that are stored; a mesh that is read again for another material counts again.
 const MAX_TRIANGLES: usize = 1 << 30;
 
 /// Angle (degrees) below which `max_smooth_angle` gives flat faces.
 const FLAT_BELOW: f64 = 30.0;
 
-/// A mesh and where it is.
+/// A mesh with its transform.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placement {
     mesh: MeshId,
     to_world: DMat4,
 }
 
-/// What makes two meshes the same: what they are read from, how, and what they are made of.
+/// Key of equal meshes: source and settings of reading, with material and media.
 pub(super) type MeshKey = (String, MadeOf);
 
-/// The material, and what is on either side.
+/// Material, and media on both sides.
 type MadeOf = (MaterialId, Option<Interface>);
 
 impl<'a> Translation<'a> {
     /// Adds a shape of the scene.
     pub(super) fn add_shape(&mut self, object: &Object) -> Result<()> {
         if object.plugin == "shapegroup" {
-            // In the picture only by its instances.
+            // Only its instances are placed.
             return Ok(());
         }
         let motion = self.motion(object);
@@ -62,7 +63,7 @@ impl<'a> Translation<'a> {
             None => self.builder.begin_unnamed_object(&object.plugin),
         }
         for placement in placements {
-            // What the animation is now is part of the placement.
+            // The placement contains the animation's current transform.
             let track = motion.as_ref().and_then(|(track, now, _)| {
                 track.after(now.inverse() * transforms::affine_f64(&placement.to_world))
             });
@@ -87,13 +88,13 @@ impl<'a> Translation<'a> {
         Ok(())
     }
 
-    /// How a shape of the scene moves while the shutter is open, where it is now, and when that is (s);
-    /// none if it stands, or cannot be placed at all times.
+    /// Motion of a shape while the shutter is open, its current transform, and the time that the
+    /// shutter is open (s); none if it stands still, or cannot be placed at all times.
     fn motion(&mut self, object: &Object) -> Option<(Track, DAffine3, [f64; 2])> {
         let (track, at) = object.track("to_world")?;
         let shutter = self.files.options().exposure(Some(self.shutter()))?;
         let now = transforms::affine_f64(&object.transform("to_world")?);
-        // What stands at the time that is asked for is there already.
+        // A shape that stands still at the requested time is already at its place.
         let stands = self.files.options().time().is_some() && !track.moves_between(shutter);
         if stands || !track.can_place() || now.matrix3.determinant() == 0.0 {
             return None;
@@ -102,13 +103,13 @@ impl<'a> Translation<'a> {
         Some((track.clone(), now, shutter))
     }
 
-    /// The meshes of a shape, placed.
+    /// Converts a shape to placed meshes.
     fn placements(&mut self, object: &Object) -> Result<Vec<Placement>> {
         if let Some(known) = self.shapes.begin(object.index, object)? {
             return Ok(known);
         }
         let placements = self.nested(object, |inside| inside.convert_shape(object))?;
-        // Kept only where it will be asked for again.
+        // Stored only if another object may refer to it.
         if object.id.is_some() {
             return Ok(self.shapes.finish(object.index, placements));
         }
@@ -152,7 +153,7 @@ impl<'a> Translation<'a> {
         Ok(placement.into_iter().collect())
     }
 
-    /// The light that makes a shape emit.
+    /// Light that makes a shape emit.
     fn area_light(&mut self, object: &Object) -> Result<Option<(&'a Object, Emission)>> {
         let document = self.document;
         for (_, light) in document.children(object, Class::Emitter) {
@@ -243,7 +244,7 @@ impl<'a> Translation<'a> {
         Ok(Some(Placement { mesh, to_world: to_world * size }))
     }
 
-    /// The mesh of a file; `None`, with a note, if the file is not there.
+    /// Reads the mesh of a file; `None`, with a note, if the file cannot be read.
     fn mesh_file(&mut self, object: &Object, made_of: MadeOf, to_world: DMat4) -> Result<Option<Placement>> {
         object.accept(&["collapse", "max_error", "shape_name"]);
         let Some(reference) = object.text("filename") else {
@@ -254,7 +255,8 @@ impl<'a> Translation<'a> {
         let reference = self.find(reference, object);
         let flipped = object.boolean("flip_normals").unwrap_or(false);
         let flat = object.boolean("face_normals").unwrap_or(false) | self.max_smooth_angle(object)?;
-        // Mitsuba's readers turn coordinates of OBJ files over, others not.
+        // By default, Mitsuba flips the texture coordinates of OBJ files, but not those of other
+        // files.
         let flip_v = object.boolean("flip_tex_coords").unwrap_or(object.plugin == "obj");
         let shape_index = object.integer("shape_index").unwrap_or(0);
         let mirrored = to_world.determinant() < 0.0;
@@ -276,7 +278,7 @@ impl<'a> Translation<'a> {
         };
         let path = self.files.beside(&reference);
         let (mut data, mut flat) = match object.plugin.as_str() {
-            // Its reader gives the coordinates turned over.
+            // The reader of OBJ files flips the coordinates.
             "obj" => (turned(mesh_files::read_obj(&bytes, &path, self.builder.notes_mut())?, !flip_v), flat),
             "ply" => {
                 let options = self.files.options();
@@ -317,8 +319,8 @@ impl<'a> Translation<'a> {
         Ok(Some(Placement { mesh: self.add_mesh(key, data, &at)?, to_world }))
     }
 
-    /// The bytes of a mesh file; those of the last one are kept, as many shapes may come from one
-    /// file.
+    /// Reads the bytes of a mesh file; those of the last one are stored, as many shapes may come
+    /// from one file.
     fn mesh_bytes(&mut self, reference: &str, at: &Location) -> Result<std::rc::Rc<Vec<u8>>> {
         if let Some((name, bytes)) = &self.last_file
             && name == reference
@@ -345,14 +347,14 @@ impl<'a> Translation<'a> {
         Ok(mesh)
     }
 
-    /// Whether an angle is given that makes nearly all edges sharp.
+    /// Returns true if an angle is given that makes nearly all edges sharp.
     fn max_smooth_angle(&mut self, object: &Object) -> Result<bool> {
         let Some(angle) = object.float("max_smooth_angle") else { return Ok(false) };
         self.feature("shape", "max_smooth_angle", &object.at)?;
         Ok(angle < FLAT_BELOW)
     }
 
-    /// Where a file of an object is: beside the scene, beside the included file, in a folder of
+    /// Finds a file of an object: beside the scene, beside the included file, or in a folder of
     /// `<path>`.
     pub(super) fn find(&self, reference: &str, object: &Object) -> String {
         let document = self.document;
@@ -380,7 +382,7 @@ fn unit_disk(at: &Location) -> Result<MeshData> {
     Ok(data)
 }
 
-/// Takes the unit cylinder along `z` to that from `p0` to `p1`.
+/// Map of the unit cylinder along `z` to that from `p0` to `p1`.
 fn cylinder_frame(p0: DVec3, p1: DVec3, radius: f64) -> Option<DMat4> {
     let axis = p1 - p0;
     let (x, y) = axis.try_normalize()?.any_orthonormal_pair();
@@ -388,7 +390,7 @@ fn cylinder_frame(p0: DVec3, p1: DVec3, radius: f64) -> Option<DMat4> {
     Some(DMat4::from_translation(p0) * DMat4::from_mat3(axes))
 }
 
-/// The mesh with `v` turned over, if asked for.
+/// Flips `v` of a mesh if `turn` is true.
 fn turned(mut data: MeshData, turn: bool) -> MeshData {
     if turn {
         data.flip_v();

@@ -10,10 +10,10 @@
 //! from `−y` to `+y`.
 //!
 //! Images are `bitmap`s with their filter and wrapping; other textures are approximated by a
-//! constant, with a note. All slides together hold no more than one file may
+//! constant, with a note. All slides together hold no more bytes than one file may have
 //! ([`LoadOptions::max_file_bytes`](crate::io::LoadOptions)).
 //!
-//! Held to this by `suite::light_images`, with intensities that Mitsuba 3.9 gives.
+//! Held to this by `suite::light_images`, with intensities computed by Mitsuba 3.9.
 
 use std::sync::Arc;
 
@@ -36,7 +36,7 @@ use crate::scene::{
 const WIDEST: f64 = 89.0;
 
 impl Translation<'_> {
-    /// A projector.
+    /// Adds a projector, whose image shines as a slide.
     pub(super) fn projector(&mut self, object: &Object) -> Result<()> {
         let scale = object.float_in("scale", 0.0..=1e30).unwrap_or(1.0) as f32;
         let to_world = object.transform("to_world").unwrap_or(DMat4::IDENTITY);
@@ -52,7 +52,7 @@ impl Translation<'_> {
         self.add_slide(object, IntensityMap::new(image, spread, lookup), place, intensity, frame)
     }
 
-    /// A spot whose image is the texture of that name.
+    /// Adds a spot that shines through the texture of that name.
     pub(super) fn spot_through(
         &mut self,
         object: &Object,
@@ -84,12 +84,12 @@ impl Translation<'_> {
         intensity: Rgb,
         to_world: Mat3,
     ) -> Result<()> {
-        // A black image.
+        // A black image has no map.
         let Some(map) = map.map(Arc::new) else { return Ok(()) };
         add_image_light(&mut self.builder, &map, (place, to_world), intensity, object.at.clone())
     }
 
-    /// The image of a parameter, and how it is looked up; one texel of a constant.
+    /// Image of a parameter, with its sampling and wrapping; a constant is one texel.
     fn slide(&mut self, object: &Object, name: &str) -> Result<(Image, Lookup)> {
         let document = self.document;
         let Some(texture) = document.texture(object, name).filter(|texture| texture.plugin == "bitmap")

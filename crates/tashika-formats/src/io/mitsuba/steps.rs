@@ -1,8 +1,8 @@
 //! Elements of `<transform>` and of `<animation>`, and attributes that are numbers.
 //!
-//! `translate`, `scale`, `rotate`, `matrix`, `lookat`; vectors as `value` or as `x`, `y`, `z`. What
-//! they mean is in
-//! [`transforms`]. Held to this by `suite::mitsuba`, `suite::damaged_mitsuba`.
+//! The steps are `translate`, `scale`, `rotate`, `matrix` and `lookat`; vectors are given as
+//! `value`, or as `x`, `y`, `z`. The matrices of the steps are in [`transforms`]. Held to this by
+//! `suite::mitsuba`, `suite::damaged_mitsuba`.
 
 use glam::DMat4;
 use roxmltree::Node;
@@ -44,7 +44,7 @@ impl Reader<'_> {
         ))
     }
 
-    /// The keys of an `<animation>`, each a transform at a `time` (s).
+    /// Reads the keys of an `<animation>`, each a transform at a `time` (s).
     pub(super) fn animation(
         &mut self,
         node: Node<'_, '_>,

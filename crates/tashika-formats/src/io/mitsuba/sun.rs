@@ -1,9 +1,9 @@
-//! Where the sun stands at a place and time.
+//! Position of the sun at a place and time.
 //!
 //! Blanco-Muriel, Alarcón-Padilla, López-Moratalla and Lara-Coira 2001, "Computing the Solar
 //! Vector": ecliptic coordinates from the days since noon of the first day of 2000, celestial
-//! coordinates, local ones, parallax. Good to a hundredth of a degree between 1999 and 2015, and to
-//! a few hundredths for decades around.
+//! coordinates, local ones, parallax. Accurate to a hundredth of a degree between 1999 and 2015,
+//! and to a few hundredths for decades before and after.
 //!
 //! Held to this by the test below.
 
@@ -29,7 +29,7 @@ pub(super) struct PlaceAndTime {
     pub(super) hour: f64,
 }
 
-/// Mitsuba's default: Tokyo.
+/// Mitsuba's default place and time: Tokyo.
 pub(super) const DEFAULT: PlaceAndTime = PlaceAndTime {
     latitude: 35.6894,
     longitude: 139.6917,
@@ -48,7 +48,7 @@ fn sin_cos_of(angle: f64) -> (f64, f64) {
     (f64::from(sin), f64::from(cos))
 }
 
-/// Angle from the zenith, and azimuth from north over east (radians).
+/// Angle from the zenith, and azimuth from north towards east (radians).
 pub(super) fn position(p: &PlaceAndTime) -> (f64, f64) {
     let hour = p.hour - p.timezone;
     let days = julian_day(p.year, p.month, p.day) - 0.5 + hour / 24.0 - 2_451_545.0;

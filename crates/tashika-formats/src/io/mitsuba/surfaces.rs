@@ -1,16 +1,16 @@
-//! `<bsdf>`s that stand alone into surfaces.
+//! Conversion of `<bsdf>`s that contain no others to surfaces.
 //!
 //! * Facets are distributed by Beckmann, the default, or GGX, masked and shadowed independently.
-//!   Brushed where `αᵤ` and `αᵥ` differ; what a coat lets in takes the root mean square, and `ward`
-//!   `√(αᵤ αᵥ)`.
+//!   They are brushed where `αᵤ` and `αᵥ` differ; the light that a coat lets in takes the root mean
+//!   square.
 //! * `plastic` without `nonlinear` has the base `ρ/(1 − F)` instead of `ρ/(1 − ρF)`, `F` the
 //!   internal reflectance.
-//! * `principled`: `specular` `s` is a reflectance of `0.08 s` at normal incidence (Burley 2012);
-//!   otherwise that of `eta`.
-//! * `ward`: perfect metal of Beckmann's facets, whose lobe it is but for masking.
+//! * `principled`: the reflectance at normal incidence follows from `eta`; without `eta` it is
+//!   `0.08 s`, with `s` the parameter `specular` (Burley 2012).
+//! * `ward`: perfect metal with Beckmann's facets, whose lobe is Ward's except for masking.
 //!
-//! Names of dielectrics are those of `dielectrics`, names and constants of metals those of Mitsuba
-//! (`metals`).
+//! Names of dielectrics are those of `dielectrics`; names and constants of metals are those of
+//! Mitsuba (`metals`).
 //!
 //! Held to this by `suite::mitsuba`, and by `suite::mitsuba_materials` against Mitsuba itself.
 
@@ -37,7 +37,7 @@ const WHITE: Rgb = Rgb::WHITE;
 /// A reflectance of one in every direction.
 const PERFECT: ConductorFresnel = ConductorFresnel::Schlick { f0: WHITE };
 
-/// Of microfacets, in lower case.
+/// Distribution of microfacets, in lower case.
 fn distribution(object: &Object) -> String {
     object.text("distribution").unwrap_or("beckmann").to_ascii_lowercase()
 }
@@ -139,7 +139,8 @@ impl Translation<'_> {
         self.constant_color(object, &[name], Quantity::Reflectance, WHITE)
     }
 
-    /// Inside over outside: `int_ior / ext_ior`, or `eta`.
+    /// Reads the refractive index, `int_ior / ext_ior`. An index below 1 is replaced by its
+    /// inverse, with a note.
     pub(super) fn ior(&mut self, object: &Object) -> Result<f32> {
         let inside = self.index(object, "int_ior", "bk7")?;
         let outside = self.index(object, "ext_ior", "air")?;
@@ -152,7 +153,7 @@ impl Translation<'_> {
         Ok(rendered(ratio as f32))
     }
 
-    /// A refractive index, as a number or by the material's name.
+    /// Reads a refractive index, as a number or by the material's name.
     fn index(&mut self, object: &Object, parameter: &str, missing: &str) -> Result<f64> {
         if let Some(index) = object.float_in(parameter, 0.1..=10.0) {
             return Ok(index);
@@ -166,7 +167,7 @@ impl Translation<'_> {
         Ok(refractive_index(missing).map_or(1.0, f64::from))
     }
 
-    /// The facets of a bsdf.
+    /// Reads the facets of a bsdf.
     pub(super) fn facets(&mut self, object: &Object) -> Result<FacetInput> {
         let [alpha, v] = self.roughness(object)?;
         let distribution = distribution(object);
@@ -183,7 +184,7 @@ impl Translation<'_> {
         Ok(FacetInput { alpha, across: (alpha != v).then_some(v), model })
     }
 
-    /// `alpha_u` and `alpha_v`, or `alpha` for both, 0 to 1.
+    /// Reads `alpha_u` and `alpha_v`, or `alpha` for both, 0 to 1.
     fn roughness(&mut self, object: &Object) -> Result<[FloatInput; 2]> {
         object.accept(&["sample_visible"]);
         let mut both = [self.float(object, "alpha_u", 0.1)?, self.float(object, "alpha_v", 0.1)?];
@@ -225,7 +226,7 @@ impl Translation<'_> {
         if eta.is_black() && k == WHITE {
             return Ok(Surface::Conductor { fresnel: PERFECT, specular, facets });
         }
-        // Where eta vanishes the reflectance is 1, as it nearly is here.
+        // Where `eta` vanishes the reflectance is 1; at the clamped value it is nearly 1.
         let positive = |c: Rgb| c.map(|v| (v / outside).clamp(1e-3, 1e3));
         Ok(Surface::Conductor {
             fresnel: ConductorFresnel::Exact { eta: positive(eta), k: k / outside },

@@ -1,4 +1,4 @@
-//! The text of attributes: `$name`.
+//! Replacement of `$name` in attributes.
 //!
 //! Tested below.
 
@@ -36,8 +36,7 @@ pub(super) fn substitute<'t>(
                 (&after[..end], None)
             }
         };
-        // Without braces a name may end in the middle of a word: the longest that is known is
-        // meant.
+        // Without braces a name may end in the middle of a word: the longest known one is meant.
         let shortest = if braced_rest.is_some() { name.len() } else { 1 };
         let ends = (shortest..=name.len()).rev().filter(|&end| name.is_char_boundary(end));
         let known = ends.filter_map(|end| Some((end, defaults.get(&name[..end])?))).next();

@@ -1,4 +1,4 @@
-//! Steps of a `<transform>` into matrices.
+//! Matrices of the steps of a `<transform>`.
 //!
 //! Steps are applied in the order of the file: `M = Mₙ … M₂ M₁`, to column vectors, in `f64`.
 //! Angles are in degrees; quarter turns are exact. `lookat` has its third axis towards the target
@@ -31,8 +31,8 @@ pub(super) fn rotation(axis: DVec3, degrees: f64) -> Option<DMat4> {
     Some(DMat4::from_mat3(DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))))
 }
 
-/// The frame at `origin` that looks at `target`; `None` if they are one point. An `up` along the
-/// view is replaced, which the second value tells.
+/// The frame at `origin` that looks at `target`; `None` if they are one point. The second value is
+/// true if `up` is along the view and was replaced.
 pub(super) fn look_at(origin: DVec3, target: DVec3, up: DVec3) -> Option<(DMat4, bool)> {
     let forward = (target - origin).try_normalize()?;
     let left = up.normalize_or_zero().cross(forward);
@@ -51,7 +51,7 @@ pub(super) fn matrix(rows: &[f64]) -> Option<DMat4> {
     }
 }
 
-/// Whether the matrix is an affine map with coefficients of sensible size.
+/// Returns true for an affine map with coefficients of at most `MAX_COEFFICIENT`.
 pub(super) fn is_affine(m: &DMat4) -> bool {
     let row = m.row(3);
     let projects = row.x.abs().max(row.y.abs()).max(row.z.abs()).max((row.w - 1.0).abs());
@@ -60,13 +60,13 @@ pub(super) fn is_affine(m: &DMat4) -> bool {
         && m.to_cols_array().iter().all(|c| c.abs() <= MAX_COEFFICIENT)
 }
 
-/// The same map in `f32`.
+/// Converts a map to `f32`.
 pub(super) fn affine(m: &DMat4) -> Affine3A {
     let column = |i: usize| -> Vec3A { m.col(i).truncate().as_vec3a() };
     Affine3A { matrix3: Mat3A::from_cols(column(0), column(1), column(2)), translation: column(3) }
 }
 
-/// The same map without its last row, which is `0 0 0 1` but for rounding.
+/// Converts a map to three rows: the last one is `0 0 0 1` except for rounding.
 pub(super) fn affine_f64(m: &DMat4) -> DAffine3 {
     let column = |i: usize| -> DVec3 { m.col(i).truncate() };
     DAffine3 { matrix3: DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) }
@@ -82,7 +82,8 @@ pub(super) fn orthonormal(m: &DMat4) -> Option<glam::Mat3> {
     Some(glam::Mat3::from_cols(x.as_vec3(), y.as_vec3(), z.as_vec3()))
 }
 
-/// What the last row and third column of a map of `(u, v)` leave: the map of `(u, v, 1)`.
+/// Map of `(u, v, 1)` from a 4 × 4 matrix, of which the third and last row and the third column are
+/// ignored.
 pub(super) fn planar(m: &DMat4) -> glam::Mat3 {
     let column = |i: usize, last: f32| m.col(i).truncate().truncate().as_vec2().extend(last);
     glam::Mat3::from_cols(column(0, 0.0), column(1, 0.0), column(3, 1.0))

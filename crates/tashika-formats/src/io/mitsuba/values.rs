@@ -1,8 +1,8 @@
-//! Text of attributes into numbers, vectors and colours.
+//! Conversion of attributes from text to numbers, vectors and colours.
 //!
 //! Numbers in lists are separated by blanks, commas, or both. Every number must be finite. Names
-//! become the snake case of Mitsuba 3 (`intIOR` and `int_ior` are one name), so that the rest of
-//! the loader knows one spelling.
+//! become the snake case of Mitsuba 3, so that the rest of the loader sees one spelling: `intIOR`
+//! and `int_ior` are one name.
 //!
 //! Held to this by the tests below.
 
@@ -21,7 +21,7 @@ pub(super) enum Spectrum {
     Samples(Vec<(f32, f32)>),
 }
 
-/// A finite number.
+/// Parses a finite number in double precision.
 pub(super) fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|v: &f64| v.is_finite())
 }
@@ -40,7 +40,7 @@ pub(super) fn integer(text: &str) -> Option<i64> {
         .or_else(|| number(text).filter(|v| v.fract() == 0.0 && v.abs() < 1e15).map(|v| v as i64))
 }
 
-/// `true` or `false`, in any case of letters.
+/// `true` or `1`, `false` or `0`; in any case of letters.
 pub(super) fn boolean(text: &str) -> Option<bool> {
     match text.trim().to_ascii_lowercase().as_str() {
         "true" | "1" => Some(true),
@@ -66,12 +66,12 @@ pub(super) fn rgb(text: &str) -> Option<Rgb> {
     vector(text).map(|v| Rgb::new(v.x as f32, v.y as f32, v.z as f32)).filter(|c| c.is_finite())
 }
 
-/// As [`rgb`], with numbers that are sRGB.
+/// As [`rgb`], for numbers that are sRGB.
 pub(super) fn srgb(text: &str) -> Option<Rgb> {
     if text.trim().starts_with('#') { rgb(text) } else { rgb(text).map(|c| c.map(srgb_decode)) }
 }
 
-/// `rrggbb`; an `aa` after it is not used.
+/// `rrggbb`; an `aa` after it is ignored.
 fn hexadecimal(digits: &str) -> Option<Rgb> {
     if !matches!(digits.len(), 6 | 8) || !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
         return None;
@@ -81,7 +81,7 @@ fn hexadecimal(digits: &str) -> Option<Rgb> {
     Some(Rgb::new(channel(0)?, channel(2)?, channel(4)?))
 }
 
-/// One number, `400:0.1, 500:0.2, …`, or three numbers as a colour's (returned as an error).
+/// One number, `400:0.1, 500:0.2, …`, or the three numbers of a colour (returned as `Err`).
 pub(super) fn spectrum(text: &str) -> Option<Result<Spectrum, Rgb>> {
     if !text.contains(':') {
         return match *numbers(text)?.as_slice() {
@@ -92,7 +92,7 @@ pub(super) fn spectrum(text: &str) -> Option<Result<Spectrum, Rgb>> {
     }
     let words = text.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty());
     let mut samples = Vec::new();
-    // Blanks about the colon are accepted, so that words are put together first.
+    // Blanks around the colon are accepted: words are joined first.
     let joined: Vec<&str> = words.collect();
     for pair in joined.join(" ").replace(" :", ":").replace(": ", ":").split(' ') {
         let (wavelength, value) = pair.split_once(':')?;
@@ -101,7 +101,7 @@ pub(super) fn spectrum(text: &str) -> Option<Result<Spectrum, Rgb>> {
     Some(Ok(Spectrum::Samples(sorted(samples)?)))
 }
 
-/// The lines of a `.spd` file: wavelength and value; `#` begins a comment.
+/// Reads the lines of a `.spd` file: wavelength and value; `#` begins a comment.
 pub(super) fn spectrum_file(bytes: &[u8]) -> Option<Spectrum> {
     let mut samples = Vec::new();
     for line in std::str::from_utf8(bytes).ok()?.lines() {
@@ -115,7 +115,8 @@ pub(super) fn spectrum_file(bytes: &[u8]) -> Option<Spectrum> {
     Some(Spectrum::Samples(sorted(samples)?))
 }
 
-/// Samples by wavelength; `None` if there are none or some are not finite.
+/// Samples by wavelength; `None` if there are none, a number is not finite, or a wavelength is not
+/// above 0.
 pub(super) fn sorted(mut samples: Vec<(f32, f32)>) -> Option<Vec<(f32, f32)>> {
     samples.sort_by(|a, b| a.0.total_cmp(&b.0));
     samples.dedup_by(|a, b| a.0 == b.0);

@@ -6,10 +6,10 @@
 //!        values (f32; channels fastest, then x, then y)
 //! ```
 //!
-//! All little endian. Read are numbers of type 1 in one or in three channels.
+//! All little endian. Only numbers of type 1 in one or in three channels are read.
 //!
 //! # Guarantee
-//! Memory grows only with the bytes that are there: counts that ask for more are refused.
+//! Memory grows only with the bytes of the file: counts that need more are refused.
 //!
 //! Source: [^mitsuba06], plugin `gridvolume`. Held to this by the tests below and
 //! `suite::damaged_mitsuba`.
@@ -18,27 +18,27 @@ use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::scene::VolumeValues;
 
-/// The type that is read.
+/// Type of numbers that is read.
 const FLOAT: u32 = 1;
-/// What stands before the values (bytes).
+/// Bytes before the values.
 const HEADER: usize = 48;
 
-/// What a file says.
+/// Contents of a volume file.
 #[derive(Debug)]
 pub(super) struct Vol {
     /// Cells along each axis.
     pub(super) counts: [u32; 3],
-    /// That of x fastest.
+    /// Values of the cells, those along x fastest.
     pub(super) values: VolumeValues,
-    /// Lowest and highest corner of the box that it is in.
+    /// Lowest and highest corner of the volume's box.
     pub(super) bounds: [[f32; 3]; 2],
 }
 
 /// Reads a file.
 ///
 /// # Errors
-/// [`Error::Invalid`] if the file is none of these or ends too early, [`Error::Unsupported`] if its
-/// numbers are of another type.
+/// [`Error::Invalid`] if the file is no such volume or ends too early, [`Error::Unsupported`] if
+/// its numbers are of another type.
 pub(super) fn read(bytes: &[u8], at: &Location) -> Result<Vol> {
     let invalid = |found: String, expected: &str| Err(Error::invalid(at.clone(), found, expected));
     let Some((header, rest)) = bytes.split_first_chunk::<HEADER>() else {
@@ -116,7 +116,7 @@ mod tests {
         let three = read(&file(1, [1, 2, 1], 3, &numbers::<6>()), &at).unwrap();
         let colors = vec![Rgb::new(0.0, 1.0, 2.0), Rgb::new(3.0, 4.0, 5.0)];
         assert_eq!(three.values, VolumeValues::Colors(colors));
-        // What follows is no part of it.
+        // Bytes after the values are ignored.
         assert_eq!(read(&file(1, [1, 1, 1], 1, &numbers::<6>()), &at).unwrap().values.len(), 1);
     }
 

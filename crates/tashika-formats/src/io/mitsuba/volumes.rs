@@ -1,9 +1,9 @@
-//! `<volume>`s: what coefficients of media are made of.
+//! `<volume>`s: coefficients of media.
 //!
-//! A `constvolume` is its value, the same everywhere. A `gridvolume` is a file of numbers or colours
-//! ([`vol`]) in the unit cube, placed by `to_world`, with values in the middle of its cells and the
-//! outermost held to the faces. With `use_grid_bbox` the box of the file stands in the unit cube's
-//! place; so it does in files of version 0.x, where values are at the corners of cells.
+//! A `constvolume` is one value, constant in space. A `gridvolume` is a file of numbers or colours
+//! ([`vol`]) in the unit cube, placed by `to_world`, with values in the middle of its cells, the
+//! outermost of which extend to the faces. With `use_grid_bbox` the box of the file replaces the
+//! unit cube, as in files of version 0.x, where values are at the corners of cells.
 //!
 //! Held to this by `suite::media_files`.
 
@@ -21,14 +21,14 @@ use crate::scene::{NoteKind, VolumeData, VolumeEdges, VolumeGrid, VolumeSamples}
 
 /// A coefficient or an albedo.
 pub(super) enum Volume {
-    /// The same everywhere.
+    /// One value everywhere.
     Constant(Rgb),
     Grid(VolumeGrid),
 }
 
 impl<'a> Translation<'a> {
-    /// A coefficient or an albedo: a number, a colour, a spectrum, or a volume of these. A grid that
-    /// is not there counts as `missing`, and as nothing if that is nothing.
+    /// Reads a coefficient or an albedo: a number, a colour, a spectrum, or a volume of these. A
+    /// grid that cannot be read counts as `missing`, and as not given if `missing` is none.
     pub(super) fn volume(
         &mut self,
         object: &'a Object,
@@ -75,7 +75,7 @@ impl<'a> Translation<'a> {
         }
     }
 
-    /// A `gridvolume`; nothing, with a note, if its file is not there.
+    /// Reads a `gridvolume`; none, with a note, if its file cannot be read.
     fn grid(&mut self, object: &'a Object, missing: Option<Rgb>) -> Result<Option<VolumeGrid>> {
         self.meet("volume", object, "")?;
         object.accept(&["raw", "accel"]);

@@ -1,7 +1,7 @@
-//! What OBJ and MTL files may say, and what becomes of it.
+//! Features of OBJ and MTL files, and their support.
 //!
-//! Statements that only make sense together share a row. [`Met`] counts what was met in one file;
-//! the notes have the rows' words.
+//! Statements that only make sense together share a row. [`Tally`](super::tally::Tally) counts the
+//! features of one file; the notes have the rows' words.
 //!
 //! Held to this by `suite::obj_features`: every row, in a file of its own, gives the note that it
 //! promises and no other.
@@ -10,18 +10,18 @@ use crate::error::Location;
 use crate::io::features::{Feature, Support, table};
 use crate::scene::Notes;
 
-/// Kind of what an OBJ file says.
+/// Kind of the rows about statements of OBJ files.
 pub(super) const STATEMENT: &str = "statement";
 
-/// Kind of what an MTL file says.
+/// Kind of the rows about statements of MTL files.
 pub(super) const MATERIAL: &str = "material statement";
 
-/// Kind of what a definition means as a whole.
+/// Kind of the rows about a definition as a whole.
 pub(super) const MEANING: &str = "material";
 
-/// Free-form geometry.
+/// Row of free-form curves and surfaces.
 pub(super) const FREE_FORM: &str = "vp, cstype, curv, surf";
-/// Attributes of display.
+/// Row of display and render attributes.
 pub(super) const DISPLAY: &str = "lod, bevel, shadow_obj";
 /// Images outside materials.
 pub(super) const OUTER_MAPS: &str = "maplib, usemap";
@@ -29,7 +29,7 @@ pub(super) const OUTER_MAPS: &str = "maplib, usemap";
 pub(super) const COMMANDS: &str = "call, csh";
 /// Vertices with more than a position.
 pub(super) const VERTEX_COLORS: &str = "v x y z r g b";
-/// Heights.
+/// Maps of heights.
 pub(super) const BUMP: &str = "bump, map_bump, disp";
 /// The physically based extension beyond metal and roughness.
 pub(super) const SHEEN: &str = "Ps, Pc, aniso, map_RMA";
@@ -38,7 +38,7 @@ pub(super) const SPECTRAL: &str = "Kd spectral, Kd xyz";
 /// Options of texture statements that change values.
 pub(super) const MODIFIED: &str = "-mm, -t, -bm, -boost, -cc";
 
-/// All rows.
+/// Features by kind, for the loader and the guide.
 pub(in crate::io) const FEATURES: &[Feature] = table! {
     STATEMENT => {
         "v", Full, "vertices (m)";
@@ -95,7 +95,7 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
     }
 };
 
-/// Says what the table says about the meaning of a definition at `at`.
+/// Notes the row `name` about a definition as a whole, met at `at`.
 pub(super) fn meaning(name: &str, at: &Location, notes: &mut Notes) {
     if let Some(row) = Feature::find(FEATURES, MEANING, name) {
         // No row is refused.

@@ -1,15 +1,15 @@
 //! Texture statements of MTL files: `map_Kd -option arguments … file name`.
 //!
 //! Options come before the name, which is the rest of the line and may contain blanks; some
-//! exporters put options behind it. With `s` and `o` of `-s u v w` and `-o u v w`, coordinates are
+//! exporters put options after it. With `s` and `o` of `-s u v w` and `-o u v w`, coordinates are
 //! mapped by
 //!
 //! ```text
 //! u′ = s_u u + o_u,   v′ = s_v v + o_v        (v up)
 //! ```
 //!
-//! which is what exporters mean by them; the specification describes the inverse scale, and
-//! nobody writes that. With `v` running down, `ṽ = 1 − v`, the second becomes
+//! which is their meaning in exporters. The specification describes the inverse scale, which no
+//! exporter writes. With `v` running down, `ṽ = 1 − v`, the second becomes
 //! `ṽ′ = s_v ṽ + (1 − s_v − o_v)`, see [`Map::transform`].
 //!
 //! Tested by the tests below and `suite::obj::texture_options_*`.
@@ -28,10 +28,10 @@ impl PartialEq for Line {
     }
 }
 
-/// What a texture statement says.
+/// A texture statement with its options.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Map {
-    /// File, as it is written.
+    /// Name of the file, as it is written.
     pub(super) name: String,
     /// Line of the statement, from 1.
     pub(super) line: Line,
@@ -41,9 +41,9 @@ pub(super) struct Map {
     scale: [f32; 2],
     /// `-clamp on`.
     clamp: bool,
-    /// `-imfchan`, where it names a channel of an image.
+    /// `-imfchan`, if it names a channel of an image.
     pub(super) channel: Option<Channel>,
-    /// Whether `-mm`, `-t`, `-bm`, `-boost` or `-cc` asks for what is left out.
+    /// True if `-mm`, `-t`, `-bm`, `-boost` or `-cc` would change values; they are ignored.
     pub(super) modified: bool,
 }
 
@@ -67,7 +67,8 @@ impl Map {
         (!map.name.is_empty()).then_some(map)
     }
 
-    /// Takes in one option with its arguments; what follows them, or nothing if there is no option.
+    /// Reads one option with its arguments; returns the text after them, or none if there is no
+    /// option.
     fn option<'a>(&mut self, text: &'a [u8], name_follows: bool) -> Option<&'a [u8]> {
         let (option, rest) = split_keyword(text);
         let (word, after_word) = split_keyword(rest);
@@ -107,7 +108,7 @@ impl Map {
         Some(after_word)
     }
 
-    /// Takes in options behind the name, if nothing else follows it; the name.
+    /// Reads options after the name, if nothing else follows the name; returns the name.
     fn trailing_options<'a>(&mut self, text: &'a [u8]) -> &'a [u8] {
         let mut rest = split_keyword(text).1;
         while !rest.is_empty() {
@@ -126,19 +127,19 @@ impl Map {
         text
     }
 
-    /// What the statement does to coordinates that run down.
+    /// Transform of coordinates that run down.
     pub(super) fn transform(&self) -> UvTransform {
         upward(self.scale, self.offset)
     }
 
-    /// What the statement says about coordinates outside `[0, 1]`.
+    /// Wrapping of coordinates outside `[0, 1]`.
     pub(super) fn wrap(&self) -> [Wrap; 2] {
         [if self.clamp { Wrap::Clamp } else { Wrap::Repeat }; 2]
     }
 }
 
-/// Hands up to `most` leading numbers of `text` to `take`, but leaves a word where a name must
-/// follow; what is left. Numbers that are not finite are passed over.
+/// Passes up to `most` leading numbers of `text` to `take` and returns the rest; leaves at least
+/// one word if a name must follow. Numbers that are not finite are skipped.
 fn numbers(text: &[u8], most: usize, name_follows: bool, mut take: impl FnMut(usize, f32)) -> &[u8] {
     let mut rest = text;
     for i in 0..most {
@@ -155,7 +156,7 @@ fn numbers(text: &[u8], most: usize, name_follows: bool, mut take: impl FnMut(us
     rest
 }
 
-/// The name without quotation marks about it.
+/// Name of a file, without quotation marks around it.
 fn file_name(text: &[u8]) -> String {
     let inner = match text {
         [b'"', inner @ .., b'"'] => inner,

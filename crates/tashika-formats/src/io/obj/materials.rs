@@ -1,30 +1,30 @@
-//! What the definitions of an MTL file mean here.
+//! Conversion of MTL definitions to materials.
 //!
 //! The format describes lighting formulas of 1995, chosen by `illum`, and every exporter uses them
 //! in its own way. The first of these rules that applies decides:
 //!
-//! | if | then |
-//! |---|---|
-//! | `illum` 4, 6, 7 or 9, and `d` < 1 or a `Tf` that is not black, and `Ni` > 1 (or none: 1.5) | smooth glass of index `Ni`, transmittance `Tf` (or white); approximated |
-//! | `Pr`, `Pm` or a map of them is given | glTF's metallic-roughness: base `Kd`, `f₀` of `Ni` |
-//! | `illum` 5, or 3 without `Ns`, and `Ks` brighter than `Kd` | mirror of reflectance `Ks` beside Lambert of `Kd`; approximated |
-//! | `illum` 0 or 1, or `Ks` black or absent | Lambert of reflectance `Kd` |
-//! | otherwise | Phong: diffuse `Kd`, specular `Ks`, exponent `Ns` |
+//! 1. With `illum` 4, 6, 7 or 9, and `Tf` that is not black or, without `Tf`, an opacity below 1,
+//!    and `Ni` > 1 (or none: 1.5): smooth glass of index `Ni`, transmittance `Tf` (or white);
+//!    approximated.
+//! 2. With `Pr`, `Pm` or a map of them: glTF's metallic-roughness, base `Kd`, `f₀` of `Ni`.
+//! 3. With `illum` 5, or 3 without `Ns`, and `Ks` brighter than `Kd`: mirror of reflectance `Ks`
+//!    beside Lambert of `Kd`; approximated.
+//! 4. With `illum` 0 or 1, or `Ks` black or absent: Lambert of reflectance `Kd`.
+//! 5. Otherwise Phong: diffuse `Kd`, specular `Ks`, exponent `Ns`.
 //!
 //! * `K*` is multiplied by `map_K*`, if there is one that can be read; it is 1 if only the map is
-//!   given. A black `Kd` under a map counts as 1: nobody maps a texture to make it invisible.
+//!   given. A black `Kd` under a map counts as 1: a map is never meant to be invisible.
 //! * Opacity is `d`, else `1 − Tr`, times `map_d` (its alpha channel if it has one, else red). It
-//!   is the fraction of light that is stopped, and does not apply to glass, apart from `map_d`.
-//! * `Ke` times `map_Ke` is the radiance emitted by both sides (W·m⁻²·sr⁻¹): the format knows no
-//!   sides, and its faces wind as they please.
+//!   is the fraction of light that is stopped. For glass it is `map_d` alone.
+//! * `Ke` times `map_Ke` is the radiance emitted by both sides (W·m⁻²·sr⁻¹): the format has no
+//!   sides, and the winding of its faces is arbitrary.
 //! * `Ns` is taken as the exponent about the mirror direction. With the half vector of the
 //!   specification the same exponent makes a highlight twice as wide.
 //! * `norm` is a normal map in tangent space, green up in the image.
 //! * Materials that are used and not defined are grey, reflectance [`GREY`].
 //!
 //! # Guarantee
-//! Whatever the numbers are, the material is one that
-//! [`SceneBuilder`] accepts; what had to be changed is noted.
+//! Any numbers give a material that [`SceneBuilder`] accepts; changes are noted.
 //!
 //! Source: the Wavefront MTL specification, version 4.2 (1995). Tested by
 //! `suite::obj::materials_*`, `suite::damaged_obj::absurd_*`.
@@ -54,10 +54,10 @@ const DEFAULT_ROUGHNESS: f32 = 0.5;
 /// Refractive index where there is none: window glass.
 const DEFAULT_IOR: f32 = 1.5;
 
-/// Largest radiance (W·m⁻²·sr⁻¹): far above the sun's 2·10⁷, far below what overflows.
+/// Largest radiance (W·m⁻²·sr⁻¹): far above the sun's 2·10⁷, far below overflow.
 const MAX_RADIANCE: f32 = 1e12;
 
-/// Adds what a definition refers to and returns what it describes.
+/// Adds everything that a definition refers to, and returns its material.
 pub(super) fn convert(
     name: &str,
     definition: &Definition,
@@ -88,7 +88,7 @@ impl Converter<'_, '_> {
         self.builder.note(kind, message, at);
     }
 
-    /// Says what the table says about the definition as a whole.
+    /// Notes a row of the table about the definition as a whole.
     fn meaning(&mut self, name: &str) {
         meaning(name, &self.definition.at, self.builder.notes_mut());
     }
@@ -230,7 +230,7 @@ impl Converter<'_, '_> {
         (value != FloatInput::from(1.0)).then_some(Alpha { value, mode: AlphaMode::Blend })
     }
 
-    /// `d`, or what `Tr` says about it.
+    /// Returns `d`, else `1 − Tr`, else 1.
     fn opacity(&self) -> f32 {
         let d = self.definition;
         d.d.or(d.tr.map(|tr| 1.0 - tr)).unwrap_or(1.0)
@@ -249,7 +249,7 @@ impl Converter<'_, '_> {
         FloatInput { factor, texture }
     }
 
-    /// A number in `range`; `default` if it is not there or not a number.
+    /// Limits a number to `range`; returns `default` if it is absent or not a number.
     fn number(&mut self, keyword: &str, value: Option<f32>, default: f32, range: RangeInclusive<f32>) -> f32 {
         let Some(value) = value else { return default };
         if range.contains(&value) {
@@ -260,13 +260,13 @@ impl Converter<'_, '_> {
         if value.is_nan() { default } else { value.clamp(least, most) }
     }
 
-    /// A reflectance or transmittance. Above 1 only under a texture, whose product is limited
-    /// later.
+    /// Limits a reflectance or transmittance to 1. Under a texture it may be above 1: the product
+    /// is limited later.
     fn reflectance(&mut self, keyword: &str, color: Rgb, textured: bool) -> Rgb {
         self.color(keyword, color, if textured { f32::MAX } else { 1.0 })
     }
 
-    /// A colour with channels of 0 to `most`.
+    /// Limits the channels of a colour to 0 to `most`.
     fn color(&mut self, keyword: &str, color: Rgb, most: f32) -> Rgb {
         // NaN becomes 0.
         let limited = color.map(|c| if c > 0.0 { c.min(most) } else { 0.0 });

@@ -1,8 +1,8 @@
-//! Faces into meshes: one mesh a material, in the order in which faces first use them.
+//! Conversion of faces to meshes: one mesh a material, in the order in which faces first use them.
 //!
 //! Corners with the same position, texture coordinate and normal become one vertex; vertices are
 //! numbered in the order of the file, so that equal files give equal meshes. Texture coordinates
-//! are turned to run down: `v ↦ 1 − v`.
+//! are flipped to run down: `v ↦ 1 − v`.
 //!
 //! Tested by `suite::obj`.
 
@@ -23,7 +23,8 @@ pub(super) struct MaterialMesh {
     pub(super) data: MeshData,
 }
 
-/// The meshes of all faces. Corners with and without normals must not meet in one material.
+/// Builds the meshes of all faces. If a material has normals, its corners without one get the zero
+/// vector.
 pub(super) fn build(geometry: &Geometry, file: &Path, notes: &mut Notes) -> Vec<MaterialMesh> {
     let mut tally = Tally::default();
     let mut triangulator = Triangulator::new();
@@ -76,7 +77,7 @@ struct MeshBuilder {
     has_normals: bool,
     vertices: HashMap<[u32; 3], u32>,
     points: Vec<Vec3>,
-    /// Vertices of the face at hand.
+    /// Vertices of the current face.
     ids: Vec<u32>,
     triangles: Vec<[u32; 3]>,
 }
@@ -101,7 +102,7 @@ impl MeshBuilder {
     fn vertex(&mut self, geometry: &Geometry, corner: Corner) -> u32 {
         let Corner { position, uv, normal } = corner;
         let data = &mut self.data;
-        // No more vertices than corners, whose number fits.
+        // There are no more vertices than corners, whose number fits.
         let next = data.positions.len() as u32;
         let id = *self.vertices.entry([position, uv, normal]).or_insert(next);
         if id == next {
@@ -115,7 +116,7 @@ impl MeshBuilder {
         id
     }
 
-    /// The mesh of the faces added since the last one.
+    /// Returns the mesh of the faces added since the last one.
     fn finish(&mut self, name: &str, origin: DVec3) -> MeshData {
         let mut data = std::mem::take(&mut self.data);
         name.clone_into(&mut data.name);

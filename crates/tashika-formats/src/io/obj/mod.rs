@@ -3,26 +3,26 @@
 //! Input: a text file of polygons and, beside it, material libraries and images. Output: a
 //! [`Scene`] in the file's own coordinates, taken as metres, with one mesh a material.
 //!
-//! | module | what it does |
+//! | module | content |
 //! |---|---|
 //! | [`text`] | encodings, lines, words, numbers |
-//! | [`features`] | what is understood, and the notes about the rest |
-//! | [`parse`] | OBJ statements into lists, indices checked |
+//! | [`features`] | support of each statement, for notes and the guide |
+//! | [`parse`] | OBJ statements to lists, indices checked |
 //! | [`shading_normals`] | smoothing groups, flat faces |
-//! | [`polygon`](super::polygon) | polygons into triangles |
-//! | [`meshes`] | faces into meshes by material |
-//! | [`mtl`], [`map`] | MTL statements into lists |
+//! | [`polygon`](super::polygon) | polygons to triangles |
+//! | [`meshes`] | faces to meshes by material |
+//! | [`mtl`], [`map`] | MTL statements to lists |
 //! | [`references`] | finding libraries and images |
-//! | [`materials`] | what an MTL definition means here |
-//! | [`tally`] | notes by the million |
+//! | [`materials`] | MTL definitions to materials |
+//! | [`tally`] | counts of notes |
 //!
 //! # Guarantee
 //! Any bytes give a scene or an error with file and line; memory and time are bounded by a multiple
 //! of the sizes of the files. The same files give the same scene.
 //!
 //! # Limits
-//! What is left out is in the table [`FEATURES`] and noted. The
-//! format has neither cameras nor lights apart from emitting materials.
+//! Features that are ignored are in the table [`FEATURES`] and noted. The format has neither
+//! cameras nor lights apart from emitting materials.
 //!
 //! Sources: the Wavefront Advanced Visualizer manual, appendix B1 (OBJ); the MTL specification,
 //! version 4.2 (1995). Held to this by `suite::obj`, `suite::damaged_obj`.
@@ -55,14 +55,14 @@ use references::Textures;
 /// Largest number of names that an undefined name is compared with; chosen.
 const MAX_COMPARED: usize = 10_000;
 
-/// How many different materials that are not defined are named.
+/// Most different undefined materials that notes name.
 const MAX_UNDEFINED: usize = 100;
 
-/// Reads an OBJ file and what it refers to.
+/// Reads an OBJ file and the files that it refers to.
 ///
 /// # Errors
-/// [`Error::Io`](crate::error::Error::Io) if the file itself cannot be read; otherwise what cannot be meant
-/// as it stands, with its line: numbers that are none, indices out of range, bytes that are not
+/// [`Error::Io`](crate::error::Error::Io) if the file itself cannot be read; otherwise errors of
+/// the text, with their line: words that are no numbers, indices out of range, bytes that are not
 /// text.
 pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let path = files.path();
@@ -96,10 +96,9 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     builder.build()
 }
 
-/// Reads the polygons of an OBJ file as one mesh, whatever their materials, groups and smoothing
-/// groups.
+/// Reads the polygons of an OBJ file as one mesh of all materials, groups and smoothing groups.
 ///
-/// Corners without a normal get the zero vector, and no mesh has normals if no corner has one.
+/// Corners without a normal get the zero vector, and the mesh has no normals if no corner has one.
 /// Texture coordinates run down, as they do everywhere here.
 ///
 /// # Errors

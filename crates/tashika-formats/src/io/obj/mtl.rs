@@ -1,17 +1,16 @@
-//! The statements of MTL files, as lists; what they mean is decided in
-//! [`materials`](super::materials).
+//! Statements of MTL files, as lists; [`materials`](super::materials) converts them to materials.
 //!
-//! Read are colours (`Kd`, `Ks`, `Ke`, `Tf`), numbers (`Ns`, `Ni`, `d`, `Tr`, `illum`, and `Pr`,
-//! `Pm` of the physically based extension) and texture statements (`map_Kd`, `map_Ks`, `map_Ke`,
-//! `map_d`, `map_Pr`, `map_Pm`, `norm`), with keywords in any case of letters. Everything else of
-//! the format is left out and noted as the table of
-//! [`features`](super::features) says, except for the ambient terms, which global illumination replaces.
+//! The parser reads colours (`Kd`, `Ks`, `Ke`, `Tf`), numbers (`Ns`, `Ni`, `d`, `Tr`, `illum`, and
+//! `Pr`, `Pm` of the physically based extension) and texture statements (`map_Kd`, `map_Ks`,
+//! `map_Ke`, `map_d`, `map_Pr`, `map_Pm`, `norm`), with keywords in any case of letters. Other
+//! statements of the format are ignored and noted by the table of [`features`](super::features),
+//! except the ambient terms, which global illumination replaces.
 //!
 //! Sources: the Wavefront MTL specification, version 4.2 (1995); the extension by
 //! Exocortex/Clara.io.
 //!
 //! # Guarantee
-//! Of several definitions of a name the first counts, as the first of several libraries does.
+//! Of several definitions of a name the first counts, also across libraries.
 //!
 //! Tested by `suite::obj` and `suite::damaged_obj`.
 
@@ -29,10 +28,10 @@ use crate::error::{Error, Location, Result, nearest_name};
 use crate::io::notes::Named;
 use crate::scene::{NoteKind, Notes};
 
-/// One `newmtl`, as it is written.
+/// A `newmtl` with its statements.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Definition {
-    /// Where it starts.
+    /// Location of the `newmtl`.
     pub(super) at: Location,
     /// Folder of the library, as the start of a reference: empty, or ending in a separator.
     pub(super) folder: String,
@@ -66,7 +65,7 @@ pub(super) type Definitions = HashMap<String, Definition>;
 /// * `folder`: see [`Definition::folder`].
 ///
 /// # Errors
-/// [`Error::Invalid`] with line and material for numbers that are none.
+/// [`Error::Invalid`] with line and material for words that are no numbers.
 pub(super) fn parse(
     text: &[u8],
     file: &Path,
@@ -110,7 +109,7 @@ impl Parser<'_> {
                 slot.insert(definition);
             }
             Entry::Occupied(slot) => {
-                // Exporters that write a material once a use repeat it word by word.
+                // Exporters that write a material at each use repeat it word by word.
                 let first = Definition { at: definition.at.clone(), ..slot.get().clone() };
                 if first != definition {
                     let message = "materials defined again in another way: the first definition counts";
@@ -204,7 +203,7 @@ impl Parser<'_> {
     }
 }
 
-/// One statement, for its arguments.
+/// Arguments of one statement.
 struct Reader<'a> {
     file: &'a Path,
     line: u32,
@@ -220,13 +219,13 @@ impl Reader<'_> {
         Error::invalid(at, found.trim_end(), expected)
     }
 
-    /// The first argument, options aside (`d -halo 0.5`).
+    /// Reads the first argument, options aside (`d -halo 0.5`).
     fn number(&self) -> Result<f32> {
         let word = values(self.rest).find(|word| *word != b"-halo");
         word.and_then(number).ok_or_else(|| self.invalid("a number"))
     }
 
-    /// Red, green and blue, or one number for all; nothing if it is given in another way.
+    /// Reads red, green and blue, or one number for all; none if the colour is spectral or in XYZ.
     fn color(&self) -> Result<Option<Rgb>> {
         if words(self.rest).next().is_some_and(|w| w == b"spectral" || w == b"xyz") {
             return Ok(None);

@@ -1,16 +1,16 @@
-//! The statements of an OBJ file, as lists.
+//! Statements of an OBJ file, as lists.
 //!
-//! Read are `v`, `vt`, `vn`, `f` (and its old name `fo`), `usemtl`, `mtllib`, `s`; `o` and `g` only
-//! name parts. Everything else of the format is left out and noted as the table of
-//! [`features`](super::features) says; what is not of the format is noted by name. Source: the
-//! Wavefront Advanced Visualizer manual, appendix B1.
+//! The parser reads `v`, `vt`, `vn`, `f` (and its old name `fo`), `usemtl`, `mtllib`, `s`; `o` and
+//! `g` only name parts. Other statements of the format are ignored and noted by the table of
+//! [`features`](super::features); statements that are not of the format are noted by name. Source:
+//! the Wavefront Advanced Visualizer manual, appendix B1.
 //!
 //! # Guarantee
 //! Every index of every [`Corner`] is in range of its list or [`NONE`]; every face has at least
 //! three corners. Memory is proportional to the text.
 //!
-//! Indices may point forward, so that they are checked at the end, with the line of the face kept
-//! until then.
+//! Indices may point forward. They are checked at the end; until then the line of each face is
+//! stored.
 //!
 //! Tested by `suite::obj` and `suite::damaged_obj`.
 
@@ -27,10 +27,10 @@ use crate::io::notes::Named;
 use crate::math::LocalPlaces;
 use crate::scene::{NoteKind, Notes};
 
-/// An attribute that a corner does not have.
+/// Index of an attribute that a corner does not have.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// How many different unknown keywords are named.
+/// Most different unknown keywords that notes name.
 pub(super) const MAX_UNKNOWN: usize = 20;
 
 /// One corner of a face: positions in the lists of [`Geometry`], from 0.
@@ -41,23 +41,23 @@ pub(super) struct Corner {
     pub(super) normal: u32,
 }
 
-/// A polygon.
+/// A polygon with its material and smoothing group.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Face {
-    /// First of its corners.
+    /// Position of the first corner in [`Geometry::corners`].
     first: u32,
-    /// How many.
+    /// Number of corners.
     count: u32,
-    /// Line in the file.
+    /// Number of the line in the file.
     pub(super) line: u32,
     /// Position in [`Geometry::materials`].
     pub(super) material: u32,
-    /// Smoothing group; 0 is none.
+    /// Number of the smoothing group; 0 is none.
     pub(super) smoothing: u32,
 }
 
 impl Face {
-    /// Its part of [`Geometry::corners`].
+    /// Range of the corners in [`Geometry::corners`].
     pub(super) fn range(&self) -> std::ops::Range<usize> {
         self.first as usize..self.first as usize + self.count as usize
     }
@@ -70,32 +70,32 @@ pub(super) struct Reference {
     pub(super) line: u32,
 }
 
-/// What an OBJ file holds.
+/// Contents of an OBJ file.
 #[derive(Default)]
 pub(super) struct Geometry {
-    /// Points of `v` (m), until the end of the file.
+    /// Points of `v` (m); emptied at the end of the file.
     places: Vec<DVec3>,
-    /// Points of `v` (m), relative to `origin`, after the end of the file.
+    /// Points of `v` (m), relative to `origin`; filled at the end of the file.
     pub(super) positions: Vec<Vec3>,
     /// Origin of the positions (m).
     pub(super) origin: DVec3,
-    /// Of `vt`, with `v` up.
+    /// Texture coordinates of `vt`, with `v` up.
     pub(super) uvs: Vec<Vec2>,
-    /// Of `vn`; of any length.
+    /// Vectors of `vn`, of any length.
     pub(super) normals: Vec<Vec3>,
     pub(super) corners: Vec<Corner>,
     pub(super) faces: Vec<Face>,
-    /// Of `usemtl`; the first, without name, stands for faces before any.
+    /// Names of `usemtl`; the first, which is empty, stands for faces before any `usemtl`.
     pub(super) materials: Vec<Reference>,
-    /// Of `mtllib`: the rest of the line, different ones only.
+    /// Names of `mtllib`: the rest of each line, without repetitions.
     pub(super) libraries: Vec<Reference>,
 }
 
 /// Reads the statements of `text`; `file` is for messages.
 ///
 /// # Errors
-/// [`Error::Invalid`] with the line for numbers that are none and indices out of range, and for text
-/// without a single OBJ statement.
+/// [`Error::Invalid`] with the line for words that are no numbers and indices out of range, and for
+/// text without a single OBJ statement.
 pub(super) fn parse(text: &[u8], file: &Path, notes: &mut Notes) -> Result<Geometry> {
     let mut parser = Parser::new(file);
     let mut lines = Lines::new(text);
@@ -147,7 +147,7 @@ impl<'a> Parser<'a> {
         match keyword {
             b"v" => {
                 let (xyz, more) = self.numbers("v", line, (rest, wide_number), 3)?;
-                // Four are x y z w, where w matters to rational curves only.
+                // A fourth number is the weight `w`, which matters to rational curves only.
                 if more >= 3 {
                     self.tally.met(STATEMENT, VERTEX_COLORS, line);
                 }
@@ -198,8 +198,8 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    /// The first `N` numbers of a statement, of which the last `N − required` may be missing, and
-    /// how many words follow them.
+    /// Reads the first `N` numbers of a statement, of which the last `N − required` may be missing.
+    /// Returns them and the number of words after them.
     fn numbers<const N: usize, T: Copy + Default>(
         &self,
         keyword: &str,
@@ -238,7 +238,7 @@ impl<'a> Parser<'a> {
             self.tally.add(NoteKind::Repaired, "faces of fewer than three corners: left out", line);
             return Ok(());
         }
-        // One below the largest, so that the number of any list made of corners fits as well.
+        // One below the largest, so that the length of any list made of corners fits as well.
         if corners >= NONE as usize {
             return Err(Error::unsupported(
                 Location::line(self.file, line),
@@ -293,8 +293,8 @@ impl<'a> Parser<'a> {
         )
     }
 
-    /// An index from 0. Positive ones count from 1 and may point forward; negative ones count back
-    /// from the `available` elements so far.
+    /// Converts an index to one from 0. Positive indices count from 1 and may point forward;
+    /// negative ones count back from the `available` elements so far.
     fn index(&self, line: u32, word: &[u8], digits: &[u8], kind: Kind, available: usize) -> Result<u32> {
         let index = integer(digits).ok_or_else(|| self.malformed(line, word))?;
         let resolved = if index > 0 { index - 1 } else { available as i64 + index };
@@ -352,7 +352,7 @@ impl<'a> Parser<'a> {
         };
     }
 
-    /// Checks what could not be checked before the end.
+    /// Checks the indices after the last statement, and places the points relative to their origin.
     fn finish(mut self, notes: &mut Notes) -> Result<Geometry> {
         if let (false, Some((line, word))) = (self.known_statements, &self.first_unknown) {
             return Err(self.invalid(
@@ -361,7 +361,7 @@ impl<'a> Parser<'a> {
                 "v, vt, vn, f, g, o, s, usemtl or mtllib",
             ));
         }
-        // Whoever strips a file of its normals need not have touched the faces.
+        // Tools that remove the normals of a file may leave the faces as they are.
         for kind in [Kind::Uv, Kind::Normal] {
             if kind.count(&self.geometry) == 0 {
                 self.strip(kind);
@@ -418,7 +418,7 @@ impl<'a> Parser<'a> {
     }
 }
 
-/// What a part of a corner indexes.
+/// List that a part of a corner indexes.
 #[derive(Clone, Copy)]
 enum Kind {
     Position,
@@ -460,7 +460,7 @@ impl Kind {
     }
 }
 
-/// A decimal integer; those that do not fit are the largest of their sign.
+/// Parses a decimal integer; one that does not fit becomes the largest of its sign.
 fn integer(word: &[u8]) -> Option<i64> {
     let (negative, digits) = match word {
         [b'-', digits @ ..] => (true, digits),

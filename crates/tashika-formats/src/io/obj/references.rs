@@ -1,10 +1,10 @@
-//! What OBJ and MTL files refer to: material libraries and images.
+//! Files that OBJ and MTL files refer to: material libraries and images.
 //!
-//! A name is looked for, in this order: in the folder of the file that names it, in the folder of
-//! the scene, in both with `\ ` read as a blank, and last, because exporters write paths of their
-//! own machine, under its last part in the folder of the scene.
+//! A name is searched for, in this order, in the folder of the file that names it, in the folder of
+//! the scene, in both with `\ ` read as a blank, and by its last part in the folder of the scene.
+//! The last is needed because exporters write paths of their own machine.
 //!
-//! What is not found is noted, and the scene goes on without it. Tested by `suite::obj`,
+//! A file that is not found is noted, and the scene is loaded without it. Tested by `suite::obj`,
 //! `suite::damaged_obj`.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -25,15 +25,15 @@ use crate::scene::{ImageTexture, NoteKind, Notes, SceneBuilder, TextureId};
 
 /// A file that was found.
 struct Found {
-    /// The spelling that led to it.
+    /// Spelling that led to the file.
     reference: String,
-    /// Canonical; of tiles as it is spelt.
+    /// Canonical path; for tiles, the pattern as it is spelt.
     path: PathBuf,
-    /// Whether it was not where the name says.
+    /// True if the file was not at the place of its name.
     moved: bool,
 }
 
-/// Finds `name`, written in a file in `folder` (a start of references, see [`Definition::folder`]).
+/// Finds `name`, which is written in a file in `folder` (see [`Definition::folder`]).
 fn find(files: &SceneFiles, folder: &str, name: &str, at: &Location) -> Result<Found> {
     let mut spellings = vec![name.to_owned()];
     if name.contains("\\ ") {
@@ -70,22 +70,22 @@ fn find(files: &SceneFiles, folder: &str, name: &str, at: &Location) -> Result<F
     }
 }
 
-/// How many different files that could not be read, or not where they should be, are named.
+/// Most different files that notes name because they could not be read or were found elsewhere.
 const MAX_NAMED: usize = 100;
 
-/// How many material libraries are looked for; chosen.
+/// Most material libraries that are searched for; chosen.
 const MAX_LIBRARIES: usize = 1000;
 const TOO_MANY_LIBRARIES: &str = "material libraries after the thousandth";
 
-/// After so many images that could not be read no further ones are looked for; chosen.
+/// Number of failed images after which no further ones are searched for; chosen.
 const MAX_FAILURES: usize = 1000;
 
 /// Reads the material libraries.
 ///
-/// A statement's whole line is one name if there is such a file, else a list of names.
+/// The rest of a statement's line is one name if there is such a file, else a list of names.
 ///
 /// # Errors
-/// What [`mtl::parse`] refuses in a library that was found.
+/// Errors of [`mtl::parse`] in a library that was found.
 pub(super) fn read_libraries(
     files: &SceneFiles,
     references: &[Reference],
@@ -139,7 +139,7 @@ pub(super) fn read_libraries(
     Ok(definitions)
 }
 
-/// Names of a list: blanks part them, unless a `\` stands before.
+/// Splits a list of names at blanks, except after a `\`.
 fn split_names(list: &str) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for word in list.split([' ', '\t']).filter(|word| !word.is_empty()) {
@@ -155,7 +155,7 @@ fn split_names(list: &str) -> Vec<String> {
     names
 }
 
-/// Tells where a file was found that is not where its name says.
+/// Notes a file that was not found at the place of its name.
 fn note_moved(name: &str, found: &Found, moved: &mut Named, at: &Location, notes: &mut Notes) {
     if found.moved {
         let reference = &found.reference;
@@ -165,7 +165,7 @@ fn note_moved(name: &str, found: &Found, moved: &mut Named, at: &Location, notes
     }
 }
 
-/// What a texture is used for.
+/// Kind of values that a texture is used for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Content {
     /// Colours, through the sRGB curve.
@@ -176,13 +176,13 @@ pub(super) enum Content {
     Opacity,
 }
 
-/// The images of materials.
+/// Images of materials, each name read once.
 pub(super) struct Textures<'a> {
     files: &'a SceneFiles,
     images: ImageCache<'a>,
-    /// By folder and name as written.
+    /// Images by folder and name as written, and by content.
     by_name: BTreeMap<(String, String, Content), Result<Picture, Unreadable>>,
-    /// How many different names led to nothing.
+    /// Number of different names whose image could not be read.
     failures: usize,
     unreadable: Named,
     moved: Named,
@@ -200,7 +200,8 @@ impl<'a> Textures<'a> {
         }
     }
 
-    /// The texture of a statement, if its image can be read, and whether that has opacities.
+    /// Adds the texture of a statement, if its image can be read; the flag is true if that has
+    /// opacities.
     pub(super) fn load(
         &mut self,
         map: &Map,
@@ -253,7 +254,7 @@ impl<'a> Textures<'a> {
             && let Some(color) = self.images.known(&found.reference, Encoding::Srgb, at)
             && self.images.has_opacity(color)
         {
-            // Alpha is linear in either encoding: no second copy of the image for it.
+            // Alpha is linear in either encoding: it needs no second copy of the image.
             return Ok(Ok(color));
         }
         let encoding = if content == Content::Color { Encoding::Srgb } else { Encoding::Linear };

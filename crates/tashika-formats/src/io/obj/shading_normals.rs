@@ -1,8 +1,8 @@
-//! Normals for corners that the file gives none.
+//! Normals for corners that have none in the file.
 //!
-//! * A corner of a face with a smoothing group gets the mean of the normals of all such faces of
-//!   its group about its vertex, weighted with their angles there, so that it does not depend on
-//!   how the surface is cut into faces:
+//! * A corner of a face with a smoothing group gets the mean of the normals of its group's faces
+//!   around its vertex, weighted with their angles there. Corners that have a normal do not count.
+//!   The mean does not depend on how the surface is cut into faces:
 //!
 //! ```text
 //!   n = Σ αᵢ nᵢ / ‖Σ αᵢ nᵢ‖
@@ -10,8 +10,8 @@
 //!
 //!   (Thürmer and Wüthrich, "Computing Vertex Normals from Polygonal Facets", JGT 3(1), 1998,
 //!   equation 1.)
-//! * Any other corner is flat. Where other faces of its material have normals it gets its face's,
-//!   as a mesh has normals at all of its vertices or at none.
+//! * Any other corner is flat. If other faces of its material have normals, it gets the normal of
+//!   its face, as a mesh has normals at all of its vertices or at none.
 //!
 //! Sums run in `f64`, in the order of the file. Tested by `suite::obj::smoothing_*`.
 
@@ -87,8 +87,8 @@ fn unit_normal(points: &[Vec3]) -> DVec3 {
     double_area(points).normalize_or_zero()
 }
 
-/// Angle inside the polygon at corner `i`, between 0 and 2π, for its unit normal; zero where it has
-/// none.
+/// Interior angle of a polygon at corner `i`, between 0 and 2π, given the polygon's unit normal;
+/// zero if that normal is zero.
 fn interior_angle(points: &[Vec3], i: usize, normal: DVec3) -> f64 {
     let at = |k: usize| points[k % points.len()].as_dvec3();
     let (next, before) = (at(i + 1) - at(i), at(i + points.len() - 1) - at(i));
@@ -97,7 +97,7 @@ fn interior_angle(points: &[Vec3], i: usize, normal: DVec3) -> f64 {
     if normal == DVec3::ZERO {
         return 0.0;
     }
-    // Both shrink to the range of `f32` together.
+    // Both are scaled to the range of `f32` together.
     let scale = sine.abs().max(cosine.abs());
     if scale == 0.0 {
         return 0.0;
@@ -106,7 +106,7 @@ fn interior_angle(points: &[Vec3], i: usize, normal: DVec3) -> f64 {
     if angle < 0.0 { angle + TAU } else { angle }
 }
 
-/// `index` as it is stored, unless there are too many.
+/// Converts `index` to the stored type; fails if there are too many.
 fn checked(index: usize, file: &Path) -> Result<u32> {
     u32::try_from(index).ok().filter(|&i| i != NONE).ok_or_else(|| {
         Error::unsupported(Location::file(file), "more than 4294967295 vertex normals", "split the file")

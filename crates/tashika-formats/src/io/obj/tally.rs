@@ -1,4 +1,4 @@
-//! Notes that many lines of a file give rise to: a file of a million lines can deserve a million.
+//! Counts of notes about lines: a file of a million lines can give rise to a million notes.
 
 use std::path::Path;
 
@@ -7,24 +7,24 @@ use crate::error::Location;
 use crate::io::features::Feature;
 use crate::scene::{NoteKind, Notes};
 
-/// What is told of a line.
+/// Subject of a note about a line.
 #[derive(Clone, Copy, PartialEq)]
 enum Told {
     Message(NoteKind, &'static str),
     Row(&'static Feature),
 }
 
-/// Counts what is told about the lines of one file, without allocating for each.
+/// Counts of the notes about one file, without an allocation for each line.
 #[derive(Default)]
 pub(super) struct Tally(Vec<(Told, u32, u64)>);
 
 impl Tally {
-    /// One more occurrence of `message`, on `line`.
+    /// Counts an occurrence of `message` on `line`.
     pub(super) fn add(&mut self, kind: NoteKind, message: &'static str, line: u32) {
         self.count(Told::Message(kind, message), line);
     }
 
-    /// A thing of a row of the table, on `line`.
+    /// Counts a feature on `line`, if the table has a row for it.
     pub(super) fn met(&mut self, kind: &str, name: &str, line: u32) {
         if let Some(row) = Feature::find(FEATURES, kind, name) {
             self.count(Told::Row(row), line);
@@ -38,7 +38,7 @@ impl Tally {
         }
     }
 
-    /// Hands the counts over.
+    /// Adds a note for each count.
     pub(super) fn report(self, file: &Path, notes: &mut Notes) {
         for (told, line, count) in self.0 {
             let at = Location::line(file, line);

@@ -1,9 +1,9 @@
-//! Lines, words and numbers, as OBJ and MTL share them.
+//! Lines, words and numbers of OBJ and MTL files.
 //!
 //! Both formats are lines of blank-separated words, the first of which is a keyword. A `\` at the
 //! end of a line joins the next one to it; lines end in LF, CR LF or CR. Text is UTF-8, UTF-16 with
-//! a byte order mark, or, where it is not valid UTF-8, Latin-1: names come out the same whatever
-//! the exporter's encoding. A NUL byte means that the file is not text at all.
+//! a byte order mark, or, where it is not valid UTF-8, Latin-1, so that names do not depend on the
+//! exporter's encoding. A NUL byte means that the file is not text at all.
 //!
 //! Nothing is allocated beyond the text itself. Tested by the tests below and `suite::obj`.
 
@@ -44,11 +44,12 @@ impl<'a> Lines<'a> {
         Self { rest: text, next: 1, joined: Vec::new() }
     }
 
-    /// The next line with the number of its first physical line, from 1, without blanks about it.
+    /// Returns the next line without blanks around it, and the number of its first physical line,
+    /// from 1.
     pub(super) fn next(&mut self) -> Option<(u32, &[u8])> {
         let number = self.next;
         let mut line = self.physical()?;
-        // A comment may end in a path separator; it continues nothing.
+        // A comment may end in a path separator; the next line does not belong to it.
         if line.last() != Some(&b'\\') || trim(line).first() == Some(&b'#') {
             return Some((number, trim(line)));
         }
@@ -88,14 +89,14 @@ pub(super) fn trim(text: &[u8]) -> &[u8] {
     &text[start..end]
 }
 
-/// The first word of a trimmed line, and what follows the blanks after it.
+/// Splits a trimmed line into its first word and the text after the following blanks.
 pub(super) fn split_keyword(line: &[u8]) -> (&[u8], &[u8]) {
     let end = line.iter().position(|&b| is_blank(b)).unwrap_or(line.len());
     let (keyword, rest) = line.split_at(end);
     (keyword, trim(rest))
 }
 
-/// Words between blanks.
+/// Returns the words of a text, separated by blanks.
 pub(super) fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     text.split(|&b| is_blank(b)).filter(|word| !word.is_empty())
 }
@@ -110,16 +111,16 @@ pub(super) fn name(bytes: &[u8]) -> String {
     utf8_or_latin1(bytes).into_owned()
 }
 
-/// Words for a message: at most 60 characters of them.
+/// At most 60 characters of a text, for messages.
 pub(super) fn excerpt(bytes: &[u8]) -> String {
     const LONGEST: usize = 60;
     notes::excerpt(&name(&bytes[..bytes.len().min(4 * LONGEST)]), LONGEST)
 }
 
-/// A number: what C's `strtof` and `printf` agree on, with the not-a-numbers of several C
-/// libraries.
+/// Parses a number in the notation that C's `strtof` and `printf` share, or a value that is not
+/// finite as C libraries print it.
 ///
-/// Numbers too large for `f32` are infinite, as C has it.
+/// Numbers too large for `f32` are infinite, as in C.
 pub(super) fn number(word: &[u8]) -> Option<f32> {
     let text = std::str::from_utf8(word).ok()?;
     text.parse().ok().or_else(|| not_finite(text))
@@ -131,7 +132,8 @@ pub(super) fn wide_number(word: &[u8]) -> Option<f64> {
     text.parse().ok().or_else(|| not_finite(text).map(f64::from))
 }
 
-/// `1.#INF`, `-1.#IND00`, `nan(ind)`, `-nan(snan)`: what C libraries print for what is not finite.
+/// Parses values that are not finite as C libraries print them: `1.#INF`, `-1.#IND00`, `nan(ind)`,
+/// `-nan(snan)`.
 fn not_finite(text: &str) -> Option<f32> {
     let lower = text.trim_start_matches(['+', '-']).to_ascii_lowercase();
     if lower.starts_with("1.#inf") {

@@ -6,10 +6,9 @@
 //! to_world = C⁻¹ · diag(1, 1, −1)
 //! ```
 //!
-//! for a camera that looks along `−z`. A mirror in it is kept: it is what the file asks for. `fov`
-//! is the angle along the shorter side of the image. With the screen window `[x₀, x₁] × [y₀, y₁]`,
-//! `±1` along the shorter side and the image's proportions along the other unless the file says
-//! otherwise, and `t = tan(fov / 2)`:
+//! for a camera that looks along `−z`. A reflection in `C` is intended and kept. `fov` is the angle
+//! along the shorter side of the image. With the screen window `[x₀, x₁] × [y₀, y₁]`, by default
+//! `±1` along the shorter side and the image's proportions along the other, and `t = tan(fov / 2)`:
 //!
 //! ```text
 //! vertical_fov = 2 atan(t (y₁ − y₀)/2),   shift = ((x₀ + x₁)/2 / (x₁ − x₀), (y₀ + y₁)/2 / (y₁ − y₀))
@@ -25,14 +24,15 @@
 //! ```
 //!
 //! in that frame. The first begins at `+x`, looks ahead at `u = 1/4` and to the left at `u = 1/2`:
-//! beside a perspective view it is mirrored. So it becomes [`Projection::Spherical`] in axes of its
-//! own, `(−z, y, x)` of those of a perspective camera; the second is that of equal areas as it
-//! stands. Both take the whole film, whatever `fov` and `screenwindow` say, as pbrt does.
+//! compared with a perspective view it is mirrored. It becomes [`Projection::Spherical`] in axes of
+//! its own, `(−z, y, x)` of those of a perspective camera; the second is the map of equal areas,
+//! without a change of axes. Both take the whole film and ignore `fov` and `screenwindow`, as pbrt
+//! does.
 //!
 //! A camera whose transform moves is blurred while its shutter is open, from `shutteropen` (0) to
-//! `shutterclose` (1 s), unless another time is asked for.
+//! `shutterclose` (1 s), unless another time is requested.
 //!
-//! What a film does with the light (sensor, ISO, exposure) is left to the picture's own exposure.
+//! Sensor, ISO and exposure of a film are left to the picture's own exposure.
 //!
 //! Source: Pharr et al. 2023, sections 5.2 and 5.4. Tested by `suite::pbrt::cameras_*`.
 
@@ -47,40 +47,40 @@ use crate::math::elementary::{atan2, tan};
 use crate::math::motion::Track;
 use crate::scene::{Camera, Lens, MediumId, NoteKind, Projection, SphereMap};
 
-/// Fields of view are kept in this range (degrees).
+/// Range that fields of view are clamped to (degrees).
 const FOV: (f32, f32) = (0.01, 179.0);
 
 /// Field of view of lens systems; chosen.
 const REALISTIC_FOV: f32 = 45.0;
 
-/// Largest image side that a file may ask for (pixels).
+/// Largest side of an image that a file may request (pixels).
 const MAX_SIDE: i32 = 1 << 16;
 
-/// How much the proportions of screen and image may differ.
+/// Largest relative difference between the proportions of screen and image that is not noted.
 const TOLERANCE: f32 = 1e-3;
 
-/// When the shutter is open if the camera does not say (s).
+/// Default time that the shutter is open (s).
 pub(super) const SHUTTER: [f64; 2] = [0.0, 1.0];
 
-/// When a camera says that its shutter is open (s).
+/// Time that a camera's shutter is open (s), by its parameters.
 pub(super) fn shutter(p: &Parameters) -> [f64; 2] {
     let [open, close] = [("shutteropen", SHUTTER[0]), ("shutterclose", SHUTTER[1])]
         .map(|(name, own)| p.float(name).map_or(own, f64::from));
     [open.min(close), open.max(close)]
 }
 
-/// Where a camera stands.
+/// Pose, motion and medium of a camera.
 #[derive(Clone, Debug)]
 pub(super) struct Stand {
     /// Camera to world.
     pub(super) pose: DAffine3,
-    /// The inverse of the transform of the file, if it moves.
+    /// Inverse of the file's transform at all times, if it moves.
     pub(super) track: Option<Track>,
-    /// What it stands in.
+    /// Medium that the camera stands in.
     pub(super) medium: Option<MediumId>,
 }
 
-/// What a `Film` says.
+/// Resolution and crop of a `Film`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Film {
     resolution: [u32; 2],
@@ -88,7 +88,7 @@ pub(super) struct Film {
 }
 
 impl Film {
-    /// The film that there is without one.
+    /// Film of a scene that names none.
     pub(super) fn new(version: Version) -> Self {
         let resolution = if version == Version::V3 { [640, 480] } else { [1280, 720] };
         Self { resolution, crop: None }
@@ -128,13 +128,13 @@ impl Film {
         Ok(film)
     }
 
-    /// A camera that exposes it.
+    /// Camera that exposes this film.
     fn camera(&self, pose: DAffine3, projection: Projection) -> Camera {
         let resolution = Some(self.resolution);
         Camera { resolution, crop: self.crop, ..Camera::new("camera", pose.as_affine3a(), projection) }
     }
 
-    /// The part of the image between fractions, rounded up as pbrt does, or between pixels.
+    /// Reads the part of the image between fractions, rounded up as in pbrt, or between pixels.
     fn crop(&self, loading: &mut Loading<'_>, p: &Parameters) -> Option<Window> {
         let [width, height] = self.resolution;
         let (x, y) = if let Some(&[x0, x1, y0, y1]) = p.integers("pixelbounds") {
@@ -160,8 +160,7 @@ impl Film {
     }
 }
 
-/// Where the camera stands, whose own space becomes the world by `C⁻¹`; nothing if that flattens
-/// space.
+/// Pose of a camera, from the inverse of the current transform, `C⁻¹`; none if that flattens space.
 pub(super) fn to_world(inverse: &DAffine3) -> Option<DAffine3> {
     let mirrored = DMat3::from_cols(inverse.matrix3.x_axis, inverse.matrix3.y_axis, -inverse.matrix3.z_axis);
     let pose = DAffine3 { matrix3: mirrored, translation: inverse.translation };
@@ -169,7 +168,7 @@ pub(super) fn to_world(inverse: &DAffine3) -> Option<DAffine3> {
     (rounded.is_finite() && rounded.matrix3.determinant() != 0.0).then_some(pose)
 }
 
-/// Adds `Camera class`, which stands or moves so and exposes `film`.
+/// Adds `Camera class`, with the pose and the motion of `stand` and the size of `film`.
 pub(super) fn add(
     loading: &mut Loading<'_>,
     class: &str,
@@ -219,7 +218,7 @@ pub(super) fn add(
     loading.builder.add_camera_at(camera, stand.pose)
 }
 
-/// Adds a camera that sees all around.
+/// Adds a camera that sees all directions.
 fn add_spherical(
     loading: &mut Loading<'_>,
     class: &str,
@@ -227,7 +226,7 @@ fn add_spherical(
     stand: &Stand,
     film: &Film,
 ) -> Result<()> {
-    // pbrt takes them and does nothing with them.
+    // pbrt accepts them and ignores them.
     p.accept(&["hither", "yon"]);
     p.accept(&["lensradius", "focaldistance", "frameaspectratio", "screenwindow", "fov", "halffov"]);
     let map = match (class, p.string("mapping")) {
@@ -251,8 +250,8 @@ fn add_spherical(
     loading.builder.add_camera_at(camera, to_world)
 }
 
-/// The camera while the shutter is open, as was asked for or as the file says; `axes` are its own,
-/// beside those of a perspective camera.
+/// Gives a camera its motion while the shutter is open, as the user requests or the file states;
+/// `axes` are the camera's, relative to those of a perspective camera.
 fn exposed(
     loading: &mut Loading<'_>,
     p: &Parameters,
@@ -286,7 +285,7 @@ fn exposed(
     }
 }
 
-/// A field of view of `fov` degrees between `±1` of a screen of that height.
+/// Perspective projection with `fov` degrees between `±1` of a screen of that height.
 fn perspective(loading: &mut Loading<'_>, p: &Parameters, fov: f32, height: f32) -> Projection {
     if !(FOV.0..=FOV.1).contains(&fov) {
         loading.note(NoteKind::Repaired, "fields of view outside 0° to 180°: the nearer end", p.at());

@@ -1,4 +1,4 @@
-//! What pbrt-v3 and pbrt-v4 may name, and what becomes of it.
+//! Features of pbrt-v3 and pbrt-v4, and their support.
 //!
 //! Names that both formats have stand once.
 //! `suite::pbrt_appearance::every_feature_gives_the_note_of_its_row` loads every row.

@@ -1,4 +1,4 @@
-//! Lights that shine by an image: `goniometric` and `projection`.
+//! Lights with an image: `goniometric` and `projection`.
 //!
 //! With `I`, `scale` and `power` as the file gives them:
 //!
@@ -7,12 +7,12 @@
 //! projection    intensity   scale · map(u, v)              · power / ∫ map dω     of pbrt-v3: times I
 //! ```
 //!
-//! where the last factor is there if the parameter is, in pbrt-v4, whose power is a luminance. Maps
-//! of pbrt-v4 are looked up by the nearest texel, those of pbrt-v3 bilinearly and repeated beyond
-//! their sides.
+//! where the last factor applies in pbrt-v4 if the parameter is given; the integral is that of the
+//! luminance. Maps of pbrt-v4 are looked up by the nearest texel, those of pbrt-v3 bilinearly and
+//! repeated beyond their sides.
 //!
 //! * A goniometric map of pbrt-v3 is latitude-longitude, that of pbrt-v4 octahedral; the pole of
-//!   both is the light's `+y`, `u = 0` of the first its `+x`, from where it turns towards `+z`.
+//!   both is the light's `+y`. The first has `u = 0` at the light's `+x` and turns towards `+z`.
 //!   Both formats swap `y` and `z` of a direction first, which is a reflection.
 //! * A slide shines along `+z`; `fov` spans its shorter side. Its top row is at the light's `−y` in
 //!   pbrt-v3, at `+y` in pbrt-v4.
@@ -40,7 +40,7 @@ use crate::scene::{
 /// Maps of lights so far, by file and spread; none where the image could not be read or is black.
 pub(super) type Maps = std::collections::BTreeMap<(String, MapKind), Option<Arc<IntensityMap>>>;
 
-/// What one image may be the map of.
+/// Kinds of map that an image may become.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum MapKind {
     /// All directions.
@@ -49,13 +49,13 @@ pub(super) enum MapKind {
     Slide(u32),
 }
 
-/// Fields of view are kept in this range (degrees).
+/// Range that fields of view are clamped to (degrees).
 const FIELD_OF_VIEW: (f32, f32) = (0.1, 179.0);
 
-/// Turned so that `y` and `z` are swapped.
+/// Frame of a light with `y` and `z` swapped.
 const SWAPPED: Mat3 = Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::Y);
 
-/// Upside down.
+/// Frame turned upside down.
 const FLIPPED: Mat3 = Mat3::from_cols(Vec3::X, Vec3::NEG_Y, Vec3::Z);
 
 /// `LightSource "goniometric"`.
@@ -118,19 +118,19 @@ pub(super) fn projection(loading: &mut Loading<'_>, p: &Parameters, to_world: &D
     add(loading, p, map, own, place, turn * frame)
 }
 
-/// How the formats look a map up.
+/// Sampling and wrapping of a map in each format.
 fn lookup(v4: bool) -> Lookup {
     let sampling = if v4 { Sampling::Nearest } else { Sampling::Bilinear };
     Lookup { sampling, wrap: [if v4 { Wrap::Clamp } else { Wrap::Repeat }; 2] }
 }
 
-/// The name of an image, if there is one.
+/// Name of the light's image, if it has one.
 fn name_of_map(loading: &Loading<'_>, p: &Parameters) -> Option<String> {
     let name = p.string(if loading.version == Version::V3 { "mapname" } else { "filename" });
     name.filter(|name| !name.is_empty()).map(str::to_owned)
 }
 
-/// The map of a name, made once.
+/// Returns the map of that name, made once.
 fn map(
     loading: &mut Loading<'_>,
     p: &Parameters,
@@ -153,7 +153,8 @@ fn map(
     Ok(found)
 }
 
-/// Adds a light of a map: the intensity where the map has 1, and the power, if that is said.
+/// Adds a light whose intensity is `intensity` where the map is 1, times the power over the map's
+/// integral if given.
 fn add(
     loading: &mut Loading<'_>,
     p: &Parameters,
@@ -162,7 +163,7 @@ fn add(
     place: DVec3,
     to_world: Mat3,
 ) -> Result<()> {
-    // The image was black, or a note has told that it could not be read.
+    // The image was black, or could not be read, which is already noted.
     let Some(map) = map else { return Ok(()) };
     if let Some(power) = power {
         intensity *= power / map.integral().luminance().max(f32::MIN_POSITIVE);
@@ -170,12 +171,12 @@ fn add(
     add_image_light(&mut loading.builder, &map, (place, to_world), intensity, p.at())
 }
 
-/// The mean of the channels.
+/// Image with the mean of the channels in each.
 fn grey(image: &Image) -> Image {
     let texels = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
     let mean = |(x, y)| {
         let Rgb { r, g, b } = image.texel(x, y).0;
-        // Divided first: the sum may be more than there is.
+        // Divided first: the sum may overflow.
         [r / 3.0 + g / 3.0 + b / 3.0; 3]
     };
     Image { pixels: Pixels::Float(texels.map(mean).collect()), name: image.name.clone(), ..*image }

@@ -1,8 +1,8 @@
-//! Carrying out directives in the order of the text.
+//! Execution of directives in the order of the text.
 //!
-//! Before `WorldBegin` the camera and the film are described, after it the scene. Directives that
-//! have no meaning here are read over. A word that is no directive is an error: text that is no
-//! scene must not look like an empty one.
+//! Directives before `WorldBegin` describe the camera and the film, those after it the scene.
+//! Directives without a meaning here are skipped. A word that is no directive is an error: text
+//! that is no scene must not look like an empty one.
 //!
 //! Tested by `suite::pbrt`, `suite::damaged_pbrt`.
 
@@ -98,11 +98,11 @@ pub(super) struct Interpreter<'f> {
     objects: BTreeMap<String, Vec<Part>>,
     /// Instances of objects that are defined after them.
     waiting: Vec<Instance>,
-    /// The object between `ObjectBegin` and `ObjectEnd`.
+    /// Name and parts of the object between `ObjectBegin` and `ObjectEnd`.
     object: Option<(String, Vec<Part>)>,
     instances: usize,
     camera: Option<(String, Parameters, Stand)>,
-    /// Its type, if the file names one.
+    /// Type of the integrator, if the file names one.
     integrator: Option<String>,
     film: Film,
     in_world: bool,
@@ -110,7 +110,7 @@ pub(super) struct Interpreter<'f> {
 }
 
 impl<'f> Interpreter<'f> {
-    /// Before the first directive.
+    /// Interpreter before the first directive.
     pub(super) fn new(files: &'f SceneFiles, texts: Texts<'f>, version: Version) -> Self {
         let materials = Materials::new();
         Self {
@@ -134,7 +134,7 @@ impl<'f> Interpreter<'f> {
         }
     }
 
-    /// Carries out a text and what it includes; `depth` texts are open.
+    /// Executes a text and the files that it includes; `depth` texts are open.
     pub(super) fn run(&mut self, text: &Text, depth: usize) -> Result<()> {
         let mut lexer = Lexer::new(&text.bytes, text.source.clone());
         while !self.ended {
@@ -163,7 +163,7 @@ impl<'f> Interpreter<'f> {
         Ok(())
     }
 
-    /// As `Include`, but leaves the state as it was.
+    /// Executes a text as `Include` does, and restores the state afterwards.
     fn import(&mut self, text: &Text, depth: usize, place: &Place) -> Result<()> {
         self.save(SavedBy::Attribute, place)?;
         let depth_before = self.states.depth();
@@ -171,14 +171,14 @@ impl<'f> Interpreter<'f> {
         while self.states.depth() > depth_before {
             self.states.restore(SavedBy::Attribute);
         }
-        // An end too many in the file has taken the saved state back already.
+        // An end too many in the file has already restored the saved state.
         if self.states.depth() == depth_before {
             self.states.restore(SavedBy::Attribute);
         }
         Ok(())
     }
 
-    /// The scene.
+    /// Builds the scene after the last directive.
     pub(super) fn finish(mut self) -> Result<Scene> {
         let at = Location::file(self.loading.files.path());
         if !self.in_world {
@@ -304,7 +304,7 @@ impl<'f> Interpreter<'f> {
                 self.states.current.primaries = spectra::primaries(&name);
             }
             b"Option" => {
-                // One parameter, which changes how pbrt runs, not what it shows.
+                // One parameter, which affects how pbrt runs and not its image.
                 let parameters = self.own_parameters(lexer, place)?;
                 parameters.accept_known();
                 self.loading.note_unused("option", "", &parameters)?;
@@ -345,7 +345,7 @@ impl<'f> Interpreter<'f> {
         Ok(())
     }
 
-    /// Directives that go on with the name of a type, or of a thing, and parameters.
+    /// Executes directives with a type or a name, and parameters.
     fn directive_of_type(&mut self, word: &[u8], lexer: &mut Lexer<'_>, place: Place) -> Result<()> {
         let target = match word {
             b"Shape" => "shape",
@@ -407,7 +407,7 @@ impl<'f> Interpreter<'f> {
                 self.without_effect("integrator", &class, &parameters)?;
                 self.integrator = Some(class);
             }
-            // How pbrt samples and filters is not what is in the picture.
+            // Sampling and filtering in pbrt are no part of the scene.
             b"Sampler" => self.without_effect("sampler", &class, &parameters)?,
             b"PixelFilter" | b"Filter" => self.without_effect("filter", &class, &parameters)?,
             b"Accelerator" => self.without_effect("accelerator", &class, &parameters)?,
@@ -471,12 +471,12 @@ impl<'f> Interpreter<'f> {
         })
     }
 
-    /// Parameters, without the defaults of `Attribute`.
+    /// Reads parameters, without the defaults of `Attribute`.
     fn own_parameters(&self, lexer: &mut Lexer<'_>, place: Place) -> Result<Parameters> {
         Parameters::read(lexer, self.states.current.primaries, place)
     }
 
-    /// Parameters, with the defaults of `Attribute` for that target.
+    /// Reads parameters, with the defaults of `Attribute` for that target.
     fn parameters(&self, lexer: &mut Lexer<'_>, place: Place, target: &str) -> Result<Parameters> {
         let mut parameters = self.own_parameters(lexer, place)?;
         if let Some(defaults) = self.states.current.defaults.get(target) {
@@ -543,16 +543,16 @@ impl<'f> Interpreter<'f> {
         self.states.name_inverse("camera");
     }
 
-    /// From when to when the shutter is open (s), as was asked for or as the camera says; none if
-    /// everything is as it is at one time.
+    /// Beginning and end of the time that the shutter is open (s), as requested or by the camera;
+    /// none if everything stands as at one time.
     fn shutter(&self) -> Option<[f64; 2]> {
         let own =
             self.camera.as_ref().map_or(camera::SHUTTER, |(_, parameters, _)| camera::shutter(parameters));
         self.loading.files.options().exposure(Some(own))
     }
 
-    /// How the current transform moves while the shutter is open, if it does; tells of what moves
-    /// but is shown where it is first, or in the middle of that time.
+    /// Motion of the current transform while the shutter is open, if it moves. Things that move but
+    /// are placed at one time (the first, or the middle of the shutter's time) are noted.
     fn motion(&mut self, is_light: bool, at: &Location) -> Option<Track> {
         let times = self.states.moves()?;
         self.loading.builder.add_animated_seconds(times);
@@ -572,7 +572,7 @@ impl<'f> Interpreter<'f> {
                 }
                 "in the middle of the time that the shutter is open"
             }
-            // Before or after their time, things stand where they are then.
+            // Outside the time of its motion, a thing stands as at the nearer end.
             Some(_) if track.is_some() => return track,
             _ if options.at.is_none() => "first",
             _ => return None,
@@ -581,7 +581,7 @@ impl<'f> Interpreter<'f> {
         None
     }
 
-    /// The current transform, if it can place something.
+    /// Current transform; none, with a note, if it cannot place anything.
     fn place(&mut self, at: &Location) -> Result<Option<DAffine3>> {
         let placed = self.states.affine().filter(|t| transform::placeable(t).is_some());
         if placed.is_none() {
@@ -618,12 +618,12 @@ impl<'f> Interpreter<'f> {
     }
 }
 
-/// What came, for errors.
+/// Text of a token for errors.
 fn shown(token: Option<Token<'_>>) -> String {
     token.map_or("the end of the file".to_owned(), |token| token.shown())
 }
 
-/// The string that must come next.
+/// Reads the string that must come next.
 fn string(lexer: &mut Lexer<'_>, expected: &str) -> Result<String> {
     match lexer.next()? {
         Some(Token::Quoted(bytes)) => Ok(unescape(bytes)),
@@ -634,7 +634,7 @@ fn string(lexer: &mut Lexer<'_>, expected: &str) -> Result<String> {
     }
 }
 
-/// The numbers that must come next, with brackets about them or without.
+/// Reads the numbers that must come next, in brackets or without.
 fn numbers<const N: usize>(lexer: &mut Lexer<'_>) -> Result<[f64; N]> {
     let bracketed = lexer.peek() == Some(b'[');
     if bracketed {

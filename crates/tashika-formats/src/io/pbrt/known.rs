@@ -10,7 +10,7 @@
 /// Kind, types and names of parameters. An empty list of types stands for all types of the kind.
 type Row = (&'static str, &'static [&'static str], &'static [&'static str]);
 
-/// All rows.
+/// Parameters of both formats, by kind and type.
 const ROWS: &[Row] = &[
     ("camera", &[], &["shutteropen", "shutterclose", "screenwindow", "frameaspectratio", "hither", "yon"]),
     ("camera", &["perspective"], &["fov", "halffov", "lensradius", "focaldistance"]),

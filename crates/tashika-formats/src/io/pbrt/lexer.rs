@@ -1,7 +1,7 @@
-//! Words, strings and brackets of pbrt's text, with the line and column where each stands.
+//! Tokens of pbrt's text: words, strings and brackets, with their lines and columns.
 //!
-//! Blanks part tokens, `#` begins a comment that ends with its line, strings stand between double
-//! quotes and do not cross a line's end. Tokens borrow from the text; nothing is allocated for one.
+//! Blanks separate tokens, `#` begins a comment that ends with its line, strings stand between
+//! double quotes and do not cross a line's end. Tokens borrow from the text, without allocation.
 //!
 //! Source: the format descriptions of pbrt-v3 and pbrt-v4 (Pharr et al. 2023, appendix C). Tested
 //! by the tests below.
@@ -17,7 +17,7 @@ use super::place::{Place, Source};
 pub(super) enum Token<'a> {
     /// A directive, a number, or `true` and `false`.
     Word(&'a [u8]),
-    /// What stands between two quotation marks, escapes and all.
+    /// Text between two quotation marks, escapes included.
     Quoted(&'a [u8]),
     /// `[`
     Open,
@@ -26,7 +26,7 @@ pub(super) enum Token<'a> {
 }
 
 impl Token<'_> {
-    /// The token as an error shows it.
+    /// Text of the token in errors.
     pub(super) fn shown(&self) -> String {
         const LONGEST: usize = 40;
         match self {
@@ -45,25 +45,25 @@ pub(super) struct Lexer<'a> {
     next: usize,
     line: u32,
     line_start: usize,
-    /// Where the last token began.
+    /// Line of the last token, and offset in it.
     token: (u32, usize),
 }
 
 impl<'a> Lexer<'a> {
-    /// At the start of a file's text.
+    /// Lexer at the start of a file's text.
     pub(super) fn new(bytes: &'a [u8], source: Source) -> Self {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         Self { source, bytes, next: 0, line: 1, line_start: 0, token: (1, 0) }
     }
 
-    /// Where the last token stands.
+    /// Place where the last token begins.
     pub(super) fn place(&self) -> Place {
         let (line, column) = self.token;
         let column = u32::try_from(column).map_or(u32::MAX, |c| c.saturating_add(1));
         Place { source: self.source.clone(), line, column }
     }
 
-    /// The next token; nothing at the end.
+    /// Reads the next token; none at the end.
     pub(super) fn next(&mut self) -> Result<Option<Token<'a>>> {
         self.skip_blanks();
         let bytes = self.bytes;
@@ -84,8 +84,7 @@ impl<'a> Lexer<'a> {
         Ok(Some(token))
     }
 
-    /// Whether the next token begins a string, a number, or a list: what may follow in a parameter
-    /// list.
+    /// Returns the first byte of the next token: it distinguishes a string, a list, and a word.
     pub(super) fn peek(&mut self) -> Option<u8> {
         self.skip_blanks();
         self.bytes.get(self.next).copied()
@@ -137,7 +136,7 @@ fn ends_word(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | b'\n' | b'\r' | 0x0b | 0x0c | b'"' | b'[' | b']' | b'#')
 }
 
-/// A string's value: its escapes resolved. A `\` before a letter that means nothing stands for
+/// Value of a string, with its escapes resolved. A `\` before a letter without a meaning stands for
 /// itself, as in paths.
 pub(super) fn unescape(bytes: &[u8]) -> String {
     let raw = utf8_or_latin1(bytes);
@@ -165,7 +164,7 @@ pub(super) fn unescape(bytes: &[u8]) -> String {
     value
 }
 
-/// A finite number; words that merely spell one, such as `nan`, are none.
+/// Parses a finite number; words that spell one, such as `nan`, are refused.
 pub(super) fn number(word: &[u8]) -> Option<f32> {
     if !matches!(word.first()?, b'0'..=b'9' | b'+' | b'-' | b'.') {
         return None;
@@ -181,7 +180,7 @@ pub(super) fn wide_number(word: &[u8]) -> Option<f64> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
-/// A whole number; a fraction is cut off, as pbrt-v3 does.
+/// Parses a whole number; a fraction is cut off, as in pbrt-v3.
 pub(super) fn integer(word: &[u8]) -> Option<i32> {
     let text = std::str::from_utf8(word).ok()?;
     if let Ok(value) = text.parse() {

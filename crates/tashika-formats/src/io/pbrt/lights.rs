@@ -9,10 +9,10 @@
 //! diffuse         radiance    L · scale           · power / (π · area · sides)
 //! ```
 //!
-//! where the last factor is there if the parameter is, in pbrt-v4. Latitude-longitude maps of
+//! where the last factor applies in pbrt-v4 if the parameter is given. Latitude-longitude maps of
 //! pbrt-v3 have their pole at `+z` and `u = 0` at `+x`, turning towards `+y`; octahedral ones of
 //! pbrt-v4 have the scene's own convention (Clarberg 2008). Constant environments add up; there is
-//! one map.
+//! at most one map.
 //!
 //! Source: Pharr et al. 2023, chapter 12; the format descriptions. Tested by
 //! `suite::pbrt_appearance::lights_*`.
@@ -31,24 +31,24 @@ use crate::io::lights::{NOT_FINITE, Surroundings};
 use crate::math::elementary::sin_cos;
 use crate::scene::{ColorInput, Emitter, Environment, Falloff, FalloffShape, NoteKind};
 
-/// Area per steradian of a sphere of radius 1.
+/// Solid angle of the sphere (sr).
 pub(super) const FOUR_PI: f32 = 4.0 * std::f32::consts::PI;
 
-/// Half-angles of spots are kept in this range (degrees), and apart by the least difference.
+/// Range that half-angles of spots are clamped to (degrees), and the least difference of the two.
 const CONE: (f32, f32) = (0.1, 179.0);
 const LEAST_FADE: f32 = 0.05;
 
 /// Frame of the scene's latitude-longitude images to pbrt-v3's: `+y ↦ +z`, `+z ↦ +x`, `+x ↦ −y`.
 pub(super) const LAT_LONG_OF_PBRT: Mat3 = Mat3::from_cols(Vec3::NEG_Y, Vec3::Z, Vec3::X);
 
-/// Light that a shape sends out.
+/// Emission of a shape.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AreaLight {
-    /// Radiance before `power`.
+    /// Radiance without the factor of `power`.
     pub(super) radiance: ColorInput,
-    /// Whether both sides emit.
+    /// True if both sides emit.
     pub(super) two_sided: bool,
-    /// Power that a shape is to emit.
+    /// Power that the shape emits, if given.
     pub(super) power: Option<f32>,
 }
 
@@ -89,7 +89,7 @@ pub(super) fn light(
     to_world: &DAffine3,
     sky: &mut Surroundings,
 ) -> Result<()> {
-    // In version 2 there are two names for it.
+    // Version 2 has two names for it.
     let class = if class == "exinfinite" { "infinite" } else { class };
     loading.met("light", class, "left out", &p.at())?;
     p.accept(&["nsamples", "samples"]);
@@ -118,7 +118,7 @@ pub(super) fn light(
     loading.note_unused("light", class, p)
 }
 
-/// Adds an emitter at a position, if the position is finite.
+/// Adds an emitter at a position, if position and colour are finite.
 pub(super) fn add(loading: &mut Loading<'_>, p: &Parameters, emitter: Emitter, place: DVec3) -> Result<()> {
     let (position, color) = match emitter {
         Emitter::Point { position, intensity } | Emitter::Spot { position, intensity, .. } => {
@@ -151,7 +151,7 @@ fn spot(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3) -> Resul
     add(loading, p, Emitter::Spot { position, axis, intensity, falloff }, place)
 }
 
-/// A fall-off between two angles from the axis (degrees).
+/// Fall-off between two angles from the axis (degrees).
 fn falloff(outer: f32, inner: f32, shape: FalloffShape) -> Falloff {
     let cos = |degrees: f32| sin_cos(degrees.to_radians()).1;
     let cos_inner = cos(inner);
@@ -211,7 +211,7 @@ fn infinite(
     Ok(())
 }
 
-/// The rotation or reflection of a transform, without its scale.
+/// Rotation or reflection of a transform, without its scale.
 pub(super) fn orthonormal(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3) -> Mat3 {
     let m = to_world.matrix3;
     let frame = m.x_axis.try_normalize().and_then(|x| {
@@ -229,7 +229,7 @@ pub(super) fn orthonormal(loading: &mut Loading<'_>, p: &Parameters, to_world: &
     }
 }
 
-/// The colour of a light, 1 without.
+/// Colour of a light, 1 by default.
 pub(super) fn colored(loading: &mut Loading<'_>, p: &Parameters, name: &str) -> Result<Rgb> {
     Ok(spectra::color(loading, p, name, Quantity::Light)?.unwrap_or(Rgb::WHITE))
 }
@@ -245,14 +245,14 @@ pub(super) fn scale(loading: &mut Loading<'_>, p: &Parameters) -> Result<Rgb> {
     Ok(spectra::color(loading, p, "scale", Quantity::Factor)?.unwrap_or(Rgb::WHITE))
 }
 
-/// `I · scale`, and `power` over the solid angle that it fills.
+/// Returns `I · scale`, times `power` over `solid_angle` if that is given.
 pub(super) fn intensity(loading: &mut Loading<'_>, p: &Parameters, solid_angle: f32) -> Result<Rgb> {
     let intensity = colored(loading, p, "I")? * scale(loading, p)?;
     let power = positive(p, "power", loading.version);
     Ok(intensity * power.map_or(1.0, |power| power / solid_angle))
 }
 
-/// A parameter that pbrt-v4 knows, if it is above 0.
+/// Value of a parameter of pbrt-v4, if it is above 0.
 pub(super) fn positive(p: &Parameters, name: &str, version: Version) -> Option<f32> {
     if version == Version::V4 { p.float(name).filter(|&value| value > 0.0) } else { None }
 }
@@ -261,7 +261,7 @@ pub(super) fn point(to_world: &DAffine3, p: DVec3) -> DVec3 {
     to_world.transform_point3(p)
 }
 
-/// A unit vector in the world.
+/// Unit vector in the world; `+z`, with a note, if `local` has no direction there.
 fn direction(loading: &mut Loading<'_>, p: &Parameters, to_world: &DAffine3, local: DVec3) -> Vec3 {
     let found = to_world.transform_vector3(local).try_normalize().map(|d| d.as_vec3().normalize());
     found.filter(|d| d.is_finite()).unwrap_or_else(|| {

@@ -1,4 +1,4 @@
-//! What every part of the loader needs: the files, the scene so far, what is to be told.
+//! State shared by all parts of the loader: files, the scene so far, and notes.
 
 use super::features::FEATURES;
 use super::image_lights::Maps;
@@ -13,26 +13,26 @@ use crate::io::notes::{Named, excerpt};
 use crate::io::{Feature, SceneFiles};
 use crate::scene::{NoteKind, SceneBuilder, TurnedAway};
 
-/// After so many different names that mean nothing the further ones are counted only; chosen.
+/// Most different messages that contain names from the file; further ones are only counted; chosen.
 const MAX_NAMED: usize = 100;
 
 /// The scene while it is read.
 pub(super) struct Loading<'f> {
-    /// The scene's files.
+    /// Access to the scene's folder.
     pub(super) files: &'f SceneFiles,
     /// The scene so far.
     pub(super) builder: SceneBuilder,
-    /// Which format it is.
+    /// Format of the scene.
     pub(super) version: Version,
-    /// Images by reference.
+    /// Images that were read, by reference.
     pub(super) images: ImageCache<'f>,
-    /// The maps of lights.
+    /// Maps of lights that were made.
     pub(super) maps: Maps,
     named: Named,
     /// Names that the scene defines and uses.
     pub(super) names: Names,
-    /// For meshes, maps of lights, and grids of media: a small text can ask for the same large thing
-    /// again and again.
+    /// Budget for meshes, maps of lights, and grids of media: a small text can name the same large
+    /// file again and again.
     pub(super) geometry: Budget,
 }
 
@@ -55,19 +55,20 @@ impl<'f> Loading<'f> {
         }
     }
 
-    /// Tells what was done with the input.
+    /// Adds a note about the input.
     pub(super) fn note(&mut self, kind: NoteKind, message: impl Into<String>, at: Location) {
         self.builder.note(kind, message, at);
     }
 
-    /// As [`Self::note`], for messages with a name from the file, of which there may be any number.
+    /// As [`Self::note`], for messages with a name from the file. Beyond `MAX_NAMED` different
+    /// messages, a note of `further {otherwise}` stands for the rest.
     pub(super) fn note_named(&mut self, kind: NoteKind, message: String, otherwise: &str, at: Location) {
         let notes = self.builder.notes_mut();
         self.named.add(kind, message, &format!("further {otherwise}"), at, notes);
     }
 
-    /// Tells that something of the feature table was met. Names that are not in it are noted as
-    /// `unknown` says.
+    /// Notes a feature by its row in the feature table. A name without a row is noted as ignored,
+    /// with `unknown` in its place.
     ///
     /// # Errors
     /// If the feature is refused, or the name is a slip of a name in the table.
@@ -80,7 +81,7 @@ impl<'f> Loading<'f> {
         Ok(())
     }
 
-    /// Whether this format has a feature of that kind and name.
+    /// Returns true if the feature table has that kind and name.
     pub(super) fn knows(kind: &str, name: &str) -> bool {
         Feature::find(FEATURES, kind, name).is_some()
     }

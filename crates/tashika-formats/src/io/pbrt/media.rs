@@ -4,16 +4,18 @@
 //! σ_a, σ_s = "sigma_a", "sigma_s" times "scale"          (m⁻¹, if a unit of the file is a metre)
 //! ```
 //!
-//! `MediumInterface` says what is inside and outside of the shapes that follow, and its second name
-//! what the camera stands in; one name alone is both. As in pbrt, a shape with the same on both
-//! sides is no interface, so that what stands in fog changes nothing; the inside is where the
-//! surface normal points away from. A name stands for what was defined before. Only some integrators
-//! look at media: where that of the file does not, they are left out here, too.
+//! `MediumInterface` sets the media inside and outside of the shapes that follow; the outside is
+//! also the medium of the camera. A single name sets both. As in pbrt, a shape with the same medium
+//! on both sides is no interface, so that objects in fog do not change it. The surface normal
+//! points away from the inside. A name stands for a definition before it, or in pbrt-v4 also after
+//! it. Only some integrators render media; if that of the file does not, media are ignored here,
+//! too.
 //!
-//! Media of a grid (`uniformgrid`, `heterogeneous` in version 3) have their coefficients times the
-//! density of `nx · ny · nz` cells of the box from `p0` to `p1`, placed as shapes are; those of
-//! `rgbgrid` have coefficients for each cell. As in pbrt values fall to zero within half a cell of
-//! the faces. A `nanovdb` has the grid named `density` of its file, whose own map places it first.
+//! In media of a grid (`uniformgrid`, `heterogeneous` in version 3), the coefficients are
+//! multiplied by the density of `nx · ny · nz` cells of the box from `p0` to `p1`, placed as shapes
+//! are. Media of `rgbgrid` have coefficients for each cell. As in pbrt, values fall to zero within
+//! half a cell of the faces. A `nanovdb` medium has the grid named `density` of its file, to which
+//! the file's own map is applied first.
 //!
 //! Source: Pharr et al. 2023, chapter 11. Tested by `suite::media_files`.
 
@@ -46,8 +48,8 @@ const SCATTERING: Rgb = Rgb::new(2.55, 3.21, 3.77);
 /// Integrators that render media.
 const VOLUMETRIC: [&str; 4] = ["volpath", "simplevolpath", "bdpt", "mlt"];
 
-/// Leaves media out where the integrator of the file does; without one, it is `path` in version 3 and
-/// `volpath` in version 4.
+/// Ignores media, with a note, if the integrator of the file does. By default it is `path` in
+/// version 3 and `volpath` in version 4.
 pub(super) fn finish(loading: &mut Loading<'_>, integrator: Option<&str>) {
     let own = if loading.version == Version::V3 { "path" } else { "volpath" };
     if !VOLUMETRIC.contains(&integrator.unwrap_or(own)) && loading.builder.leave_out_media() {
@@ -56,23 +58,23 @@ pub(super) fn finish(loading: &mut Loading<'_>, integrator: Option<&str>) {
     }
 }
 
-/// The media that the file has named.
+/// Media that the file has named.
 #[derive(Debug, Default)]
 pub(super) struct Media {
-    /// Nothing for what is taken as vacuum.
+    /// Media by name; none stands for vacuum.
     named: BTreeMap<String, Option<MediumId>>,
 }
 
-/// What `MediumInterface` has said last; nothing is vacuum.
+/// Media of the last `MediumInterface`; none is vacuum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Sides {
     inside: Option<MediumId>,
-    /// Also about the camera.
+    /// Medium outside of shapes, and around the camera.
     pub(super) outside: Option<MediumId>,
 }
 
 impl Sides {
-    /// Of shapes that separate one from another.
+    /// Interface of shapes, if both sides differ.
     pub(super) fn interface(self) -> Option<Interface> {
         let Self { inside, outside } = self;
         (inside != outside).then_some(Interface { inside, outside })
@@ -85,7 +87,7 @@ impl Media {
         self.named.keys().cloned().collect()
     }
 
-    /// `MakeNamedMedium name`, of which a grid is placed by `to_world`.
+    /// Executes `MakeNamedMedium name`; a grid is placed by `to_world`.
     ///
     /// # Errors
     /// Coefficients that are too large; a grid without cells, or with another number of values than
@@ -124,7 +126,7 @@ impl Media {
         Ok(())
     }
 
-    /// `MediumInterface`: the names of the inside and the outside.
+    /// Returns the media of `MediumInterface` by the names of the inside and the outside.
     pub(super) fn sides(&self, loading: &mut Loading<'_>, names: [&str; 2], at: &Location) -> Sides {
         let [inside, outside] = names.map(|name| match self.named.get(name) {
             _ if name.is_empty() => None,
@@ -140,7 +142,7 @@ impl Media {
     }
 }
 
-/// What the parameters say; nothing, with a note, if a file cannot be read.
+/// Medium of the parameters; none, with a note, if a file cannot be read or a grid has no volume.
 fn made_of(
     loading: &mut Loading<'_>,
     class: &str,
@@ -202,7 +204,7 @@ fn made_of(
     Ok(Some(medium))
 }
 
-/// The factor of the coefficients.
+/// Factor on the coefficients.
 fn scale(loading: &mut Loading<'_>, p: &Parameters) -> f32 {
     let scale = p.float("scale").unwrap_or(1.0);
     if scale < 0.0 {
@@ -212,7 +214,7 @@ fn scale(loading: &mut Loading<'_>, p: &Parameters) -> f32 {
     scale
 }
 
-/// A place that has a volume; nothing, with a note, for any other.
+/// Returns the transform of a grid if its box has a volume; none, with a note, otherwise.
 fn placed(loading: &mut Loading<'_>, p: &Parameters, to_world: Option<DAffine3>) -> Option<DAffine3> {
     let placed = to_world.filter(|t| transform::placeable(t).is_some());
     if placed.is_none() {
@@ -222,7 +224,7 @@ fn placed(loading: &mut Loading<'_>, p: &Parameters, to_world: Option<DAffine3>)
     placed
 }
 
-/// The densities of a NanoVDB file.
+/// Reads the densities of a NanoVDB file.
 fn grid_of_file(
     loading: &mut Loading<'_>,
     p: &Parameters,
@@ -267,7 +269,7 @@ fn grid_of_file(
     VolumeGrid::new(data, &file).map(Some)
 }
 
-/// A grid of the parameters' cells in their box.
+/// Grid of the parameters' cells in their box.
 fn grid(
     loading: &mut Loading<'_>,
     p: &Parameters,
@@ -275,7 +277,7 @@ fn grid(
     to_world: Option<DAffine3>,
 ) -> Result<Option<VolumeGrid>> {
     let at = p.at();
-    // Values of `Attribute` are those of any number of media.
+    // Values by `Attribute` are copied to any number of media.
     let bytes = if matches!(values, VolumeValues::Numbers(_)) { 4 } else { 12 };
     loading.geometry.take(bytes * values.len() as u64, &at)?;
     let counts = ["nx", "ny", "nz"].map(|name| p.integer(name).unwrap_or(1));
@@ -300,7 +302,7 @@ fn grid(
     VolumeGrid::new(data, &at).map(Some)
 }
 
-/// Absorption and scattering of each cell; 1 where only the other is given.
+/// Absorption and scattering of each cell; 1, before the scale, if only the other is given.
 fn of_cells(loading: &mut Loading<'_>, p: &Parameters, scale: f32) -> Result<[Vec<Rgb>; 2]> {
     let given = ["sigma_a", "sigma_s"].map(|name| spectra::colors(loading, p, name));
     let cells = given.iter().flatten().map(Vec::len).max().unwrap_or(0);
@@ -316,7 +318,7 @@ fn of_cells(loading: &mut Loading<'_>, p: &Parameters, scale: f32) -> Result<[Ve
     }))
 }
 
-/// A coefficient before it is scaled.
+/// Coefficient before it is scaled.
 fn coefficient(loading: &mut Loading<'_>, p: &Parameters, name: &str) -> Result<Option<Rgb>> {
     spectra::color(loading, p, name, Quantity::Factor)
 }

@@ -1,25 +1,25 @@
 //! pbrt-v3 and pbrt-v4 scene descriptions.
 //!
 //! Input: a text of directives, files that it includes, and PLY meshes and images beside it.
-//! Output: a
-//! [`Scene`] in the file's world coordinates, taken as metres.
+//! Output: a [`Scene`] in the file's world coordinates, taken as metres.
 //!
-//! | module | what it does |
+//! | module | content |
 //! |---|---|
-//! | [`lexer`], [`place`] | tokens and where they stand |
-//! | [`parameters`], [`known`] | parameter lists, and what may stand in them |
-//! | [`names`] | what a scene defines, before or after it is used |
-//! | [`text`], [`version`] | included files; which of the two formats it is |
+//! | [`lexer`], [`place`] | tokens and their places |
+//! | [`parameters`], [`known`] | parameter lists, and the parameters that exist |
+//! | [`names`] | names that a scene defines, before or after their use |
+//! | [`text`], [`version`] | included files; the format of a scene |
 //! | [`interpreter`], [`state`], [`transform`] | directives in order, saved states, matrices |
 //! | [`camera`] | camera and film |
-//! | [`lights`], [`image_lights`] | lights and environments; those that shine by an image |
+//! | [`lights`], [`image_lights`] | lights and environments; lights with an image |
 //! | [`spectra`], [`roughness`] | colours and roughness |
-//! | [`textures`], [`materials`], [`shapes`] | what surfaces are |
-//! | [`features`] | what is understood and how far |
-//! | [`loading`] | what they all need |
+//! | [`textures`], [`materials`], [`shapes`] | surfaces |
+//! | [`features`] | support of each feature |
+//! | [`loading`] | state that all of them share |
 //!
 //! Objects stay instances: a shape between `ObjectBegin` and `ObjectEnd` is one mesh, and each
-//! `ObjectInstance` places it by its own transform times that which was current at the shape.
+//! `ObjectInstance` places it by its own transform times the transform that was current at the
+//! shape.
 //!
 //! # Guarantee
 //! Any bytes give a scene or an error with file, line and column. Memory and time are bounded by
@@ -27,8 +27,8 @@
 //! [`text::MAX_DEPTH`] files. The same files give the same scene.
 //!
 //! # Limits
-//! No motion but that of cameras (what else moves is where it is first, or at the time that is asked
-//! for), no media that glow, no curves, no measured materials; noted where they are met.
+//! Lights do not move (they stand where they are first, or at the requested time); no media that
+//! glow, no curves, no measured materials. All are noted where they are met.
 //!
 //! Sources: Pharr et al. 2023; the format descriptions of pbrt-v3 and pbrt-v4 at pbrt.org. Held to
 //! this by `suite::pbrt`, `suite::pbrt_appearance`, `suite::damaged_pbrt`.
@@ -66,8 +66,8 @@ use crate::scene::Scene;
 /// Reads a pbrt scene.
 ///
 /// # Errors
-/// [`Error::Io`](crate::error::Error::Io) if the file or one that it includes cannot be read; otherwise what
-/// cannot be meant as it stands, with its line.
+/// [`Error::Io`](crate::error::Error::Io) if the file or an included file cannot be read; otherwise
+/// errors of the text, with their line.
 pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let mut texts = Texts::new(files);
     let main = texts.main()?;

@@ -82,7 +82,7 @@ pub(super) struct Names {
     defined: BTreeMap<(Named, String), Definition>,
     /// Location of the first use of each undefined name.
     undefined: BTreeMap<(Named, String), Location>,
-    /// Names that were defined before the reading, and not in it so far.
+    /// Names that were defined before the reading, and not yet in it.
     ahead: BTreeSet<(Named, String)>,
 }
 
@@ -92,7 +92,7 @@ impl Names {
         self.undefined.entry((of, name.to_owned())).or_insert_with(|| at.clone());
     }
 
-    /// Records a definition for names that are used before it.
+    /// Records a definition, for uses of its name that precede it.
     pub(super) fn keep(&mut self, definition: Definition) {
         self.defined.entry(definition.key()).or_insert(definition);
     }

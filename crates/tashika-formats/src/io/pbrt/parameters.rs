@@ -1,11 +1,11 @@
 //! Parameter lists: `"type name" value` or `"type name" [ values ]`, any number of them.
 //!
-//! Values are read by the declared type. What is looked up is marked as used, so that what is left
-//! can be told: as in pbrt, a parameter is found only under its exact name and type.
+//! Values are read by the declared type. A parameter that is looked up is marked as used, so that
+//! unused ones can be noted: as in pbrt, a parameter is found only under its exact name and type.
 //!
 //! # Guarantee
-//! The number of values is a multiple of what one value of the type takes, numbers are finite, and
-//! memory is a multiple of the text that is there.
+//! A list has a whole number of values of its type, numbers are finite, and memory is proportional
+//! to the length of the text.
 //!
 //! Tested by the tests below and `suite::pbrt`.
 
@@ -91,33 +91,33 @@ pub(super) enum Values {
     Numbers(Vec<f32>),
     /// Coordinates of `point3` and `vector3`.
     Places(Vec<f64>),
-    /// Of `integer`.
+    /// Values of `integer`.
     Integers(Vec<i32>),
-    /// Of `string`, `texture`, and of `spectrum` by name.
+    /// Values of `string`, `texture`, and of `spectrum` by name.
     Strings(Vec<String>),
-    /// Of `bool`.
+    /// Values of `bool`.
     Booleans(Vec<bool>),
 }
 
-/// One parameter.
+/// A declared parameter with its values.
 #[derive(Clone, Debug)]
 pub(super) struct Parameter {
     /// Declared type.
     pub(super) kind: Kind,
-    /// Name.
+    /// Name after the type in the declaration.
     pub(super) name: String,
-    /// What it is set to; never empty unless the list is.
+    /// Values in their order; empty only for an empty list.
     pub(super) values: Values,
-    /// The declaration, as it is spelt.
+    /// Declaration as it is spelt in the file.
     pub(super) declaration: String,
-    /// Of its `rgb` values.
+    /// Colour space of `rgb` values.
     pub(super) primaries: Primaries,
     place: Place,
     used: Cell<bool>,
 }
 
 impl Parameter {
-    /// Where it is declared.
+    /// Location of the declaration.
     pub(super) fn at(&self) -> Location {
         self.place.location()
     }
@@ -155,7 +155,7 @@ impl Parameter {
 #[derive(Clone, Debug)]
 pub(super) struct Parameters {
     list: Vec<Parameter>,
-    /// What holds for names that are not in the list.
+    /// Parameters that apply unless the list has one of that name.
     defaults: Vec<Parameter>,
     place: Place,
     accepts_known: Cell<bool>,
@@ -164,8 +164,8 @@ pub(super) struct Parameters {
 impl Parameters {
     /// Reads parameters up to the next directive.
     ///
-    /// * `primaries`: of `rgb` values.
-    /// * `place`: of the directive they belong to.
+    /// * `primaries`: colour space of `rgb` values.
+    /// * `place`: place of the directive that the parameters belong to.
     pub(super) fn read(lexer: &mut Lexer<'_>, primaries: Primaries, place: Place) -> Result<Self> {
         let mut list = Vec::new();
         while lexer.peek() == Some(b'"') {
@@ -176,7 +176,7 @@ impl Parameters {
         Ok(Self { list, defaults: Vec::new(), place, accepts_known: Cell::new(false) })
     }
 
-    /// Where the directive stands.
+    /// Location of the directive.
     pub(super) fn at(&self) -> Location {
         self.place.location()
     }
@@ -188,18 +188,18 @@ impl Parameters {
         named.map_or_else(|| self.at(), Parameter::at)
     }
 
-    /// Adds what holds for parameters that are not there; it is not missed if nothing uses it.
+    /// Adds defaults for parameters that the list lacks; unused defaults are not noted.
     pub(super) fn extend_defaults(&mut self, defaults: &[Parameter]) {
         self.defaults.extend_from_slice(defaults);
     }
 
-    /// The parameters themselves, as defaults of later directives.
+    /// Returns the list itself, as defaults of later directives.
     pub(super) fn into_list(self) -> Vec<Parameter> {
         self.list
     }
 
-    /// The parameter of that name and one of those types; the last one, as in pbrt-v3, if there are
-    /// several.
+    /// Returns the parameter of that name and one of those types, and marks it as used; the last
+    /// one, as in pbrt-v3, if there are several.
     pub(super) fn find(&self, kinds: &[Kind], name: &str) -> Option<&Parameter> {
         let mut found = None;
         for parameter in self.defaults.iter().chain(&self.list) {
@@ -211,7 +211,7 @@ impl Parameters {
         found
     }
 
-    /// Marks parameters as known that change nothing here.
+    /// Marks parameters as used that have no effect here.
     pub(super) fn accept(&self, names: &[&str]) {
         self.list.iter().filter(|p| names.contains(&p.name.as_str())).for_each(|p| p.used.set(true));
     }
@@ -237,17 +237,17 @@ impl Parameters {
         self.defaults.iter().chain(&self.list).filter(move |p| p.kind == kind)
     }
 
-    /// Whether any is given by a texture.
+    /// Returns true if any parameter is a texture.
     pub(super) fn has_textures(&self) -> bool {
         self.list.iter().chain(&self.defaults).any(|p| p.kind == Kind::Texture)
     }
 
-    /// What nothing has looked up, in the order of the file.
+    /// Returns the parameters that were not looked up, in the order of the file.
     pub(super) fn unused(&self) -> impl Iterator<Item = &Parameter> {
         self.list.iter().filter(|p| !p.used.get())
     }
 
-    /// Numbers of a parameter, if it is there.
+    /// Numbers of a parameter, if it exists.
     pub(super) fn numbers(&self, kinds: &[Kind], name: &str) -> Option<&[f32]> {
         self.find(kinds, name).map(Parameter::numbers)
     }

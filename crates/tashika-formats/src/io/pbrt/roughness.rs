@@ -1,4 +1,4 @@
-//! From the roughness of a file to the `α` of GGX.
+//! Conversion of a file's roughness to the `α` of GGX.
 //!
 //! ```text
 //! pbrt-v3, remapped:   x = ln max(r, 10⁻³),   α = 1.62142 + 0.819955 x + 0.1734 x² + 0.0171201 x³ + 0.000640711 x⁴
@@ -18,10 +18,10 @@ use crate::math::elementary::ln;
 /// Smallest roughness that pbrt-v3 maps.
 const SMALLEST: f32 = 1e-3;
 
-/// Factor and exponent of the power that stands for pbrt-v3's polynomial.
+/// Factor and exponent of the power that approximates pbrt-v3's polynomial.
 pub(super) const POWER_V3: (f32, f32) = (1.62, 0.54);
 
-/// `α` of a constant roughness, 0 to 1.
+/// Returns `α` of a constant roughness, 0 to 1.
 pub(super) fn alpha(roughness: f32, remap: bool, version: Version) -> f32 {
     let r = roughness.max(0.0);
     let alpha = match (remap, version) {

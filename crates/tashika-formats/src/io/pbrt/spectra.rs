@@ -1,20 +1,20 @@
-//! Colours as parameters give them: `rgb`, `xyz`, `blackbody`, `spectrum`.
+//! Colours of parameters: `rgb`, `xyz`, `blackbody`, `spectrum`.
 //!
-//! Everything becomes linear RGB with the primaries of Rec. 709, which is what pbrt's pictures are
-//! in. A reflectance or factor of 1 at all wavelengths is white. Radiances, intensities and
-//! irradiances follow what a pixel of pbrt's default film shows of them:
+//! All colours become linear RGB with the primaries of Rec. 709, as in pbrt's images. A reflectance
+//! or factor of 1 at all wavelengths is white. Radiances, intensities and irradiances are those in
+//! a pixel of pbrt's default film:
 //!
 //! | parameter | pbrt-v3 | pbrt-v4 |
 //! |---|---|---|
 //! | `rgb` | the value | the value: its factor `1 / ∫ Y E` and the film's response cancel |
-//! | `blackbody` | Planck's law, largest value 1, times the scale if there is one | Planck's law, luminance 1 |
-//! | `spectrum` | as it is | luminance 1: pbrt-v4 divides lights by the luminance of their spectrum |
+//! | `blackbody` | Planck's law, largest value 1, times a scale | Planck's law, luminance 1 |
+//! | `spectrum` | as it is | luminance 1: lights are divided by the luminance of their spectrum |
 //!
-//! `rgb` values are in the primaries of the `ColorSpace` of the place where they stand.
+//! `rgb` values are in the primaries of the `ColorSpace` at their place.
 //!
 //! A `spectrum` is a list of wavelength (nm) and value in turn, the name of a file with such a
-//! list, or a name that
-//! [`illuminant_rgb`] knows. Negative channels of colours outside the gamut are set to 0.
+//! list, or a name that [`illuminant_rgb`] accepts. Negative channels of colours outside the gamut
+//! are set to 0.
 //!
 //! Source: Pharr et al. 2023, sections 4.5 and 12.1; pbrt-v3's format description. Tested by
 //! `suite::pbrt_appearance::lights_*`, `suite::pbrt_appearance::spectra_*`.
@@ -32,18 +32,18 @@ use crate::io::assets::kind;
 use crate::io::notes::excerpt;
 use crate::scene::NoteKind;
 
-/// The note of colours below zero.
+/// Note about colours below zero.
 const NEGATIVE: &str = "colours with negative channels: those are set to 0";
 
 /// All types by which a colour can be given.
 pub(super) const SPECTRAL: &[Kind] = &[Kind::Rgb, Kind::Xyz, Kind::Blackbody, Kind::Spectrum];
 
-/// What a colour is of.
+/// Physical meaning of a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Quantity {
     /// A fraction or a factor.
     Factor,
-    /// What a light sends out.
+    /// Radiance, intensity or irradiance.
     Light,
 }
 
@@ -54,7 +54,7 @@ const RGB_OF_XYZ: [[f32; 3]; 3] = [
     [0.055_63, -0.203_977, 1.056_972],
 ];
 
-/// The colour of a parameter, if it is there.
+/// Reads the colour of a parameter, if it exists.
 pub(super) fn color(
     loading: &mut Loading<'_>,
     parameters: &Parameters,
@@ -67,7 +67,7 @@ pub(super) fn color(
     }
 }
 
-/// The colours of a list of `rgb`; what primaries of a wider gamut make negative is 0.
+/// Reads a list of `rgb` colours; channels that a wider gamut makes negative are set to 0.
 pub(super) fn colors(loading: &mut Loading<'_>, parameters: &Parameters, name: &str) -> Option<Vec<Rgb>> {
     let parameter = parameters.find(&[Kind::Rgb], name)?;
     let of = |c: &[f32; 3]| {
@@ -84,7 +84,7 @@ pub(super) fn colors(loading: &mut Loading<'_>, parameters: &Parameters, name: &
     Some(colors)
 }
 
-/// The colour of a parameter of one of the [`SPECTRAL`] types.
+/// Converts a parameter of one of the [`SPECTRAL`] types to a colour.
 pub(super) fn convert(loading: &mut Loading<'_>, parameter: &Parameter, quantity: Quantity) -> Result<Rgb> {
     let numbers = parameter.numbers();
     let at = parameter.at();
@@ -121,7 +121,7 @@ pub(super) fn convert(loading: &mut Loading<'_>, parameter: &Parameter, quantity
     Ok(found.map(|v| v.max(0.0)))
 }
 
-/// The primaries of a `ColorSpace`; those of sRGB for names that are unknown.
+/// Primaries of a `ColorSpace`; those of sRGB for unknown names.
 pub(super) fn primaries(color_space: &str) -> Primaries {
     match color_space {
         "rec2020" => Primaries::REC2020,
@@ -131,8 +131,8 @@ pub(super) fn primaries(color_space: &str) -> Primaries {
     }
 }
 
-/// Of a space whose white is not that of Rec. 709, a reflectance of 1 is white, and light of 1 has
-/// the space's white.
+/// Converts a colour to Rec. 709. In a space with another white, a reflectance of 1 becomes white,
+/// and light of 1 keeps the space's white.
 fn in_rec709(color: Rgb, primaries: &Primaries, quantity: Quantity) -> Option<Rgb> {
     if *primaries == Primaries::REC709 {
         return Some(color);
@@ -159,7 +159,7 @@ fn sampled(pairs: &[[f32; 2]], quantity: Quantity, version: Version) -> Option<R
     }
 }
 
-/// A spectrum by its name: an illuminant, or a file of samples.
+/// Reads a spectrum by its name: an illuminant, or a file of samples.
 fn named(loading: &mut Loading<'_>, name: &str, quantity: Quantity, at: &Location) -> Result<Option<Rgb>> {
     if let Some(color) = illuminant_rgb(name) {
         return Ok(Some(match quantity {
@@ -171,7 +171,7 @@ fn named(loading: &mut Loading<'_>, name: &str, quantity: Quantity, at: &Locatio
     match loading.files.read(name, at) {
         Ok(bytes) => sampled_file(&bytes, name, quantity, loading.version, at).map(Some),
         Err(error) => {
-            // What has no ending is the name of a spectrum that pbrt brings along.
+            // A name without an ending is that of one of pbrt's own spectra.
             let (what, kind) =
                 if is_file { ("file of a spectrum", kind(&error)) } else { ("spectrum", NoteKind::Repaired) };
             let message = format!("{what} {:?} is not there: a grey of 0.5 is used", excerpt(name, 60));
@@ -181,7 +181,7 @@ fn named(loading: &mut Loading<'_>, name: &str, quantity: Quantity, at: &Locatio
     }
 }
 
-/// A file of wavelengths and values, with comments behind `#`.
+/// Reads a file of wavelengths and values, with comments after `#`.
 fn sampled_file(
     bytes: &[u8],
     name: &str,

@@ -1,13 +1,13 @@
-//! The graphics state: the current transform and attributes, what is saved of them, and named
-//! coordinate systems.
+//! The graphics state: the current transform and attributes, saved states, and named coordinate
+//! systems.
 //!
 //! pbrt keeps two transforms, for the two times that `TransformTimes` names (0 and 1 s);
-//! `ActiveTransform` says which ones directives change. A picture without a time is that of the
-//! first; at a time the transform is between them as [`Track`] has it.
+//! `ActiveTransform` selects the ones that directives change. Without a requested time the scene is
+//! that of the first; at a time the transform is interpolated by [`Track`].
 //!
 //! `AttributeBegin`, `TransformBegin` and `ObjectBegin` save, their counterparts restore. As in
-//! pbrt-v3 they need not be nested by kind: each end takes back what was saved last. Ends without
-//! beginning are passed over. Both are noted.
+//! pbrt-v3 they need not be nested by kind: each end restores the state that was saved last. Ends
+//! without beginning are ignored. Both are noted.
 //!
 //! Tested by `suite::pbrt::transforms_*`, `suite::pbrt::attributes_*`.
 
@@ -27,31 +27,31 @@ use crate::math::motion::Track;
 pub(super) const MAX_SAVED: usize = 10_000;
 
 /// Most bytes of the parameters given by `Attribute`; chosen. Each saved state and each shape has a
-/// copy of them.
+/// copy of these parameters.
 pub(super) const MAX_DEFAULTS: usize = 1 << 15;
 
-/// What directives see and change.
+/// State that directives read and change.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     /// The current transform, at the first and the second time.
     transforms: [DMat4; 2],
-    /// Whether directives change the first, and the second.
+    /// Flags of the first and the second transform, true if directives change it.
     active: [bool; 2],
     /// `ReverseOrientation`.
     pub(super) reverse: bool,
-    /// Current material.
+    /// Material of the shapes that follow.
     pub(super) material: DefinitionId,
     /// `MediumInterface`.
     pub(super) media: Sides,
-    /// Current light of shapes.
+    /// Light of the shapes that follow.
     pub(super) area_light: Option<AreaLight>,
-    /// `ColorSpace`: of `rgb` parameters.
+    /// Colour space of `rgb` values, by `ColorSpace`.
     pub(super) primaries: Primaries,
-    /// Defaults by `Attribute`, for shapes, lights, materials and textures.
+    /// Default parameters by `Attribute`, for shapes, lights, materials and textures.
     pub(super) defaults: BTreeMap<String, Vec<Parameter>>,
 }
 
-/// What saved a state.
+/// Directive that saved a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SavedBy {
     /// `AttributeBegin`
@@ -62,21 +62,21 @@ pub(super) enum SavedBy {
     Object,
 }
 
-/// The states.
+/// Current state, saved states and named coordinate systems.
 #[derive(Debug)]
 pub(super) struct States {
-    /// The current one.
+    /// State that the next directive sees.
     pub(super) current: State,
     saved: Vec<(SavedBy, State)>,
     coordinate_systems: BTreeMap<String, [DMat4; 2]>,
     /// `TransformTimes` (s).
     times: [f64; 2],
-    /// When things are to be as they are (s), if that is not the first of the times.
+    /// Time at which things are loaded (s), if one is requested.
     at: Option<f64>,
 }
 
 impl States {
-    /// Nothing transformed, `material` current; `at` is the time that is asked for (s).
+    /// Identity transforms, and `material` as the current one; `at` is the requested time (s).
     pub(super) fn new(material: DefinitionId, at: Option<f64>) -> Self {
         let current = State {
             transforms: [DMat4::IDENTITY; 2],
@@ -91,13 +91,14 @@ impl States {
         Self { current, saved: Vec::new(), coordinate_systems: BTreeMap::new(), times: [0.0, 1.0], at }
     }
 
-    /// Saves the current state; false if there are too many.
+    /// Saves the current state; returns false if too many are saved.
     pub(super) fn save(&mut self, by: SavedBy) -> bool {
         self.saved.push((by, self.current.clone()));
         self.saved.len() <= MAX_SAVED
     }
 
-    /// Takes back what was saved last; what saved it, if anything did.
+    /// Restores the state that was saved last; returns the directive that saved it, if there is
+    /// one.
     pub(super) fn restore(&mut self, by: SavedBy) -> Option<SavedBy> {
         let (saved_by, state) = self.saved.pop()?;
         if by == SavedBy::Transform && saved_by == SavedBy::Transform {
@@ -109,7 +110,7 @@ impl States {
         Some(saved_by)
     }
 
-    /// How many states are saved.
+    /// Number of saved states.
     pub(super) fn depth(&self) -> usize {
         self.saved.len()
     }
@@ -124,7 +125,7 @@ impl States {
         self.change(|_, _| m);
     }
 
-    /// Replaces those of the two current transforms that are active.
+    /// Applies `f` to the index and the matrix of each current transform that is active.
     fn change(&mut self, f: impl Fn(usize, DMat4) -> DMat4) {
         let current = &mut self.current;
         for (i, transform) in current.transforms.iter_mut().enumerate().filter(|(i, _)| current.active[*i]) {
@@ -132,7 +133,7 @@ impl States {
         }
     }
 
-    /// `ActiveTransform`; false if `which` is none of the three.
+    /// Executes `ActiveTransform`; returns false if `which` is none of the three words.
     pub(super) fn activate(&mut self, which: &[u8]) -> bool {
         self.current.active = match which {
             b"StartTime" => [true, false],
@@ -143,7 +144,8 @@ impl States {
         true
     }
 
-    /// `TransformTimes`; false, and nothing is changed, if the second is not after the first.
+    /// Executes `TransformTimes`; changes nothing and returns false if the second is not after the
+    /// first.
     pub(super) fn set_times(&mut self, times: [f64; 2]) -> bool {
         let rise = times[0] < times[1];
         if rise {
@@ -158,19 +160,19 @@ impl States {
         (first != second).then_some(self.times)
     }
 
-    /// The current transform, at the time that is asked for; nothing if it is no affine one, or is
-    /// between two of which one cannot be inverted.
+    /// Current transform at the requested time; none if it is not affine, or if it is interpolated
+    /// between two transforms of which one cannot be inverted.
     pub(super) fn affine(&self) -> Option<DAffine3> {
         self.between(|m| Some(*m))
     }
 
-    /// The inverse of the current transform; for things that move between the inverses, as cameras
-    /// do.
+    /// Inverse of the current transform. If it moves, the inverses are interpolated, as for
+    /// cameras.
     pub(super) fn inverse(&self) -> Option<DAffine3> {
         self.between(|m| Some(DMat4::from(inverted(transform::affine(m)?)?)))
     }
 
-    /// What [`Self::inverse`] is at all times, if it moves and both can be inverted.
+    /// [`Self::inverse`] at all times, if the transform moves and both ends can be inverted.
     pub(super) fn inverses(&self) -> Option<Track> {
         let [from, to] = self.moves()?;
         let [first, second] = &self.current.transforms;
@@ -178,14 +180,15 @@ impl States {
         Track::new([(from, inverse(first)?), (to, inverse(second)?)])
     }
 
-    /// The current transform at all times, if it moves and both can be inverted.
+    /// Current transform at all times, if it moves and both ends can be inverted.
     pub(super) fn track(&self) -> Option<Track> {
         let [from, to] = self.moves()?;
         let [first, second] = &self.current.transforms;
         Track::new([(from, transform::affine(first)?), (to, transform::affine(second)?)])
     }
 
-    /// What is made of the current transform, at the time that is asked for.
+    /// Applies `make` to both current transforms and interpolates the results at the requested
+    /// time.
     fn between(&self, make: impl Fn(&DMat4) -> Option<DMat4>) -> Option<DAffine3> {
         let [first, second] = &self.current.transforms;
         let affine = |m: &DMat4| transform::affine(&make(m)?);
@@ -197,12 +200,12 @@ impl States {
         }
     }
 
-    /// Names the current transform.
+    /// Gives a name to the current transform.
     pub(super) fn name_system(&mut self, name: &str) {
         self.coordinate_systems.insert(name.to_owned(), self.current.transforms);
     }
 
-    /// Names the inverse of the current transform.
+    /// Gives a name to the inverse of the current transform.
     pub(super) fn name_inverse(&mut self, name: &str) {
         let inverse = |m: &DMat4| transform::affine(m).and_then(inverted).map(DMat4::from);
         let [first, second] = self.current.transforms.each_ref().map(inverse);
@@ -211,7 +214,7 @@ impl States {
         }
     }
 
-    /// Takes the transform of that name for the current one; false if there is none.
+    /// Replaces the current transform by the named one; returns false if there is none.
     pub(super) fn replace_by_system(&mut self, name: &str) -> bool {
         let named = self.coordinate_systems.get(name).copied();
         if let Some(named) = named {
@@ -220,7 +223,7 @@ impl States {
         named.is_some()
     }
 
-    /// `WorldBegin`: the identity, and no motion.
+    /// Executes `WorldBegin`: the identity without motion, named `world`.
     pub(super) fn begin_world(&mut self) {
         self.current.transforms = [DMat4::IDENTITY; 2];
         self.current.active = [true; 2];

@@ -1,7 +1,7 @@
-//! The texts of a scene: the main file and what it includes.
+//! The texts of a scene: the main file and included files.
 //!
-//! Names are relative to the folder of the main file, as pbrt has it; what is not there is looked
-//! for beside the including file. Texts may be compressed with gzip.
+//! Names are relative to the folder of the main file, as in pbrt; a file that is not there is
+//! searched for beside the including file. Texts may be compressed with gzip.
 //!
 //! # Guarantee
 //! Nesting, the number of included files and their bytes in all are limited, so that files which
@@ -30,17 +30,17 @@ const MAX_INCLUDES: usize = 10_000;
 /// First bytes of a gzip file.
 const GZIP: &[u8] = b"\x1f\x8b";
 
-/// A text.
+/// The main file or an included file.
 pub(super) struct Text {
-    /// Its bytes.
+    /// Text without compression.
     pub(super) bytes: Vec<u8>,
-    /// What it is called in messages.
+    /// Name of the file in messages.
     pub(super) source: Source,
-    /// Its folder, relative to the main file's, with a separator at the end; empty for the same.
+    /// Folder relative to that of the main file, with a separator at the end; empty if equal.
     pub(super) folder: String,
 }
 
-/// Reads texts, and counts them.
+/// Reads texts and counts their files and bytes.
 pub(super) struct Texts<'f> {
     files: &'f SceneFiles,
     includes: Includes,
@@ -48,20 +48,20 @@ pub(super) struct Texts<'f> {
 }
 
 impl<'f> Texts<'f> {
-    /// Of a scene.
+    /// Reader of a scene's texts.
     pub(super) fn new(files: &'f SceneFiles) -> Self {
         let budget = Budget::new(files.options().max_file_bytes, "texts");
         Self { files, includes: Includes::new(MAX_INCLUDES, MAX_DEPTH), budget }
     }
 
-    /// The main file.
+    /// Reads the scene's own file.
     pub(super) fn main(&mut self) -> Result<Text> {
         let bytes = self.files.read_scene()?;
         let bytes = self.unpacked(bytes, &Location::file(self.files.path()))?;
         Ok(Text { bytes, source: Source::new(self.files.path()), folder: String::new() })
     }
 
-    /// The file that `name` in `from` stands for; `depth` texts are open.
+    /// Reads the file `name`, included from folder `from` while `depth` texts are open.
     pub(super) fn include(&mut self, name: &str, from: &str, depth: usize, at: &Location) -> Result<Text> {
         self.includes.enter(name, depth, at)?;
         let beside = format!("{from}{name}");
@@ -79,7 +79,7 @@ impl<'f> Texts<'f> {
         Ok(Text { bytes, source, folder: folder_of(&reference).to_owned() })
     }
 
-    /// A text without compression.
+    /// Decompresses a text, if it is compressed, and counts its bytes.
     fn unpacked(&self, bytes: Vec<u8>, at: &Location) -> Result<Vec<u8>> {
         let bytes = if bytes.starts_with(GZIP) {
             let mut unpacked = Vec::new();
@@ -96,10 +96,9 @@ impl<'f> Texts<'f> {
     }
 }
 
-/// The format of the scene: see [`super::version`].
+/// Determines the format of the scene, see [`super::version`].
 ///
-/// Texts are read up to the first evidence; what is wrong with them is left to be told when they
-/// are read in earnest.
+/// Texts are read up to the first evidence. Their errors are reported when they are read in full.
 pub(super) fn version(files: &SceneFiles, main: &Text) -> Version {
     fn decide(texts: &mut Texts<'_>, text: &Text, depth: usize) -> Option<Version> {
         let mut lexer = Lexer::new(&text.bytes, text.source.clone());

@@ -8,14 +8,14 @@
 //! checkerboard:  (u, v) ↦ (s_u u + d_u,  −s_v v + s_v + d_v)             = (s, t)
 //! ```
 //!
-//! | format | images of integers, colours and numbers alike, are |
+//! | format | encoding of images of integers, for colours and numbers alike |
 //! |---|---|
-//! | v3 | sRGB if `gamma` says so; without it PNG, TGA and JPEG are |
-//! | v4 | as `encoding` says for PNG, without it sRGB; others sRGB |
+//! | v3 | sRGB if `gamma` is true; without `gamma`, sRGB for PNG, TGA and JPEG |
+//! | v4 | `encoding` for PNG, by default sRGB; others sRGB |
 //!
-//! A number is the luminance of a colour, in pbrt-v4 the opacity instead if the image has opacities
-//! that are not 1. Textures of numbers and of colours have names of their own. What has no
-//! counterpart here is replaced by a constant that is its mean, and noted.
+//! A number that is read from an image is the luminance of the colour; in pbrt-v4 it is the opacity
+//! if the image has opacities other than 1. Textures of numbers and of colours have names of their
+//! own. A texture without a counterpart here is replaced by a constant, its mean, and noted.
 //!
 //! Tested by `suite::pbrt_appearance::textures_*`.
 
@@ -35,7 +35,7 @@ use crate::io::textures::{self, number, product, scaled, upward};
 use crate::io::udim::Picture;
 use crate::scene::{Channel, ColorInput, FloatInput, ImageTexture, NoteKind, Texture, TextureId, Wrap};
 
-/// Textures by name.
+/// Textures that the file has defined, by name.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Textures {
     colors: BTreeMap<String, ColorInput>,
@@ -77,7 +77,7 @@ impl Textures {
         Ok(())
     }
 
-    /// A colour, or the texture of one, if the parameter is there.
+    /// Reads a colour or its texture, if the parameter exists.
     pub(super) fn color(
         &self,
         loading: &mut Loading<'_>,
@@ -94,7 +94,7 @@ impl Textures {
         Ok(spectra::color(loading, parameters, name, Quantity::Factor)?.map(ColorInput::from))
     }
 
-    /// A number, or the texture of one, if the parameter is there.
+    /// Reads a number or its texture, if the parameter exists.
     pub(super) fn float(
         &self,
         loading: &mut Loading<'_>,
@@ -111,7 +111,7 @@ impl Textures {
         parameters.float(name).map(FloatInput::from)
     }
 
-    /// A number that may be given as a colour too: its luminance.
+    /// Reads a number that may be given as a colour: its luminance.
     pub(super) fn color_or_float(
         &self,
         loading: &mut Loading<'_>,
@@ -128,7 +128,7 @@ impl Textures {
         Ok(self.color(loading, parameters, name)?.map(|color| number(color, Channel::Luminance)))
     }
 
-    /// A texture of two others, of numbers as of greys; nothing if it is no such.
+    /// Combination of two textures, with numbers as greys; none if `class` is no combination.
     fn combination(
         &self,
         loading: &mut Loading<'_>,
@@ -249,7 +249,7 @@ impl Textures {
     }
 }
 
-/// Mean of the colours between which pbrt's marble runs.
+/// Mean of the colours in pbrt's marble.
 const MARBLE: Rgb = Rgb::new(0.45, 0.44, 0.48);
 
 fn missing(loading: &mut Loading<'_>, of: Named, name: &str, at: Location) {
@@ -258,7 +258,7 @@ fn missing(loading: &mut Loading<'_>, of: Named, name: &str, at: Location) {
     loading.note_named(NoteKind::Repaired, message, "textures are not defined", at);
 }
 
-/// A number as a grey colour.
+/// Converts a number to a grey.
 fn color_of_float(loading: &mut Loading<'_>, input: FloatInput) -> Result<ColorInput> {
     let factor = Rgb::gray(input.factor);
     Ok(match input.texture {
@@ -285,7 +285,7 @@ fn checkerboard(loading: &mut Loading<'_>, p: &Parameters, ends: [ColorInput; 2]
     textures::checkerboard(&mut loading.builder, even, odd, scaled([su, -sv], [du, sv + dv]))
 }
 
-/// Scales and offsets of the coordinates.
+/// Reads scales and offsets of the coordinates.
 fn mapping(loading: &mut Loading<'_>, p: &Parameters) -> Result<([f32; 2], [f32; 2])> {
     let mapping = p.string("mapping").unwrap_or("uv").to_owned();
     loading.met("mapping", &mapping, "uv is used", &p.at())?;
@@ -297,7 +297,7 @@ fn mapping(loading: &mut Loading<'_>, p: &Parameters) -> Result<([f32; 2], [f32;
     Ok(([number("uscale", 1.0), number("vscale", 1.0)], [number("udelta", 0.0), number("vdelta", 0.0)]))
 }
 
-/// An image map, the channel in which its numbers are, and its scale.
+/// Reads an image map; returns it with the channel of its numbers, and its scale.
 fn image(loading: &mut Loading<'_>, p: &Parameters) -> Result<((TextureId, Channel), f32)> {
     let scale = p.float("scale").unwrap_or(1.0);
     // Filtering has no counterpart: images are looked up at points.
@@ -344,7 +344,7 @@ fn image(loading: &mut Loading<'_>, p: &Parameters) -> Result<((TextureId, Chann
     Ok(((texture, if invert { Channel::Luminance } else { channel }), factor))
 }
 
-/// How the integers of an image are meant.
+/// Reads the encoding of an image of integers.
 fn encoding(loading: &mut Loading<'_>, p: &Parameters, name: &str) -> Encoding {
     let lower = name.to_ascii_lowercase();
     let ends = |endings: &[&str]| endings.iter().any(|ending| lower.ends_with(ending));
@@ -367,7 +367,7 @@ fn encoding(loading: &mut Loading<'_>, p: &Parameters, name: &str) -> Encoding {
     if srgb { Encoding::Srgb } else { Encoding::Linear }
 }
 
-/// Where the numbers of an image are.
+/// Channel of an image that holds its numbers.
 fn number_channel(loading: &Loading<'_>, image: Picture) -> Channel {
     if loading.version == Version::V4 && loading.images.has_opacity(image) {
         Channel::A

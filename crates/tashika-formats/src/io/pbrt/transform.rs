@@ -1,4 +1,4 @@
-//! The matrices that directives stand for.
+//! Matrices of the transform directives.
 //!
 //! Points are columns; a directive multiplies the current matrix from the right, `C ← C · M`.
 //! Camera space is left-handed in pbrt: `+x` right, `+y` up, `+z` forward. Products are formed in
@@ -11,7 +11,7 @@ use glam::{Affine3A, DAffine3, DMat4, DVec3, DVec4};
 use crate::math::elementary::sin_cos;
 use crate::math::motion::Track;
 
-/// `LookAt`: world to camera. Nothing if the three arguments give no frame.
+/// `LookAt`: world to camera. None if the three arguments give no frame.
 pub(super) fn look_at(eye: DVec3, target: DVec3, up: DVec3) -> Option<DMat4> {
     let forward = (target - eye).try_normalize()?;
     let right = up.try_normalize()?.cross(forward).try_normalize()?;
@@ -24,20 +24,19 @@ pub(super) fn look_at(eye: DVec3, target: DVec3, up: DVec3) -> Option<DMat4> {
 /// formula).
 pub(super) fn rotate(angle: f64, axis: DVec3) -> Option<DMat4> {
     let a = axis.try_normalize()?;
-    // Whole turns are taken off in degrees, where they are exact.
+    // Whole turns are subtracted in degrees, where they are exact.
     let (sin, cos) = sin_cos(((angle % 360.0).to_radians()) as f32);
     let (sin, cos) = (f64::from(sin), f64::from(cos));
     let column = |e: DVec3| (a * a.dot(e) + (e - a * a.dot(e)) * cos + a.cross(e) * sin).extend(0.0);
     Some(DMat4::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z), DVec4::W))
 }
 
-/// Sixteen numbers of `Transform`: a column after another.
+/// Matrix of the sixteen numbers of `Transform`, column by column.
 pub(super) fn matrix(numbers: &[f64; 16]) -> DMat4 {
     DMat4::from_cols_array(numbers)
 }
 
-/// The affine part of a matrix; nothing if the last row is not `0 0 0 w` or the matrix is not
-/// finite.
+/// Affine part of a matrix; none if the last row is not `0 0 0 w` or the matrix is not finite.
 pub(super) fn affine(m: &DMat4) -> Option<DAffine3> {
     let row = m.row(3);
     let largest = m.to_cols_array().iter().fold(0.0_f64, |a, b| a.max(b.abs()));
@@ -48,20 +47,20 @@ pub(super) fn affine(m: &DMat4) -> Option<DAffine3> {
     Some(DAffine3::from_cols(column(m.x_axis), column(m.y_axis), column(m.z_axis), column(m.w_axis)))
 }
 
-/// Parts that the time is cut into where two things move, one in the other; chosen.
+/// Intervals of time in the product of two motions; chosen.
 const STEPS: u32 = 32;
 
-/// The product of an object's transform and that of a part in it, of which at least one moves; none
-/// if neither does.
+/// Motion of the product of an object's transform and that of a part in it; none if neither moves.
 ///
-/// One that alone is outermost is taken as it is, with the other before it. Otherwise the product is
-/// taken at [`STEPS`] + 1 times from the first to the last key: between two keys of its own each of
-/// the two turns evenly, and so does, nearly, the product.
+/// If only the outer one moves, the inner one is applied before it at each key. If the outer one is
+/// the identity, the product is the inner motion. Otherwise the product is evaluated at [`STEPS`] +
+/// 1 times from the first to the last key: between two of its own keys, each factor turns evenly,
+/// and the product nearly so.
 pub(super) fn product([outer, inner]: [&DAffine3; 2], tracks: [Option<&Track>; 2]) -> Option<Track> {
     match tracks {
         [None, None] => None,
         [Some(outer), None] => outer.after(*inner),
-        // At home in the world.
+        // The part stands in the world itself.
         [None, Some(inner)] if *outer == DAffine3::IDENTITY => Some(inner.clone()),
         [outer_track, Some(track)] => {
             let spans = [outer_track.unwrap_or(track).span(), track.span()];
@@ -73,7 +72,7 @@ pub(super) fn product([outer, inner]: [&DAffine3; 2], tracks: [Option<&Track>; 2
     }
 }
 
-/// Whether a transform can place something: it and its inverse are finite numbers of `f32`.
+/// Returns a transform that can place something: it and its inverse are finite in `f32`.
 pub(super) fn placeable(t: &DAffine3) -> Option<Affine3A> {
     let t = t.as_affine3a();
     (t.is_finite() && t.inverse().is_finite() && t.matrix3.determinant() != 0.0).then_some(t)

@@ -1,10 +1,9 @@
-//! Which of the two formats a scene is written in.
+//! Format of a scene: pbrt-v3 or pbrt-v4.
 //!
 //! pbrt-v3 and pbrt-v4 give the same names different meanings: `infinite` maps are
 //! latitude-longitude images in one and octahedral squares in the other, `mix` amounts count from
-//! opposite ends, roughness is mapped by different functions. No header tells them apart, so the
-//! first word that only one of them has decides for all files of the scene, in this order of the
-//! text:
+//! opposite ends, roughness is mapped by different functions. No header distinguishes them. The
+//! first evidence in the text decides for all files of the scene:
 //!
 //! | met | format |
 //! |---|---|
@@ -14,7 +13,7 @@
 //! | types `color` and `xyz` of parameters | v3 |
 //! | `WorldEnd` | v3 |
 //!
-//! and v4 if there is nothing of these. Usually `Film` decides after a few lines.
+//! Without any of these, the format is v4. Usually `Film` decides after a few lines.
 //!
 //! Tested by `suite::pbrt::the_format_is_told_by_what_the_files_use`.
 
@@ -25,20 +24,20 @@ use crate::io::text::utf8_or_latin1;
 /// The format of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Version {
-    /// pbrt-v3; pbrt-v2 where it is alike.
+    /// pbrt-v3; pbrt-v2 as far as it agrees.
     V3,
     /// pbrt-v4.
     V4,
 }
 
-/// What the text says next about its format.
+/// Evidence of the format in the text.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Evidence {
-    /// It is of this format.
+    /// The scene is of this format.
     Decisive(Version),
-    /// Another file belongs here.
+    /// Another file is included here.
     Include(String),
-    /// Nothing more in this file.
+    /// The file has no further evidence.
     None,
 }
 
@@ -95,7 +94,7 @@ fn of_type(name: &str) -> Option<Version> {
     }
 }
 
-/// Reads on to the next evidence.
+/// Reads up to the next evidence.
 pub(super) fn next_evidence(lexer: &mut Lexer<'_>) -> Result<Evidence> {
     // The directive or declaration whose string comes next.
     let mut expects: &[u8] = b"";

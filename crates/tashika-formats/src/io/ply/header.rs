@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Location, Result};
 
-/// How the numbers after the header are written.
+/// Encoding of the numbers after the header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Format {
     Text,
@@ -67,14 +67,14 @@ pub(super) struct Element {
     pub properties: Vec<Property>,
 }
 
-/// What the header says.
+/// Format and elements of a file.
 #[derive(Clone, Debug)]
 pub(super) struct Header {
     pub format: Format,
     pub elements: Vec<Element>,
-    /// Bytes up to the first number.
+    /// Bytes before the first number.
     pub length: usize,
-    /// Lines up to there.
+    /// Lines before the first number.
     pub lines: u32,
 }
 
@@ -124,7 +124,7 @@ impl Header {
     }
 }
 
-/// What follows the word `property`.
+/// Parses the words after `property`.
 fn property(words: &[&str]) -> Option<Property> {
     let (count, value, name) = match *words {
         ["list", count, value, name] => (Some(Scalar::parse(count)?), value, name),
@@ -169,8 +169,8 @@ impl Lines<'_> {
     }
 }
 
-/// A line of the file; if `at` is a line of another file already, it stays, and this one is its
-/// item.
+/// Location of a line of the file. If `at` already is a line of another file, it stays, and this
+/// line becomes its item.
 pub(super) fn line_of(at: &Location, line: u32) -> Location {
     match at.line {
         None => Location { line: Some(line), ..at.clone() },

@@ -3,22 +3,20 @@
 //!
 //! Input: the bytes of a file. Output: positions from the element `vertex` (`x y z`), normals
 //! (`nx ny nz`) and texture coordinates (`u v`, `s t`, `texture_u texture_v`,
-//! `texture_s texture_t`) where there are, as the file has them; triangles from the lists
-//! `vertex_indices` or `vertex_index` of the element `face`. Other elements and properties are
-//! skipped, as pbrt and Mitsuba skip them; texture coordinates that belong to the corners of faces
-//! get a note.
+//! `texture_s texture_t`) where present, unchanged; triangles from the lists `vertex_indices` or
+//! `vertex_index` of the element `face`. Other elements and properties are skipped, as pbrt and
+//! Mitsuba skip them; texture coordinates that belong to the corners of faces get a note.
 //!
 //! # Guarantee
 //! Any bytes give a mesh whose indices are in range, or an error with line or row. Memory is
 //! bounded by a multiple of the bytes that are there, whatever numbers of elements the header
-//! states, and time by that and the limits of
-//! [`polygon`](super::polygon).
+//! states, and time by these bytes and the limits of [`polygon`](super::polygon).
 //!
-//! | module | what it does |
+//! | module | purpose |
 //! |---|---|
 //! | [`header`] | formats, elements, properties |
 //! | [`numbers`] | the numbers after the header |
-//! | [`rows`] | vertices and faces of these |
+//! | [`rows`] | vertices and faces |
 //!
 //! Sources: Turk 1994. Held to this by the tests below.
 
@@ -37,13 +35,14 @@ use header::{Format, Header};
 use numbers::{Binary, Numbers, Text};
 use rows::{Faces, Vertices};
 
-/// More bytes for each compressed one than any mesh yields: text of a regular grid yields 30.
+/// Largest number of bytes for each compressed byte, more than any mesh needs: text of a regular
+/// grid reaches 30.
 const MAX_EXPANSION: u64 = 256;
 
 /// Reads a mesh.
 ///
-/// `at` is the file, for messages; `notes` gets what was repaired. Normals and texture coordinates
-/// are there for all vertices or none.
+/// `at` is the file, for messages; repairs are added to `notes`. Normals and texture coordinates
+/// are present for all vertices or none.
 ///
 /// # Errors
 /// [`Error::Invalid`] for a file that is not PLY, has no vertices, or contradicts itself. A cloud
@@ -97,7 +96,7 @@ fn unpacked<'a>(bytes: &'a [u8], options: &LoadOptions, at: &Location) -> Result
     Ok(Cow::Owned(unpacked))
 }
 
-/// Reads all elements in the order of the file; faces are none if there is no such element.
+/// Reads all elements in the order of the file; faces are none without an element `face`.
 fn elements<N: Numbers>(header: &Header, mut numbers: N, at: &Location) -> Result<(Vertices, Option<Faces>)> {
     let missing = || {
         let found = "a header without element \"vertex\"";
@@ -112,7 +111,7 @@ fn elements<N: Numbers>(header: &Header, mut numbers: N, at: &Location) -> Resul
             "face" if faces.is_none() => {
                 faces = Some(Faces::read(element, points.min(u64::from(u32::MAX)), &mut numbers, at)?)
             }
-            // Nothing that counts comes after these two.
+            // Elements after these two are not used.
             _ if vertices.is_some() && faces.is_some() => break,
             _ => rows::skip(element, &mut numbers, at)?,
         }

@@ -3,37 +3,37 @@
 use super::header::{Scalar, line_of};
 use crate::error::{Error, Location, Result};
 
-/// Why there is no number.
+/// Fault that is found in place of a number or an index.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Wrong {
     /// The file is at its end.
     End,
-    /// There is something else.
+    /// A word that is no number.
     Word(String),
     /// Index of a missing vertex, and number of vertices.
     Index(f64, u64),
 }
 
-/// A source of numbers.
+/// Reader of the numbers after a header.
 pub(super) trait Numbers {
-    /// The next number, of this type. Every integer of the format has its own value in `f64`.
+    /// The next number, of this type. `f64` represents every integer of the format exactly.
     fn next(&mut self, scalar: Scalar) -> Result<f64, Wrong>;
-    /// Passes over numbers of one type.
+    /// Skips numbers of one type.
     fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), Wrong>;
-    /// How many numbers of this type fit in what is left, at most.
+    /// Upper bound on the count of numbers of a type in the remaining bytes.
     fn capacity(&self, scalar: Scalar) -> u64;
-    /// The place of the number read last.
+    /// Place of the number that was read last.
     fn place(&self, at: &Location) -> Location;
 }
 
-/// Numbers as text, parted by white space.
+/// Numbers as text, separated by white space.
 pub(super) struct Text<'a> {
     rest: &'a [u8],
     line: u32,
 }
 
 impl<'a> Text<'a> {
-    /// The numbers of `bytes`, which begin after so many lines.
+    /// Numbers of `bytes`, which begin after `lines` lines.
     pub(super) fn new(bytes: &'a [u8], lines: u32) -> Self {
         Self { rest: bytes, line: lines.saturating_add(1) }
     }
@@ -62,7 +62,7 @@ impl Numbers for Text<'_> {
     }
 
     fn capacity(&self, _: Scalar) -> u64 {
-        // A digit and a blank, the last without.
+        // A digit and a blank for each, the last without.
         (self.rest.len() as u64).div_ceil(2)
     }
 
@@ -71,7 +71,7 @@ impl Numbers for Text<'_> {
     }
 }
 
-/// Numbers as bytes, the most significant first or last.
+/// Numbers as bytes; with `BIG`, the most significant byte is first.
 pub(super) struct Binary<'a, const BIG: bool> {
     rest: &'a [u8],
 }
@@ -123,7 +123,7 @@ impl<const BIG: bool> Numbers for Binary<'_, BIG> {
 }
 
 impl Wrong {
-    /// The error that a row cannot be read.
+    /// Error of a row that cannot be read.
     pub(super) fn error(self, place: Location, element: &str, row: u64) -> Error {
         let (found, expected) = match self {
             Self::End => ("the end of the file, which is truncated".to_owned(), "a number".to_owned()),

@@ -7,7 +7,7 @@ use super::numbers::{Numbers, Wrong};
 use crate::error::{Error, Location, Result};
 use crate::math::LocalPlaces;
 
-/// Names of the properties of a vertex by what they are for; the last two have several.
+/// Names of the properties of a vertex, by their meaning; the last two have several.
 const VERTEX_PROPERTIES: [&[&str]; 8] = [
     &["x"],
     &["y"],
@@ -19,7 +19,7 @@ const VERTEX_PROPERTIES: [&[&str]; 8] = [
     &["v", "t", "texture_v", "texture_t"],
 ];
 
-/// Refuses more rows than the file has bytes for, before memory is taken for them.
+/// Refuses more rows than the file has bytes for, before memory is allocated for them.
 pub(super) fn check_count(element: &Element, numbers: &impl Numbers, at: &Location) -> Result<()> {
     let Some(smallest) =
         element.properties.iter().map(|p| p.count.unwrap_or(p.value)).min_by_key(|s| s.size())
@@ -37,7 +37,7 @@ pub(super) fn check_count(element: &Element, numbers: &impl Numbers, at: &Locati
     Ok(())
 }
 
-/// Passes over an element.
+/// Skips the rows of an element.
 pub(super) fn skip(element: &Element, numbers: &mut impl Numbers, at: &Location) -> Result<()> {
     if !element.properties.is_empty() {
         for row in 0..element.rows {
@@ -63,7 +63,7 @@ fn list_length(numbers: &mut impl Numbers, scalar: Scalar) -> Result<u64, Wrong>
 
 /// The element `vertex`.
 pub(super) struct Vertices {
-    /// Positions relative to `origin`.
+    /// Positions of the vertices relative to `origin`.
     pub positions: Vec<Vec3>,
     pub origin: DVec3,
     /// One a vertex, or none.
@@ -128,9 +128,9 @@ impl Vertices {
 
 /// The element `face`: polygons of any number of corners.
 pub(super) struct Faces {
-    /// Vertices of all polygons, one after the other; not checked.
+    /// Vertices of all polygons, one after the other; each is below the number of vertices.
     pub corners: Vec<u32>,
-    /// Corners of each.
+    /// Number of corners of each polygon.
     pub sizes: Vec<u32>,
     /// True if corners have texture coordinates, which are skipped.
     pub has_uvs: bool,

@@ -146,7 +146,7 @@ fn counts_beyond_the_bytes_are_refused_before_memory_is_taken() {
 #[test]
 fn every_truncation_and_every_changed_byte_is_survived() {
     for bytes in [TEXT.as_bytes().to_vec(), binary(false), binary(true)] {
-        // The last blank of a text carries nothing.
+        // Only the last byte of a text, a blank, can be missing.
         for length in 0..bytes.len() - 1 {
             assert!(mesh(&bytes[..length]).is_err(), "{length}");
         }

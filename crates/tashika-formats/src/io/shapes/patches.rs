@@ -9,7 +9,7 @@ use crate::scene::MeshData;
 /// Most steps of a side of a bilinear patch.
 const MAX_STEPS: u32 = 256;
 
-/// Relative distance from a parallelogram below which a patch is one.
+/// Relative distance from a parallelogram below which a patch counts as one.
 const FLAT: f32 = 1e-6;
 
 /// The square `[−1, 1]²` at height 0, facing up, with texture coordinates from `(0, 0)` at its
@@ -25,7 +25,7 @@ pub(in crate::io) fn rectangle() -> MeshData {
     }
 }
 
-/// The cube `[−1, 1]³` with flat sides, each with the whole texture, laid as Mitsuba lays it.
+/// The cube `[−1, 1]³` with flat sides, each of which shows the whole texture as in Mitsuba.
 pub(in crate::io) fn cube() -> MeshData {
     // Normal and direction of `u`; `v` grows along `u × n`, that is, images with their first row at
     // `v = 0` are upright and not mirrored.
@@ -86,7 +86,7 @@ pub(in crate::io) fn bilinear_patch(
     Ok(mesh)
 }
 
-/// Heights over the unit square, row by row, with flat triangles in between; no normals.
+/// Height field over the unit square, row by row, with flat triangles in between; no normals.
 pub(in crate::io) fn heightfield(size: [u32; 2], heights: &[f32], at: &Location) -> Result<MeshData> {
     let [columns, rows] = size;
     require(columns >= 2 && rows >= 2, "height field of", format!("{columns}×{rows}"), "at least 2×2", at)?;

@@ -7,10 +7,10 @@
 //! ```
 //!
 //! with [`COLUMNS`] steps a full turn. Flat triangles between points of a curved surface have less
-//! area than it has, and lights shine by their area; so spheres are scaled, and disks and cylinders
-//! widened, until the area is exact, by 0.1 % of the radius. Other shapes are widened until the
-//! circumference is exact, which leaves less than 0.2 % of the area. Held to this by the tests
-//! below.
+//! area than the surface, and lights shine by their area. Therefore spheres are scaled, and disks
+//! and cylinders widened, until the area is exact, by 0.1 % of the radius. Other shapes are widened
+//! until the circumference is exact, which leaves an error below 0.2 % of the area. Held to this by
+//! the tests below.
 //!
 //! All angles are in radians.
 
@@ -27,7 +27,7 @@ use crate::scene::MeshData;
 const COLUMNS: f32 = 64.0;
 /// Steps of half a turn from pole to pole.
 const ROWS: f32 = 32.0;
-/// Steps of a profile that is curved and no circle.
+/// Steps of a curved profile that is not a circle.
 const PROFILE_STEPS: u32 = 32;
 
 /// One point of a profile.
@@ -37,14 +37,14 @@ struct Point {
     v: f32,
 }
 
-/// The share of the widening that makes an area exact: the radius enters it once or squared.
+/// Power of the radius by which an area grows when a mesh is widened.
 #[derive(Clone, Copy)]
 enum Growth {
     Linear,
     Squared,
 }
 
-/// A sphere about the origin between two heights, which are clamped to it; `v` runs from the lower
+/// A sphere around the origin between two heights, which are clamped to it; `v` runs from the lower
 /// to the upper.
 pub(in crate::io) fn sphere(radius: f32, z_range: [f32; 2], phi_max: f32, at: &Location) -> Result<MeshData> {
     check_length("radius", radius, at)?;
@@ -186,7 +186,7 @@ fn profile(steps: u32, point: impl Fn(f32) -> (Vec3, Vec3)) -> Vec<Point> {
     (0..=steps).map(step).collect()
 }
 
-/// Turns a profile about the z axis, by a full turn at most.
+/// Turns a profile around the z axis, by a full turn at most.
 fn revolve(profile: &[Point], phi_max: f32, at: &Location) -> Result<MeshData> {
     require(phi_max > 0.0, "angle", phi_max, "an angle above 0", at)?;
     let phi_max = phi_max.min(TAU);
@@ -224,7 +224,7 @@ fn columns(phi_max: f32) -> u32 {
     (phi_max / TAU * COLUMNS).ceil().max(3.0) as u32
 }
 
-/// As [`revolve`], widened so that arcs have their length.
+/// As [`revolve`], widened until arcs have their exact length.
 fn revolve_widened(profile: &[Point], phi_max: f32, at: &Location) -> Result<MeshData> {
     let mut mesh = revolve(profile, phi_max, at)?;
     let half = 0.5 * phi_max.min(TAU) / columns(phi_max.min(TAU)) as f32;
@@ -232,7 +232,7 @@ fn revolve_widened(profile: &[Point], phi_max: f32, at: &Location) -> Result<Mes
     Ok(mesh)
 }
 
-/// Widens the mesh until it has an area.
+/// Widens the mesh until its area is `area` (m²).
 fn widen(mesh: &mut MeshData, area: f64, growth: Growth) {
     let scale = scale_to(mesh, area, growth);
     scale_radii(mesh, scale);
@@ -243,7 +243,7 @@ fn scale_radii(mesh: &mut MeshData, scale: f32) {
     mesh.positions.iter_mut().for_each(|p| *p *= scale);
 }
 
-/// The factor that gives the mesh an area (m²).
+/// Factor on coordinates that gives the mesh the area `area` (m²).
 fn scale_to(mesh: &MeshData, area: f64, growth: Growth) -> f32 {
     let double_area: f64 = mesh
         .triangles
@@ -258,7 +258,7 @@ fn scale_to(mesh: &MeshData, area: f64, growth: Growth) -> f32 {
         Growth::Linear => ratio,
         Growth::Squared => ratio.sqrt(),
     };
-    // Beyond the range of numbers there is no area to hold.
+    // An area beyond the range of numbers is not corrected.
     if scale.is_finite() { scale as f32 } else { 1.0 }
 }
 
@@ -286,7 +286,7 @@ mod tests {
             (cylinder(0.5, [-1.0, 2.0], QUARTER, &at()), 0.75 * PI64),
         ] {
             let area = checked_area(&mesh.unwrap());
-            // What the rounding of coordinates and angles to f32 leaves.
+            // Error that is left by rounding coordinates and angles to f32.
             assert!((area / exact - 1.0).abs() < 1e-6, "{area} {exact}");
         }
     }
@@ -294,8 +294,8 @@ mod tests {
     #[test]
     fn areas_of_other_shapes_are_within_two_thousandths() {
         let slant = 5.0_f64.sqrt();
-        // Of z = x² + y² up to z = 1: (π / 6) (5^{3/2} − 1); from z = 1/4: less (π / 6) (2^{3/2} −
-        // 1).
+        // z = x² + y² has the area (π / 6) (5^{3/2} − 1) up to z = 1, and (π / 6) (2^{3/2} − 1)
+        // less from z = 1/4.
         let bowl = PI64 / 6.0 * (5.0 * slant - 1.0);
         let rim = PI64 / 6.0 * (5.0 * slant - 2.0 * 2.0_f64.sqrt());
         // The segment from (1, −1, −1) to (1, 1, 1) sweeps x² + y² = 1 + z²:

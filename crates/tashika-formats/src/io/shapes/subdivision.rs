@@ -19,9 +19,9 @@
 //! `Σ sin(2πi/n) pᵢ`, or those for boundaries.
 //!
 //! # Guarantee
-//! Any triangles whose indices are in range give a surface: edges with one triangle, or more than
-//! two, are boundaries; vertices where other than two of these meet stay where they are; where the
-//! neighbours of a vertex form no fan, its normal is the mean of the triangles'.
+//! Any triangles whose indices are in range give a surface. Edges with one triangle, or more than
+//! two, are boundaries. Vertices on one boundary edge, or more than two, stay where they are. Where
+//! the neighbours of a vertex form no fan, its normal is the mean of the triangles'.
 //!
 //! Sources: Loop 1987; Warren 2002 for `β`; Biermann 2000 for tangents on boundaries. Held to this
 //! by the tests below.
@@ -36,7 +36,8 @@ use crate::scene::MeshData;
 /// Most triangles that a surface may have after the last level; chosen.
 const MAX_TRIANGLES: u64 = 1 << 23;
 
-/// The surface of a mesh after so many levels, at its limit; no texture coordinates.
+/// Subdivides a mesh `levels` times and moves its vertices to the limit surface; no texture
+/// coordinates.
 pub(in crate::io) fn loop_subdivision(
     positions: &[Vec3],
     triangles: &[[u32; 3]],
@@ -66,7 +67,7 @@ pub(in crate::io) fn loop_subdivision(
 /// An edge and the vertices across it in its triangles.
 struct Edge {
     ends: [u32; 2],
-    /// The first two.
+    /// Opposite vertices in the first two triangles, equal if there is one triangle.
     opposite: [u32; 2],
     triangles: u32,
 }
@@ -142,12 +143,12 @@ impl Neighbourhoods {
         Self(all)
     }
 
-    /// The vertex after one level.
+    /// Position of the vertex after one level.
     fn smoothed(&self, i: usize, p: DVec3) -> DVec3 {
         self.weighted(i, p, beta, 1.0 / 8.0)
     }
 
-    /// The vertex after all further levels.
+    /// Position of the vertex after all further levels.
     fn limit(&self, i: usize, p: DVec3) -> DVec3 {
         self.weighted(i, p, |n| 1.0 / (n + 3.0 / (8.0 * beta(n))), 1.0 / 6.0)
     }
@@ -167,7 +168,7 @@ fn beta(n: f64) -> f64 {
     if n == 3.0 { 3.0 / 16.0 } else { 3.0 / (8.0 * n) }
 }
 
-/// One level.
+/// Subdivides a mesh by one level.
 fn split(positions: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let edges = Edges::new(triangles);
     let around = Neighbourhoods::new(positions, &edges);
@@ -191,7 +192,7 @@ fn split(positions: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<DVec3>, Vec<[u32; 
 
 /// Unit normals of the limit surface.
 fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
-    // The sides of each vertex's triangles that are opposite to it, all vertices' in one list.
+    // Sides of each vertex's triangles that are opposite to the vertex, one list for all vertices.
     let mut starts = vec![0_u32; positions.len() + 1];
     for i in triangles.iter().flatten() {
         starts[*i as usize + 1] += 1;
@@ -212,7 +213,8 @@ fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let normal = |i: usize| {
         let sides = &mut sides[starts[i] as usize..starts[i + 1] as usize];
         let p = positions[i];
-        // From the vertex, so that the rounding of sines does not count against its coordinates.
+        // Relative to the vertex, so that rounding errors of sines are not multiplied by its
+        // coordinates.
         let at = |vertex: u32| positions[vertex as usize] - p;
         let mean: DVec3 = sides.iter().map(|s| at(s[0]).cross(at(s[1]))).sum();
         let exact = match order(sides, &mut ring) {
@@ -220,7 +222,7 @@ fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
             Ring::Open => boundary_normal(&ring, at),
             Ring::Broken => mean,
         };
-        // Tangents may be turned over where the surface is folded, and vanish.
+        // Where the surface is folded, the product of tangents may point inward or vanish.
         let exact = if exact.dot(mean) < 0.0 { -exact } else { exact };
         let unit = exact.normalize_or_zero();
         (if unit == DVec3::ZERO { mean.normalize_or(DVec3::Z) } else { unit }).as_vec3()
@@ -228,7 +230,7 @@ fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     (0..positions.len()).map(normal).collect()
 }
 
-/// How the neighbours of a vertex lie.
+/// Arrangement of the neighbours of a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Ring {
     Closed,
@@ -265,7 +267,7 @@ fn order(sides: &mut [[u32; 2]], ring: &mut Vec<u32>) -> Ring {
     }
 }
 
-/// Neighbours relative to the vertex.
+/// Normal of a vertex inside, by its neighbours relative to it; any length.
 fn inside_normal(ring: impl ExactSizeIterator<Item = DVec3>) -> DVec3 {
     let step = std::f32::consts::TAU / ring.len() as f32;
     let (mut s, mut t) = (DVec3::ZERO, DVec3::ZERO);
@@ -277,7 +279,7 @@ fn inside_normal(ring: impl ExactSizeIterator<Item = DVec3>) -> DVec3 {
     s.cross(t)
 }
 
-/// `at` gives neighbours relative to the vertex.
+/// Normal of a vertex on a boundary, of any length; `at` gives neighbours relative to the vertex.
 fn boundary_normal(ring: &[u32], at: impl Fn(u32) -> DVec3) -> DVec3 {
     let last = ring.len() - 1;
     let ends = at(ring[0]) + at(ring[last]);

@@ -6,8 +6,8 @@
 //! vertical field of view = 2 atan(h / 2f)     radius of the lens = f / (20 fStop) units
 //! ```
 //!
-//! An orthographic camera sees `h` tenths of a unit. The aperture's width gives the horizontal
-//! offset its scale; the picture's own shape is that of its pixels. Clipping is not used.
+//! An orthographic camera sees `h` tenths of a unit. The aperture's width only scales the
+//! horizontal offset: the shape of the picture is that of its pixels. Clipping is ignored.
 //!
 //! Held to this by `usd_materials::cameras_have_their_field_of_view_lens_and_offset`.
 
@@ -27,7 +27,7 @@ const UNUSABLE: &str =
     "cameras whose focal length or aperture is not above 0, or whose transform loses directions: left out";
 
 impl Stage<'_> {
-    /// Adds a camera; those of prototypes are none of the scene.
+    /// Adds a camera; cameras of prototypes are ignored.
     pub fn add_camera(&mut self, prim: &Prim, state: &State) -> Result<()> {
         if state.is_prototype {
             return Ok(());

@@ -1,19 +1,19 @@
-//! Prims of the scene, put together from what layers say.
+//! Prims of the scene, composed from the opinions of layers.
 //!
-//! What is said of a prim is a tree of sites. A site is a path in a stack of layers; below it are
-//! the sites that it is made of, the strongest first: inherited classes, chosen variants,
-//! references, payloads, specialised classes. Of the same kind, what a prim names itself is stronger
-//! than what it has through the prims above it. All opinions in the order of the tree, each site's
-//! layers in theirs, are what a [`Prim`] is.
+//! The opinions about a prim form a tree of sites. A site is a path in a stack of layers. Below it
+//! are the sites that it is composed of, the strongest first: inherited classes, chosen variants,
+//! references, payloads, specialised classes. Within one kind, a site that a prim names itself is
+//! stronger than one that it has through the prims above it. A [`Prim`] is all opinions in the
+//! order of the tree, each site's in the order of its layers.
 //!
 //! # Guarantee
-//! A prim that is made of itself is refused. The number of sites in all is bounded by the bytes of
-//! the layers ([`work`](super::work)), and prims lie at most [`MAX_DEPTH`] deep in each other.
+//! A prim that is composed of itself is refused. The total number of sites is bounded by the bytes
+//! of the layers ([`work`](super::work)), and the depth of prims by [`MAX_DEPTH`].
 //!
 //! # Differences from USD
-//! Classes that a referenced file inherits are those of that file alone; specialised classes are
-//! weaker than what their own site says, not than everything. Shifted times, relocations and clips
-//! are left out.
+//! Classes that a referenced file inherits are those of that file alone. Specialised classes are
+//! weaker than the opinions of their own site, but not than all others. Shifted times, relocations
+//! and clips are ignored.
 //!
 //! Held to this by `usd` of the suite, which compares with Pixar's own library.
 
@@ -31,16 +31,16 @@ use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
 use crate::scene::{NoteKind, SceneBuilder};
 
-/// Deepest prim.
+/// Largest depth of a prim (names in its path).
 pub(super) const MAX_DEPTH: usize = 200;
 
-/// How many prims may be made of each other.
+/// Largest length of a chain of prims composed of each other.
 const MAX_CHAIN: usize = 50;
 
-/// Most variant sets of a prim.
+/// Largest number of variant sets of a prim.
 const MAX_VARIANTS: usize = 1000;
 
-/// Puts prims together.
+/// Composes prims from sites.
 pub(super) struct Composer<'f> {
     pub layers: Layers<'f>,
     pub steps: Steps,
@@ -51,7 +51,7 @@ impl<'f> Composer<'f> {
         Self { layers, steps: Steps::default() }
     }
 
-    /// What is above all prims.
+    /// The node above all prims.
     pub fn root(&self) -> Node {
         self.top(0, Arc::Own, identity())
     }
@@ -75,7 +75,7 @@ impl<'f> Composer<'f> {
         Ok(self.node(path, builder)?.map(|(_, prim)| prim))
     }
 
-    /// The same with its sites.
+    /// The prim of a path of the scene, with its sites.
     pub fn node(&mut self, path: &str, builder: &mut SceneBuilder) -> Result<Option<(Node, Prim)>> {
         let mut node = self.root();
         for name in path.split('/').filter(|name| !name.is_empty()) {
@@ -88,7 +88,7 @@ impl<'f> Composer<'f> {
         Ok((&*node.path != "/").then_some((node, prim)))
     }
 
-    /// What is said of the prim that a node is, in order of strength.
+    /// Opinions about the prim of a node, in order of strength.
     pub fn flat(&self, node: &Node) -> Prim {
         fn collect(node: &Node, all: &mut Vec<(LayerId, u32, Rc<Mapping>)>) {
             all.extend(node.specs.iter().map(|&(layer, prim)| (layer, prim, Rc::clone(&node.mapping))));
@@ -103,7 +103,7 @@ impl<'f> Composer<'f> {
     pub fn children(&self, prim: &Prim) -> Vec<Text> {
         let mut names = Vec::new();
         let mut seen = BTreeSet::new();
-        // Weaker layers are older: what is added to them comes later.
+        // From the weakest layer on: prims that stronger layers add come later.
         for (layer, spec, _) in prim.opinions().iter().rev() {
             for (name, _) in &self.layers.spec((*layer, *spec)).children {
                 if seen.insert(name.clone()) {
@@ -114,7 +114,7 @@ impl<'f> Composer<'f> {
         names
     }
 
-    /// The prim of that name below another, with all that it is made of.
+    /// The prim `name` below another, with the sites that it is composed of.
     pub fn child(&mut self, parent: &Node, name: &str, builder: &mut SceneBuilder) -> Result<Option<Node>> {
         self.steps.check(&self.layers, || self.at(parent))?;
         let mut node = self.step(parent, name, 0)?;
@@ -149,7 +149,7 @@ impl<'f> Composer<'f> {
         }
         let below =
             parent.below.iter().map(|node| self.step(node, name, nested + 1)).collect::<Result<Vec<_>>>()?;
-        // Sites that say nothing of it and will say nothing of prims below it.
+        // A site without opinions about a prim has none about the prims below it.
         let below = below.into_iter().filter(has_specs).collect();
         Ok(Node {
             arc: parent.arc,
@@ -176,7 +176,7 @@ impl<'f> Composer<'f> {
         }
     }
 
-    /// Adds what the sites of a tree name themselves, but for variants.
+    /// Adds the sites that the sites of a tree name themselves, except variants.
     fn name_arcs(
         &mut self,
         node: &mut Node,
@@ -194,7 +194,7 @@ impl<'f> Composer<'f> {
         Ok(())
     }
 
-    /// Adds what a site itself names.
+    /// Adds the sites that a site itself names, except variants.
     fn own_arcs(
         &mut self,
         node: &mut Node,
@@ -224,7 +224,7 @@ impl<'f> Composer<'f> {
         Ok(())
     }
 
-    /// A list that the layers of a site edit, and of each item where it stands.
+    /// A list that the layers of a site edit, and for each item the spec that names it.
     fn listed<T: Clone + Ord>(
         &self,
         specs: &[(LayerId, u32)],
@@ -301,7 +301,7 @@ impl<'f> Composer<'f> {
         while let Some(name) = names.next() {
             found = self.step(&found, name, chain.len())?;
             self.name_arcs(&mut found, chain, builder)?;
-            // Variants of the prim itself are chosen by all that is said of it.
+            // Variants of the prim itself are chosen later, by all opinions about it.
             if names.peek().is_some() {
                 self.choose_variants(&mut found, builder)?;
             }
@@ -318,7 +318,7 @@ impl<'f> Composer<'f> {
         Ok(())
     }
 
-    /// Chooses variants until there is no set left to choose from.
+    /// Chooses variants until no variant set is left.
     fn choose_variants(&mut self, root: &mut Node, builder: &mut SceneBuilder) -> Result<()> {
         for _ in 0..MAX_VARIANTS {
             let mut selections = BTreeMap::new();
@@ -333,7 +333,7 @@ impl<'f> Composer<'f> {
         Err(Error::unsupported(self.at(root), found, "use fewer"))
     }
 
-    /// What is chosen, by the strongest.
+    /// Selections of variants, each by the strongest opinion.
     fn selections(&self, node: &Node, all: &mut BTreeMap<Text, Text>) {
         self.steps.add(1, 0);
         for &site in &node.specs {
@@ -346,7 +346,7 @@ impl<'f> Composer<'f> {
         node.below.iter().for_each(|below| self.selections(below, all));
     }
 
-    /// Chooses from the first set that nothing was chosen from; whether there was one.
+    /// Chooses from the first variant set without a choice; returns false if there is none.
     fn choose_one(
         &mut self,
         node: &mut Node,
@@ -400,7 +400,7 @@ impl<'f> Composer<'f> {
         result
     }
 
-    /// Whether a prim is drawn: defined, active, and no class.
+    /// Returns true if a prim is defined and not a class.
     pub fn is_defined(&self, prim: &Prim) -> bool {
         let mut is_defined = false;
         for &(layer, spec, _) in prim.opinions() {
@@ -414,7 +414,8 @@ impl<'f> Composer<'f> {
         is_defined
     }
 
-    /// What is said of the prims below an instance: only what is said where it comes from.
+    /// The node for the prims below an instance: only sites that the instance itself names count,
+    /// if it names more than variants.
     pub fn shared(&self, node: &Node) -> Node {
         let is_own = |n: &Node| n.depth == node.names();
         if !node.below.iter().any(|n| is_own(n) && n.arc != Arc::Variant) {

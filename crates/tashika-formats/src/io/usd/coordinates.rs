@@ -1,7 +1,8 @@
-//! Coordinates that textures look up: which set of a mesh, and how it is mapped.
+//! Texture coordinates: a set of the mesh, and a map from it to the coordinates of the texture.
 //!
-//! They come from a reader of a primvar, perhaps through nodes that map them. `UsdTransform2d` scales,
-//! turns counter-clockwise and moves, in this order; MaterialX's `place2d` has, about its pivot `p`,
+//! The set comes from a reader of a primvar, possibly through nodes that map it. `UsdTransform2d`
+//! scales, turns counter-clockwise and moves, in this order. MaterialX's `place2d` with pivot `p`
+//! is
 //!
 //! ```text
 //! operationorder 0    p + R (u − p)/s − o
@@ -23,13 +24,13 @@ use crate::error::Result;
 use crate::math::elementary::sin_cos;
 use crate::scene::{NoteKind, UvTransform};
 
-/// Most maps one after the other.
+/// Largest number of consecutive maps.
 const MAX_MAPS: usize = 8;
 
 /// Largest coefficient of a texture transform.
 const MAX_COEFFICIENT: f32 = 1e6;
 
-/// The coordinates where nobody says which.
+/// Coordinates by default.
 const USUAL: &str = "st";
 
 fn scaled(Vec2 { x, y }: Vec2) -> Mat3 {
@@ -40,15 +41,15 @@ fn moved(Vec2 { x, y }: Vec2) -> Mat3 {
     Mat3::from_cols(Vec3::X, Vec3::Y, Vec3::new(x, y, 1.0))
 }
 
-/// Counter-clockwise.
+/// Rotation, counter-clockwise.
 fn turned(degrees: f32) -> Mat3 {
     let (sin, cos) = sin_cos(degrees.to_radians());
     Mat3::from_cols(Vec3::new(cos, sin, 0.0), Vec3::new(-sin, cos, 0.0), Vec3::Z)
 }
 
 impl Stage<'_> {
-    /// Which coordinates a texture looks up by an input, and how they are mapped before `last`, the
-    /// texture's own map; `v` of the whole map runs down.
+    /// Returns the set of coordinates that a texture reads by an input, and the map from the set to
+    /// the texture. The map ends with `last`, the texture's own map; in the result, `v` runs down.
     pub fn coordinates(&mut self, shader: &Prim, input: &str, last: Mat3) -> Result<(Text, UvTransform)> {
         let mut map = last;
         let mut at = (shader.clone(), Text::from(input));
@@ -92,7 +93,7 @@ impl Stage<'_> {
         Ok((USUAL.into(), self.downward(map, shader)))
     }
 
-    /// The map that a texture of MaterialX has itself.
+    /// Map that a texture of MaterialX itself has.
     pub fn placed(&mut self, shader: &Prim) -> Result<Mat3> {
         let name = self.shader(shader)?;
         if name.starts_with("ND_gltf_image_") {
@@ -115,7 +116,7 @@ impl Stage<'_> {
         Ok(moved * turned(degrees) * scaled(self.pair(prim, "inputs:scale", 1.0)?))
     }
 
-    /// MaterialX's `place2d`; `of_gltf` where its numbers are those of glTF's texture transforms.
+    /// MaterialX's `place2d`; with `of_gltf`, the numbers are those of glTF's texture transforms.
     fn place_2d(&mut self, prim: &Prim, of_gltf: bool) -> Result<Mat3> {
         let pivot = if of_gltf { Vec2::Y } else { Vec2::ZERO };
         let pivot = self.input_tuple(prim, "inputs:pivot", pivot.to_array().map(f64::from))?;
@@ -144,7 +145,7 @@ impl Stage<'_> {
         Ok(Vec2::from(both.map(|n| n as f32)))
     }
 
-    /// The same map where `v` runs down.
+    /// The map where `v` runs down; the identity, with a note, if it is huge or not finite.
     fn downward(&mut self, map: Mat3, shader: &Prim) -> UvTransform {
         let flip = Mat3::from_cols(Vec3::X, Vec3::NEG_Y, Vec3::new(0.0, 1.0, 1.0));
         let map = flip * map * flip;

@@ -1,11 +1,11 @@
-//! What a USD file may hold, and what becomes of it here.
+//! Features of USD files and their support.
 
 use crate::error::{Location, Result};
 use crate::io::features::{Feature, Support, table};
 use crate::io::notes::Named;
 use crate::scene::{NoteKind, SceneBuilder};
 
-/// Most unknown types of prims that are noted by name.
+/// Largest number of unknown types of prims that are noted by name.
 pub(super) const MAX_UNKNOWN: usize = 50;
 
 /// All features, by kind and name.
@@ -236,12 +236,12 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
     }
 };
 
-/// Whether the table has a row for it.
+/// Returns true if the table has a row for a feature.
 pub(super) fn is_known(kind: &str, name: &str) -> bool {
     Feature::find(FEATURES, kind, name).is_some()
 }
 
-/// Says what the table says about a thing met at `at`.
+/// Reports a feature met at `at` as its row prescribes.
 ///
 /// # Errors
 /// [`Error::Unsupported`](crate::error::Error::Unsupported) if it is refused.
@@ -249,7 +249,7 @@ pub(super) fn met(kind: &str, name: &str, at: Location, builder: &mut SceneBuild
     Feature::look_up(FEATURES, [kind, name], &at, builder.notes_mut()).map(drop)
 }
 
-/// Says that a type of prim is not known.
+/// Notes an unknown type of prim.
 pub(super) fn unknown(name: &str, at: Location, named: &mut Named, builder: &mut SceneBuilder) {
     let message = Feature::unknown(["prim", name], "what is below it is read");
     named.add(

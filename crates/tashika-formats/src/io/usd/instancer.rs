@@ -1,8 +1,8 @@
 //! Point instancers: many placements of a few prims.
 //!
-//! Point `i` shows prototype `protoIndices[i]` at `M T_i R_i S_i`, with `M` of the instancer, and
-//! the prototype's own transform after that. Materials, display colours and purposes of a prototype
-//! are inherited in its own place in the scene; its visibility is not.
+//! Point `i` shows prototype `protoIndices[i]` at `M T_i R_i S_i`, with `M` the transform of the
+//! instancer, times the prototype's own transform. Materials, display colours and purposes of a
+//! prototype are inherited in its own place in the scene; its visibility is not.
 //!
 //! Held to this by `usd_meshes::points_place_their_prototypes`.
 
@@ -19,7 +19,7 @@ use crate::error::{Error, Location, Result};
 use crate::scene::{Instance, NoteKind};
 
 impl Stage<'_> {
-    /// Places what a point instancer repeats.
+    /// Places the instances of a point instancer.
     pub fn instance_points(&mut self, prim: &Prim, state: &State, placed: &mut Vec<Placed>) -> Result<()> {
         let at = self.at(prim);
         if state.is_prototype {

@@ -1,7 +1,7 @@
-//! A layer: what one file says of prims, before any of it is put together with others.
+//! A layer: the opinions of one file about prims, before composition with other layers.
 //!
-//! Both encodings become this. Values of a binary file stay where they are until somebody asks for
-//! one ([`Stored`]).
+//! All encodings are read into layers. Values of a binary file are decoded when they are needed
+//! ([`Stored`]).
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -11,27 +11,27 @@ use super::value::{ListOp, Reference, Text, Value};
 use crate::error::{Error, Location, Result};
 use crate::io::notes::excerpt;
 
-/// Most characters of a path in messages; chosen.
+/// Largest number of characters of a path in messages; chosen.
 const LONGEST_PATH: usize = 500;
 
-/// A file.
+/// Contents of a file.
 #[derive(Debug)]
 pub(super) struct Layer {
-    /// How messages name it.
+    /// File name that messages give.
     pub name: PathBuf,
-    /// All prims and variants; the first is the file itself, which has the prims at the top.
+    /// All prims and variants; the first stands for the file, and has the top-level prims below it.
     pub prims: Vec<PrimSpec>,
     pub metadata: Metadata,
     /// The bytes of a binary file.
     pub binary: Option<Binary>,
 }
 
-/// What a file says of itself.
+/// Fields of a file itself, apart from its prims.
 #[derive(Debug, Default)]
 pub(super) struct Metadata {
     pub default_prim: Option<Text>,
     pub sublayers: Vec<Text>,
-    /// Whether a sublayer's time is shifted or scaled.
+    /// True if the times of a sublayer are shifted or scaled.
     pub has_offsets: bool,
     /// True if the layer renames prims of other layers.
     pub has_relocates: bool,
@@ -41,7 +41,7 @@ pub(super) struct Metadata {
     pub frames_per_second: Option<f64>,
 }
 
-/// Whether a prim is there.
+/// Kind of a spec: a definition, an opinion alone, or a class.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Specifier {
     Def,
@@ -50,10 +50,10 @@ pub(super) enum Specifier {
     Class,
 }
 
-/// What a file says of a prim.
+/// Opinions of a file about a prim.
 #[derive(Debug, Default)]
 pub(super) struct PrimSpec {
-    /// Its line, in a text.
+    /// Line in a text file.
     pub line: Option<u32>,
     pub specifier: Specifier,
     pub type_name: Option<Text>,
@@ -70,38 +70,38 @@ pub(super) struct PrimSpec {
     /// True if values come from a series of other files.
     pub has_clips: bool,
     pub properties: BTreeMap<Text, Property>,
-    /// Indices of the prims below it, in order.
+    /// Names and indices of the prims below it, in order.
     pub children: Vec<(Text, u32)>,
-    /// The same by name.
+    /// Indices of the prims below it, by name.
     pub by_name: BTreeMap<Text, u32>,
-    /// By set and name; what a variant says is a prim of its own.
+    /// By set and name; the opinions of a variant are a prim of their own.
     pub variants: BTreeMap<Text, BTreeMap<Text, u32>>,
 }
 
-/// What a file says of an attribute or a relationship.
+/// Opinions of a file about an attribute or a relationship.
 #[derive(Debug, Default)]
 pub(super) struct Property {
     pub line: Option<u32>,
     pub value: Option<Stored>,
-    /// By time code, which rises.
+    /// By time code, ascending.
     pub samples: Vec<(f64, Stored)>,
     pub has_spline: bool,
-    /// True if the file declares the property `custom`, that is, in no schema.
+    /// True if the file declares the property `custom`, that is, as part of no schema.
     pub is_custom: bool,
     /// True if a value holds until the next sample, as whole numbers and truth values do.
     pub is_held: bool,
-    /// What a relationship names.
+    /// Paths that a relationship names.
     pub targets: ListOp<Text>,
-    /// What an attribute takes its value from.
+    /// Paths of the properties that an attribute takes its value from.
     pub connections: ListOp<Text>,
     pub interpolation: Option<Text>,
     pub element_size: Option<f64>,
     pub color_space: Option<Text>,
-    /// Of a material binding.
+    /// Strength, if it is a material binding.
     pub strength: Option<Text>,
 }
 
-/// A value, or where it is.
+/// A value, or its place in a binary file.
 #[derive(Clone, Debug)]
 pub(super) enum Stored {
     Value(Value),
@@ -109,7 +109,7 @@ pub(super) enum Stored {
 }
 
 impl Layer {
-    /// A value of this layer, found at `at`.
+    /// Value of this layer, for the property at `at`.
     ///
     /// # Errors
     /// If a binary file is damaged there.
@@ -123,13 +123,13 @@ impl Layer {
         }
     }
 
-    /// Adds a prim or a variant and tells its index.
+    /// Adds a prim or a variant and returns its index.
     pub fn push(&mut self, prim: PrimSpec) -> u32 {
         self.prims.push(prim);
         self.prims.len() as u32 - 1
     }
 
-    /// Searches the path of a prim, without names of variants.
+    /// Finds the path of a prim, without names of variants, by a search of all prims.
     pub fn path(&self, index: u32) -> String {
         let mut above: BTreeMap<u32, (u32, Option<&Text>)> = BTreeMap::new();
         for (owner, prim) in self.prims.iter().enumerate() {
@@ -146,7 +146,7 @@ impl Layer {
         format!("/{}", names.join("/"))
     }
 
-    /// A place in it.
+    /// Location of an item in the file.
     pub fn at(&self, line: Option<u32>, item: &str) -> Location {
         // A path may be as long as the file.
         Location { line, ..Location::file(&self.name) }.item(excerpt(item, LONGEST_PATH))
@@ -163,7 +163,7 @@ impl PrimSpec {
         paths.into_iter().chain(references).flatten().next()
     }
 
-    /// Puts a prim below it; the first of a name counts.
+    /// Adds a child; of several with one name, the first counts.
     pub fn add_child(&mut self, name: &Text, index: u32) {
         if !self.by_name.contains_key(name) {
             self.by_name.insert(name.clone(), index);
@@ -173,7 +173,7 @@ impl PrimSpec {
 }
 
 impl Metadata {
-    /// Takes a field, if it is one of these.
+    /// Sets the field `name`, if the layer stores it.
     pub fn set(&mut self, name: &str, value: &Value) {
         match name {
             "defaultPrim" => self.default_prim = value.text().cloned(),
@@ -188,7 +188,7 @@ impl Metadata {
 }
 
 impl PrimSpec {
-    /// Takes a field, if it is one of these.
+    /// Sets the field `name`, if the prim stores it.
     pub fn set(&mut self, name: &str, value: &Value) {
         let truth = |value: &Value| value.number().map(|n| n != 0.0);
         match (name, value) {
@@ -211,7 +211,7 @@ impl PrimSpec {
 }
 
 impl Property {
-    /// Takes a field, if it is one of these.
+    /// Sets the field `name`, if the property stores it.
     pub fn set(&mut self, name: &str, value: &Value) {
         match name {
             "interpolation" => self.interpolation = value.text().cloned(),
@@ -223,7 +223,7 @@ impl Property {
     }
 }
 
-/// A path as it stands below a prim, made absolute: `../B` below `/A/C` is `/A/B`.
+/// Makes a path below a prim absolute: `../B` below `/A/C` is `/A/B`.
 pub(super) fn absolute(path: &str, prim: &str) -> Text {
     if path.starts_with('/') {
         return path.into();

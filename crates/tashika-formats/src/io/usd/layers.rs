@@ -1,7 +1,7 @@
-//! The files of a scene: layers, each read once, and the layers below them.
+//! Files of a scene: layers, each read once, with their sublayers.
 //!
-//! A file that another names is looked for beside that one, in an archive inside the archive. One
-//! that is not there is noted as missing; one that is damaged is an error.
+//! A file that another file names is looked up beside that file, or in the same archive. A missing
+//! file is noted; a damaged one is an error.
 //!
 //! # Guarantee
 //! Layers that contain themselves are refused, and no more than [`MAX_LAYERS`] are read.
@@ -26,36 +26,36 @@ use crate::io::files::{folder_of, is_absolute};
 use crate::io::notes::quoted;
 use crate::scene::{NoteKind, SceneBuilder};
 
-/// Most layers of a scene.
+/// Largest number of layers of a scene.
 const MAX_LAYERS: usize = 10_000;
 
-/// Most sublayers of a file, those of sublayers with them.
+/// Largest number of sublayers of a file, including sublayers of sublayers.
 const MAX_SUBLAYERS: usize = 1000;
 
-/// A layer of the scene.
+/// Index of a layer of the scene.
 pub(super) type LayerId = usize;
 
-/// A layer with all below it.
+/// Index of a layer with all its sublayers.
 pub(super) type StackId = usize;
 
-/// Where a file is: beside the scene, or in an archive.
+/// Place of a file: beside the scene, or in an archive.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Place {
-    /// Which archive.
+    /// Index of the archive, if the file is in one.
     package: Option<usize>,
-    /// Its name, relative to the scene's folder or in the archive.
+    /// File name, relative to the scene's folder or to the archive.
     pub name: String,
 }
 
-/// All layers so far.
+/// Layers and archives that were opened so far.
 pub(super) struct Layers<'f> {
     pub files: &'f SceneFiles,
     layers: Vec<(Layer, Place)>,
     bytes: u64,
     packages: Vec<Package>,
-    /// What was opened, or could not be; by canonical path, or by name in an archive.
+    /// Opened files, by canonical path, or by name in an archive.
     opened: BTreeMap<(Option<usize>, PathBuf), Opened>,
-    /// Layers from the strongest to the weakest.
+    /// Layers of each stack, from the strongest to the weakest.
     stacks: Vec<Vec<LayerId>>,
     by_root: BTreeMap<LayerId, StackId>,
 }
@@ -67,7 +67,7 @@ enum Opened {
 }
 
 impl<'f> Layers<'f> {
-    /// The scene's own file, which becomes the first stack.
+    /// Opens the scene's own file, which becomes the first stack.
     pub fn open(files: &'f SceneFiles, builder: &mut SceneBuilder) -> Result<Self> {
         let mut layers = Self {
             files,
@@ -110,20 +110,20 @@ impl<'f> Layers<'f> {
         self.layers[layer].0.path(prim)
     }
 
-    /// Where a prim stands.
+    /// Location of a prim.
     pub fn at(&self, (layer, prim): (LayerId, u32), path: &str) -> Location {
         let layer = self.layer(layer);
         layer.at(layer.prims[prim as usize].line, path)
     }
 
-    /// The file that a layer calls so.
+    /// Place of the file that a layer calls `asset`.
     pub fn place(&self, asset: &str, layer: LayerId) -> Place {
         let Place { package, name } = &self.layers[layer].1;
         let name = if is_absolute(asset) { asset.to_owned() } else { format!("{}{asset}", folder_of(name)) };
         Place { package: *package, name }
     }
 
-    /// The bytes of a file that is named at `at`.
+    /// Bytes of a file that is named at `at`.
     pub fn read(&self, place: &Place, at: &Location) -> Result<Bytes> {
         match place.package {
             None => {
@@ -141,12 +141,12 @@ impl<'f> Layers<'f> {
         }
     }
 
-    /// Whether a file is in an archive.
+    /// Returns true if a file is in an archive.
     pub fn is_packed(place: &Place) -> bool {
         place.package.is_some()
     }
 
-    /// The stack of a file that a layer calls so; nothing, with a note, if it is not there.
+    /// Stack of the file that a layer calls `asset`; none, with a note, if the file is missing.
     pub fn stack_at(
         &mut self,
         asset: &str,
@@ -185,7 +185,7 @@ impl<'f> Layers<'f> {
         }
     }
 
-    /// The layer of a file, or in an archive the one of that name, or the first.
+    /// Layer of a file; in an archive, the layer `inner`, or the first one.
     fn opened_at(&mut self, place: Place, inner: Option<&str>, at: &Location) -> Result<LayerId> {
         let key = self.key(&place, at)?;
         let opened = match self.opened.get(&key) {
@@ -204,7 +204,7 @@ impl<'f> Layers<'f> {
         }
     }
 
-    /// A layer in an archive.
+    /// Opens a layer in an archive.
     fn packed(&mut self, place: Place, at: &Location) -> Result<LayerId> {
         let key = (place.package, PathBuf::from(&place.name));
         if let Some(Opened::Layer(id)) = self.opened.get(&key) {
@@ -242,7 +242,7 @@ impl<'f> Layers<'f> {
         self.parse(bytes, &name, place, Some(key)).map(Opened::Layer)
     }
 
-    /// The scene's file, which may be an archive.
+    /// Opens the scene's file, which may be an archive.
     fn add(
         &mut self,
         bytes: Vec<u8>,
@@ -286,7 +286,7 @@ impl<'f> Layers<'f> {
         Ok(id)
     }
 
-    /// The stack that a layer and those below it are.
+    /// Stack of a layer with all its sublayers.
     fn stack_of(&mut self, root: LayerId, builder: &mut SceneBuilder) -> Result<StackId> {
         if let Some(&stack) = self.by_root.get(&root) {
             return Ok(stack);

@@ -6,18 +6,21 @@
 //! L = color · intensity · 2^exposure · blackbody(colorTemperature) / sizeFactor
 //! ```
 //!
-//! number by number, a nit for a W·m⁻²·sr⁻¹: the factor between them is the same for all lights of a
-//! scene and left to exposure. `blackbody` has luminance 1. `sizeFactor` is 1 unless `normalize` is
-//! on; then it is the light's area in the scene's own units, so that pictures do not depend on how
-//! long those are; of a distant light `π sin²(angle / 2)`.
+//! number by number, with a nit counted as a W·m⁻²·sr⁻¹: the factor between the units is the same
+//! for all lights of a scene and left to exposure. `blackbody` has luminance 1. `sizeFactor` is 1
+//! unless `normalize` is on; then it is the light's area in the scene's own units, so that pictures
+//! do not depend on the length of a unit. For a distant light it is `π sin²(angle / 2)`.
 //!
 //! | light | becomes |
 //! |---|---|
 //! | `RectLight`, `DiskLight` | a surface that shines along its `−z` |
-//! | `SphereLight`, `CylinderLight` | a surface that shines outward; the cylinder has its axis along `x` and no ends |
-//! | `SphereLight` with `treatAsPoint`, a cone, a profile or no radius | a point or a spot of intensity `L A / 4`, `A` being its area |
+//! | `SphereLight`, `CylinderLight` | a surface that shines outward |
+//! | `SphereLight` as a point | a point or a spot of intensity `L A / 4`, with `A` its area |
 //! | `DistantLight` | parallel light of irradiance `L π sin²(angle / 2)` |
-//! | `DomeLight` | what is seen where no surface is |
+//! | `DomeLight` | the environment |
+//!
+//! A cylinder has its axis along `x` and no ends. A `SphereLight` is a point if it has
+//! `treatAsPoint`, a cone, a profile or no radius.
 //!
 //! Held to this by `usd_lights` of the suite.
 
@@ -42,15 +45,15 @@ use crate::scene::{
     ColorInput, Emission, Emitter, Environment, Falloff, FalloffShape, Material, MeshData, NoteKind, Surface,
 };
 
-/// Least difference of the cosines between which a spot fades.
+/// Smallest difference of the cosines between which a spot fades.
 const MIN_FADING: f32 = 1e-4;
 
 /// Note on lights without a direction.
 const NO_DIRECTION: &str = "lights whose transform loses their direction: left out";
 
-/// What lights have in common.
+/// Radiance of a light.
 struct Shine {
-    /// Without its size factor.
+    /// Radiance before the division by the size factor.
     radiance: Rgb,
     is_normalized: bool,
 }
@@ -125,7 +128,7 @@ impl Stage<'_> {
         is_any.then_some(positive)
     }
 
-    /// An input of a light, as it is called now or was before.
+    /// An input of a light, by its current name or its former one.
     fn light_number(&mut self, prim: &Prim, name: &str, fallback: f64) -> Result<f64> {
         match self.number(prim, &format!("inputs:{name}"))? {
             Some(number) => Ok(number),
@@ -201,7 +204,8 @@ impl Stage<'_> {
         }
         let place = self.at_property(prim, "inputs:texture:file");
         let Some(image) = self.picture_itself(&file, layer, &place)? else { return Ok(()) };
-        // The pole is the light's y, or what `poleAxis` says; the middle of the map is at z, or at −y.
+        // The pole is the light's y, or the axis `poleAxis`; the middle of the map is at z, or at
+        // −y.
         let pole = self.word(prim, "poleAxis")?;
         let is_z_up = match pole.as_deref() {
             Some("Y") => false,
@@ -242,8 +246,8 @@ impl Stage<'_> {
         } else if cone.is_some() {
             met("light", "inputs:shaping:cone:angle", at.clone(), &mut self.builder)?;
         }
-        // A sphere of area A and radiance L has the intensity L A / 4, and in the units of the scene
-        // the area that `normalize` divides by.
+        // A sphere of area A and radiance L has the intensity L A / 4. `normalize` divides by the
+        // area in the scene's units.
         let units = self.meters_per_unit * self.meters_per_unit;
         let area = if radius > 0.0 {
             area_of(&unit_sphere(&at)?, state.to_world.matrix3 * DMat3::from_diagonal(DVec3::splat(radius)))
@@ -274,7 +278,7 @@ impl Stage<'_> {
                     return Ok(());
                 }
             };
-            // The lamp looks down along −z.
+            // The lamp points along −z.
             let frame = Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::NEG_Y);
             let turn = rotation(&state.to_world).unwrap_or(Mat3::IDENTITY) * frame;
             return add_image_light(&mut self.builder, &map, (centre, turn), intensity, at);
@@ -288,7 +292,7 @@ impl Stage<'_> {
         }
     }
 
-    /// The cone that a light shines in, if it is in one.
+    /// Cone of a light, if its angle is below 180°.
     fn shaping(&mut self, prim: &Prim) -> Result<Option<Falloff>> {
         if self.light_number(prim, "shaping:focus", 0.0)? != 0.0 {
             met("light", "inputs:shaping:focus", self.at(prim), &mut self.builder)?;
@@ -306,7 +310,7 @@ impl Stage<'_> {
         Ok(Some(Falloff { cos_inner, cos_outer, shape: FalloffShape::Smoothstep }))
     }
 
-    /// A light that is a surface.
+    /// Adds a light that is a surface.
     fn area(
         &mut self,
         prim: &Prim,
@@ -322,7 +326,7 @@ impl Stage<'_> {
             _ => [("radius", 0.5); 2],
         };
         let Some([first, second]) = self.sizes(prim, "inputs:", names)? else { return Ok(()) };
-        // Half a turn about y: what faces up shines along −z.
+        // Half a turn around y: surfaces that face +z shine along −z.
         let down = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));
         let (data, to_light) = match kind {
             "RectLight" => {
@@ -364,7 +368,7 @@ impl Stage<'_> {
     }
 }
 
-/// The axes of a map made orthonormal, the third first.
+/// Rotation of a transform: its axes made orthonormal, the third first.
 fn rotation(to_world: &DAffine3) -> Option<Mat3> {
     let axes = to_world.matrix3;
     let z = axes.z_axis.try_normalize()?;

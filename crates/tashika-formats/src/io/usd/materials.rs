@@ -1,9 +1,9 @@
-//! Materials: `UsdPreviewSurface`, and which of its surfaces a material is.
+//! Materials: `UsdPreviewSurface`, and the choice between the surfaces of a material.
 //!
-//! A material may have two: one of MaterialX (`outputs:mtlx:surface`, [`materialx`](super::materialx)),
-//! which is what its author sees, and a `UsdPreviewSurface`, often a rough likeness, for programs that do
-//! not know it. That of MaterialX is taken where all of its nodes are understood, or where there is nothing
-//! else.
+//! A material may have two surfaces: one of MaterialX (`outputs:mtlx:surface`,
+//! [`materialx`](super::materialx)), which its author sees, and a `UsdPreviewSurface`, often a
+//! rough likeness, for programs without MaterialX. The surface of MaterialX is used if all of its
+//! nodes are supported, or if there is no other.
 //!
 //! ```text
 //! metallic workflow    base diffuseColor, F₀ = ((n − 1)/(n + 1))² of what is no metal
@@ -11,11 +11,12 @@
 //! α = roughness², of the coat clearcoatRoughness²
 //! ```
 //!
-//! Opacity below `opacityThreshold` is a hole. Without a threshold the share that is not opaque is a
-//! pane of the index of refraction that light passes straight, and with the mode `presence` nothing.
+//! The surface has holes where the opacity is below `opacityThreshold`. Without a threshold, the
+//! share that is not opaque is a pane of the given index of refraction, which light passes
+//! straight. With the mode `presence` it is nothing.
 //!
-//! A material that several prims are made of in the same way is read once. One that is not there,
-//! or has no surface that is read, is the prim's `displayColor`, or grey.
+//! A material that several prims define by the same opinions is read once. For one that is missing,
+//! or has no surface that is read, the prim's `displayColor` is used, or grey.
 //!
 //! Held to this by `usd_materials` of the suite.
 
@@ -39,11 +40,11 @@ use crate::io::mixes;
 use crate::io::principled::metallic_roughness;
 use crate::scene::{Alpha, AlphaMode, Emission, FloatInput, Material, MaterialId, NoteKind, Surface};
 
-/// What a mesh adds to its material.
+/// Properties of a mesh that its material depends on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Look {
     pub is_double_sided: bool,
-    /// Shown where there is no material.
+    /// Colour and opacity without a material.
     pub shown: Shown,
 }
 
@@ -51,14 +52,14 @@ pub(super) struct Look {
 #[derive(Clone, Debug)]
 pub(super) struct UsedMaterial {
     pub id: MaterialId,
-    /// The texture coordinates that it looks up.
+    /// Name of the texture coordinates that it looks up.
     pub uv: Option<Text>,
 }
 
-/// Materials so far.
+/// Materials and surfaces that were looked up so far.
 #[derive(Default)]
 pub(super) struct Materials {
-    /// By path; what is said of it, or nothing if it has no surface that is read.
+    /// Surface shader and its identity, by path; none without a surface that is read.
     by_path: BTreeMap<Text, Option<(Prim, Identity)>>,
     read: BTreeMap<(Identity, bool), UsedMaterial>,
     shown: BTreeMap<[u32; 4], UsedMaterial>,
@@ -66,11 +67,11 @@ pub(super) struct Materials {
     pub known: BTreeMap<Text, bool>,
 }
 
-/// What is said of a prim and of those below it.
+/// Specs of a material and of all prims below it.
 type Identity = Vec<(LayerId, u32)>;
 
 impl Stage<'_> {
-    /// The material of that path, or what is there without one.
+    /// Material of a path; the display colour if there is no path, or no surface that is read.
     pub fn material(&mut self, path: Option<&Text>, look: Look) -> Result<UsedMaterial> {
         let Some(path) = path else { return self.colored(look) };
         let found = match self.materials.by_path.get(path) {
@@ -113,7 +114,7 @@ impl Stage<'_> {
         Ok(used)
     }
 
-    /// The surface shader of a material, if it is one that is read; else a note.
+    /// Surface shader of a material; none, with a note, if it has none that is read.
     fn surface_of(&mut self, path: &Text) -> Result<Option<(Prim, Identity)>> {
         let Some((node, prim)) = self.composer.node(path, &mut self.builder)? else {
             let at = self.origin.clone().item(&**path);
@@ -150,7 +151,7 @@ impl Stage<'_> {
         Ok(Some((shader, identity)))
     }
 
-    /// The shader of a surface of a material, if it is one that is read.
+    /// Shader that an output of a material names, if it is one that is read.
     fn surface(&mut self, material: &Prim, output: &str) -> Result<Option<Prim>> {
         let Some(Source::Output(shader, _)) = self.source(material, output)? else { return Ok(None) };
         let id = self.shader(&shader)?;
@@ -214,7 +215,7 @@ impl Stage<'_> {
         Ok(Material { emission, alpha, normal, ..Material::new(r.name.clone(), surface) })
     }
 
-    /// A surface that is there for the share `opacity`, and a pane for the rest.
+    /// Mix of a surface, with the share `opacity`, and a pane for the rest.
     fn partly_clear(
         &mut self,
         r: &Reading,
@@ -224,7 +225,7 @@ impl Stage<'_> {
     ) -> Result<Surface> {
         let at = self.at_property(&r.shader, "inputs:opacity");
         met("UsdPreviewSurface", "opacity", at, &mut self.builder)?;
-        // The pane reflects as one face, which is what the surface would.
+        // The pane reflects as one face, as the surface would.
         let alpha = self.builder.power(roughness, 2.0)?;
         let pane = Surface::ThinGlass {
             ior: single_face(ior.max(1.0)),
@@ -240,7 +241,7 @@ impl Stage<'_> {
     }
 }
 
-/// Whether a shader is a `UsdPreviewSurface`, by its own name or by that of MaterialX.
+/// Returns true if a shader is a `UsdPreviewSurface`, by its own name or by that of MaterialX.
 fn is_preview(id: &str) -> bool {
     id == "UsdPreviewSurface" || id.starts_with("ND_UsdPreviewSurface_surfaceshader")
 }

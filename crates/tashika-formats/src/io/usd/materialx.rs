@@ -1,6 +1,6 @@
 //! The physically based surfaces of MaterialX: Standard Surface, OpenPBR and glTF's.
 //!
-//! All three are layers, from below, with the weights that each names in its own words:
+//! All three have these layers, from below; each names the weights differently:
 //!
 //! ```text
 //! base            base · base_color, and by `subsurface` its colour: diffuse, or by metalness a metal
@@ -11,9 +11,9 @@
 //! opacity         the share of light that the surface stops
 //! ```
 //!
-//! Solid glass has its tint at each crossing. Where the tint is meant after a depth, each crossing has its
-//! root, so that light which goes through that depth has the tint. OpenPBR's luminance is taken as radiance,
-//! as MaterialX's own graph of it does.
+//! Solid glass has its tint at each crossing. If the tint is meant for a depth, each crossing has
+//! the square root of the tint, so that light through that depth has the tint. OpenPBR's luminance
+//! is used as radiance, as in MaterialX's own graph of OpenPBR.
 //!
 //! Sources: Georgiev et al. 2019; Andersson et al. 2024; [^materialx2024]. Held to this by
 //! `usd_materialx` of the suite.
@@ -37,7 +37,7 @@ use crate::scene::{
 };
 
 impl Stage<'_> {
-    /// A material of one of these models.
+    /// Reads a material of one of these models.
     pub fn read_model(&mut self, r: &mut Reading, model: &Model, look: Look) -> Result<Material> {
         let at = self.at(&r.shader);
         met("MaterialX", model.row, at, &mut self.builder)?;
@@ -61,7 +61,7 @@ impl Stage<'_> {
         Ok(Material { emission, alpha, normal, ..Material::new(r.name.clone(), surface) })
     }
 
-    /// Says what nothing is made of.
+    /// Notes ignored inputs that would have an effect.
     fn note_left_out(&mut self, r: &Reading, model: &Model) -> Result<()> {
         for LeftOut { input, fallback, neutral, row, of } in model.left_out {
             let weight = match of {
@@ -112,7 +112,7 @@ impl Stage<'_> {
         product(&mut self.builder, color, weight)
     }
 
-    /// The colour that has a number in all channels; of a texture, its own.
+    /// Converts a number to a colour that has it in all channels. A texture keeps its own channels.
     fn as_color(&mut self, r: &Reading, FloatInput { factor, texture }: FloatInput) -> Result<ColorInput> {
         if texture.is_some_and(|(_, channel)| channel != Channel::R) {
             let at = self.at(&r.shader);
@@ -150,7 +150,7 @@ impl Stage<'_> {
         self.builder.add_material(Material::new(format!("{} below its {layer}", r.name), surface))
     }
 
-    /// Glass for the share that lets light through.
+    /// Mixes in glass for the share that transmits light.
     fn transmitting(
         &mut self,
         r: &mut Reading,
@@ -227,7 +227,7 @@ impl Stage<'_> {
     }
 }
 
-/// Whether an input is other than neutral.
+/// Returns true if an input differs from its neutral value.
 fn differs(source: Option<&Source>, fallback: f64, neutral: f64) -> bool {
     match source {
         Some(Source::Output(..)) => true,

@@ -1,7 +1,7 @@
-//! Meshes: faces of any number of corners into triangles, one mesh a material.
+//! Meshes: faces of any number of corners become triangles, in one mesh for each material.
 //!
-//! A mesh that several prims are made of in the same way is read once. Faces of a left-handed mesh
-//! run the other way round. A subdivision surface is its cage.
+//! A mesh that several prims define by the same opinions is read once. Faces of a left-handed mesh
+//! have their corners reversed. A subdivision surface is replaced by its cage.
 //!
 //! Held to this by `usd_meshes` of the suite.
 
@@ -22,18 +22,18 @@ use crate::io::polygon::{Coverage, Triangulator};
 use crate::math::LocalPlaces;
 use crate::scene::{MaterialId, MeshData, MeshId, NoteKind};
 
-/// Largest texture coordinate: far beyond where `f32` still tells texels apart.
+/// Largest texture coordinate: far beyond those at which `f32` resolves texels.
 const FARTHEST_UV: Vec2 = Vec2::splat(1e9);
 
-/// What makes two meshes the same: what is said of them, and what they are made of.
+/// Key of a mesh: the specs that define it, and the materials of its parts.
 pub(super) type MeshKey = (Vec<(LayerId, u32)>, Vec<MaterialId>);
 
 /// The faces of a mesh.
 struct Faces {
     points: LocalPlaces,
-    /// Corners of each face.
+    /// Number of corners of each face.
     counts: Vec<usize>,
-    /// Points of all corners.
+    /// Points of all corners, face by face.
     corners: Vec<u32>,
 }
 
@@ -44,7 +44,7 @@ struct Part {
 }
 
 impl Stage<'_> {
-    /// The meshes that a mesh is, one a material.
+    /// Meshes of a mesh prim, one for each material.
     pub fn meshes_of(&mut self, node: &Node, prim: &Prim, state: &State) -> Result<Vec<MeshId>> {
         let look = Look { is_double_sided: self.is_true(prim, "doubleSided")?, shown: state.shown };
         let mut identity = prim.identity();
@@ -122,7 +122,7 @@ impl Stage<'_> {
         if normals.is_none() {
             normals = self.primvar::<3>(prim, "normals", "vertex", counts)?;
         }
-        // Each face is of the first part that has it.
+        // Each face belongs to the first part that lists it.
         let mut part_of: Vec<Option<usize>> = vec![None; faces.counts.len()];
         let last = parts.len() - 1;
         // A hole belongs to no part.
@@ -168,7 +168,7 @@ impl Stage<'_> {
         Ok(meshes)
     }
 
-    /// Points and faces, if there are some.
+    /// Points and faces, if there are any.
     fn faces(&mut self, prim: &Prim, at: &Location) -> Result<Option<Faces>> {
         let points = self.value(prim, "points")?;
         let points = points.as_ref().and_then(|value| value.array::<3>()).unwrap_or_default();
@@ -198,7 +198,7 @@ impl Stage<'_> {
     }
 }
 
-/// The triangles of the faces that are wanted, and whether a face crosses itself.
+/// Triangles of the wanted faces. The second value is true if a face crosses itself.
 fn built(
     faces: &Faces,
     is_wanted: impl Fn(usize) -> bool,

@@ -1,30 +1,31 @@
-//! USD scenes: `.usda` (text), `.usdc` (binary), `.usd` (either) and `.usdz` (archives).[^usd2016][^aousd2025]
+//! USD scenes: `.usda` (text), `.usdc` (binary), `.usd` (either) and `.usdz`
+//! (archives).[^usd2016][^aousd2025]
 //!
-//! What becomes of what a file may hold is the table [`FEATURES`]; notes and errors have its words.
+//! [`FEATURES`] lists the features of the format and their support; notes and errors use its words.
 //!
-//! | module | what it does |
+//! | module | purpose |
 //! |---|---|
 //! | [`text`], [`binary`], [`package`] | bytes into layers |
-//! | [`value`], [`layer`] | what a layer says |
+//! | [`value`], [`layer`] | contents of a layer |
 //! | [`layers`], [`sites`], [`compose`], [`prim`] | layers into prims, and their values |
-//! | [`work`] | how much of both a scene may ask for |
-//! | [`walk`], [`xform`], [`bindings`] | what is drawn, where, and of which material |
+//! | [`work`] | limits on the work and the memory of a scene |
+//! | [`walk`], [`xform`], [`bindings`] | prims to render, with transforms and materials |
 //! | [`meshes`], [`primvars`], [`shapes`], [`instancer`] | geometry |
 //! | [`materials`], [`network`], [`textures`] | materials |
 //! | [`cameras`], [`lights`] | cameras and lights |
-//! | [`features`], [`properties`], [`unread`] | the table, and what is noted by it |
+//! | [`features`], [`properties`], [`unread`] | the table of features, and notes from it |
 //!
 //! # Guarantee
-//! No file makes the loader panic. What it allocates is bounded by the bytes that are there and by
-//! [`LoadOptions`](super::LoadOptions). What cannot be read is an error that names file, line or
-//! prim, value and expectation; a file that is missing is noted, see
-//! [`load_scene`](super::load_scene).
+//! No file makes the loader panic. Allocations are bounded by the bytes of the files and by
+//! [`LoadOptions`](super::LoadOptions). Unreadable content is an error that names file, line or
+//! prim, value and expectation; a missing file is noted, see [`load_scene`](super::load_scene).
 //!
 //! # Held to this by
 //! The test modules `usd`, `usd_*` and `damaged_usd`.
 //!
 //! [^aousd2025]: Alliance for OpenUSD. "AOUSD Core Specification 1.0." 2025.
-//! [^usd2016]: Pixar Animation Studios. "Universal Scene Description." 2016: documentation of its schemas.
+//! [^usd2016]: Pixar Animation Studios. "Universal Scene Description." 2016: documentation of its
+//!     schemas.
 
 mod binary;
 mod bindings;
@@ -82,10 +83,10 @@ use crate::scene::{MaterialId, MeshId, Scene, SceneBuilder};
 
 pub(super) use self::features::FEATURES;
 
-/// What the format has where nothing is said: a unit is a centimetre (m).
+/// Metres per unit of a stage that gives none: a centimetre.
 const METERS_PER_UNIT: f64 = 0.01;
 
-/// The same of time codes in a second.
+/// Time codes per second of a stage that gives none.
 const CODES_PER_SECOND: f64 = 24.0;
 
 /// A scene being read.
@@ -93,12 +94,12 @@ struct Stage<'f> {
     composer: Composer<'f>,
     builder: SceneBuilder,
     origin: Location,
-    /// The time code that is asked for.
+    /// Time code at which the scene is read, if one is given.
     time: Option<f64>,
     codes_per_second: f64,
     meters_per_unit: f64,
     is_z_up: bool,
-    /// From the scene's units and axes to metres and `+y` up.
+    /// From the stage's units and axes to metres and `+y` up.
     to_world: DAffine3,
     images: ImageCache<'f>,
     packed: Packed,
@@ -158,7 +159,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let root = stage.composer.root();
     stage.walk(&root, &State::new(to_world), &mut Vec::new())?;
     if stage.surroundings.hides_constant() {
-        // A light without a texture beside one that has it adds to nothing that is seen.
+        // A dome without a texture is ignored beside one with a texture.
         let at = stage.origin.clone();
         features::met("light", "second DomeLight texture", at, &mut stage.builder)?;
     }
@@ -166,7 +167,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     stage.builder.build()
 }
 
-/// A field of the scene that is above 0, or what the format has without it.
+/// A field of the stage that must be above 0; `fallback` if it is absent.
 fn positive(name: &str, said: Option<f64>, fallback: f64, origin: &Location) -> Result<f64> {
     match said {
         None => Ok(fallback),

@@ -1,23 +1,23 @@
-//! The words of MaterialX's surface shaders: which input is what, and what it is where nothing is said.
+//! Inputs of MaterialX's surface shaders: their names, meanings and default values.
 //!
 //! Sources: [^materialx2024]. Held to this by `usd_materialx` of the suite.
 
-/// An input, and what it is where nothing is said.
+/// Name of an input, and its default value.
 pub(super) type Input = (&'static str, f32);
 
-/// Which glass is a pane.
+/// Condition for glass to be a thin pane.
 pub(super) enum Pane {
-    /// Where an input is true.
+    /// If the input is true.
     Where(&'static str),
-    /// Where an input is zero; it reflects as one face, as glTF has it.
+    /// If the input is zero. The pane reflects as one face, as in glTF.
     Without(&'static str),
 }
 
-/// The words of a surface shader.
+/// Inputs of a surface shader, by meaning.
 pub(super) struct Model {
-    /// Its node definition, without what follows in names of other versions.
+    /// Node definition, without the suffixes of other versions.
     pub definition: &'static str,
-    /// Its row of the table.
+    /// Name of its row in the table of features.
     pub row: &'static str,
     pub base: Option<Input>,
     pub base_color: Input,
@@ -27,7 +27,7 @@ pub(super) struct Model {
     pub ior: &'static str,
     pub subsurface: Option<[Input; 2]>,
     pub transmission: &'static str,
-    /// None: that of the base.
+    /// Without it, the colour of the base.
     pub transmission_color: Option<&'static str>,
     pub transmission_depth: Option<&'static str>,
     pub pane: Pane,
@@ -39,27 +39,27 @@ pub(super) struct Model {
     pub emission: Input,
     pub emission_color: Input,
     pub opacity: &'static str,
-    /// Inputs that say what opacity does, as in glTF, and where a hole begins; none: it stops light.
+    /// Inputs for the mode of opacity and for its cutoff, as in glTF; without them, opacity blends.
     pub alpha_mode: Option<[&'static str; 2]>,
     pub normal: &'static str,
     pub left_out: &'static [LeftOut],
 }
 
-/// An input that nothing is made of.
+/// An input that is ignored.
 pub(super) struct LeftOut {
     pub input: &'static str,
-    /// What it is where nothing is said.
+    /// Default value.
     pub fallback: f64,
-    /// What it may be without a difference.
+    /// Value without an effect.
     pub neutral: f64,
-    /// The row that says so.
+    /// Name of the table's row with the text of the note.
     pub row: &'static str,
-    /// The input without which it means nothing.
+    /// Input that this one modifies; without it, this one has no effect.
     pub of: Option<&'static str>,
 }
 
 impl LeftOut {
-    /// One that is neutral where nothing is said.
+    /// An input whose default value has no effect.
     const fn new(input: &'static str, neutral: f64, row: &'static str, of: Option<&'static str>) -> Self {
         Self { input, fallback: neutral, neutral, row, of }
     }
@@ -176,7 +176,7 @@ const GLTF_PBR: Model = Model {
 };
 
 impl Model {
-    /// The surface shader of that name, if it is one of these.
+    /// Model of the shader `id`, if it is one of these.
     pub fn of(id: &str) -> Option<&'static Self> {
         [&STANDARD_SURFACE, &OPEN_PBR, &GLTF_PBR].into_iter().find(|model| id.starts_with(model.definition))
     }

@@ -1,14 +1,14 @@
-//! Shading networks: where an input has its value from.
+//! Shading networks: sources of the values of inputs.
 
 use super::Stage;
 use super::prim::Prim;
 use super::value::{Text, Value};
 use crate::error::Result;
 
-/// Most connections from one to the next.
+/// Largest length of a chain of connections.
 const MAX_STEPS: usize = 64;
 
-/// What an input has.
+/// Source of the value of an input.
 pub(super) enum Source {
     Value(Value),
     /// An output of a shader.
@@ -22,7 +22,7 @@ enum End {
 }
 
 impl Stage<'_> {
-    /// What a property of a material or a shader has, through node graphs and their inputs.
+    /// Source of a property of a material or a shader, through node graphs and their inputs.
     pub fn source(&mut self, prim: &Prim, name: &str) -> Result<Option<Source>> {
         Ok(match self.end(prim, name)? {
             None => None,
@@ -63,12 +63,12 @@ impl Stage<'_> {
         Ok(None)
     }
 
-    /// Which shader a prim is.
+    /// Shader id of a prim; empty if it has none.
     pub fn shader(&mut self, prim: &Prim) -> Result<Text> {
         Ok(self.word(prim, "info:id")?.unwrap_or_default())
     }
 
-    /// The value of an input that no shader gives.
+    /// Value of an input, unless a shader computes it.
     pub fn plain_input(&mut self, prim: &Prim, name: &str) -> Result<Option<Value>> {
         Ok(match self.source(prim, name)? {
             Some(Source::Value(value)) => Some(value),

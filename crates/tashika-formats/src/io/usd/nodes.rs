@@ -1,16 +1,16 @@
-//! Nodes of shading networks: what their outputs have.
+//! Nodes of shading networks: values of their outputs.
 //!
-//! | nodes | are |
+//! | nodes | values |
 //! |---|---|
 //! | `UsdUVTexture`, `ND_image_*`, `ND_tiledimage_*`, `ND_gltf_image_*` | textures |
-//! | `ND_constant_*`, `ND_convert_*`, `ND_dot_*` | what they are given |
+//! | `ND_constant_*`, `ND_convert_*`, `ND_dot_*` | the input |
 //! | `ND_multiply_*` | products |
 //! | `ND_mix_*` | `(1 − mix) bg + mix fg` |
 //! | `ND_invert_*` | `1 − in` |
 //! | `ND_extract_*`, `ND_separate*` | one channel |
-//! | `UsdPrimvarReader_*` | their fallback |
+//! | `UsdPrimvarReader_*` | the fallback |
 //!
-//! Names with `ND_` are MaterialX's node definitions, as `usd_materialx` of the suite has them.
+//! Names with `ND_` are MaterialX's node definitions, as in `usd_materialx` of the suite.
 
 use std::collections::BTreeSet;
 
@@ -26,17 +26,17 @@ use crate::error::Result;
 use crate::io::textures::{between, mix, node, product};
 use crate::scene::{Channel, ColorInput, TextureId};
 
-/// Nodes that a material evaluates at most.
+/// Largest number of nodes that a material evaluates.
 const MOST_NODES: u32 = 256;
 
-/// What an output has: a factor for each channel, and perhaps a texture.
+/// Value of an output: a factor for each channel, and possibly a texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Given {
     pub factor: [f32; 4],
     pub texture: Option<TextureId>,
-    /// Which channel a number is.
+    /// Channel of the value where a number is needed.
     pub channel: Channel,
-    /// Whether that channel is all that is meant.
+    /// True if only that channel is meant.
     pub is_one_channel: bool,
 }
 
@@ -68,7 +68,7 @@ impl Given {
         }
     }
 
-    /// As a number.
+    /// The value as a number.
     pub fn number(&self) -> f32 {
         self.factor[match self.channel {
             Channel::G => 1,
@@ -78,7 +78,7 @@ impl Given {
         }]
     }
 
-    /// As a factor of a colour.
+    /// The value as a colour, or as the factor of one.
     pub fn color(&self) -> Rgb {
         let [r, g, b, _] = self.factor;
         if self.is_one_channel && self.texture.is_none() {
@@ -97,24 +97,24 @@ impl Given {
     }
 }
 
-/// What is made of the inputs of a node.
+/// Operation of a node on its inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     UsdTexture,
     Image,
-    /// The input of that name.
+    /// Value of the named input.
     Through(&'static str),
     Product,
     Mix,
     Invert,
     Extract,
     Separate,
-    /// Its fallback.
+    /// Fallback of a primvar, from the named input.
     Reader(&'static str),
 }
 
 impl Kind {
-    /// Of the shader that is called so; none if nothing is made of it.
+    /// Operation of the shader `id`; none if it is not supported.
     fn of(id: &str) -> Option<Self> {
         let starts = |prefixes: &[&str]| prefixes.iter().any(|prefix| id.starts_with(prefix));
         Some(match id {
@@ -134,7 +134,7 @@ impl Kind {
     }
 }
 
-/// Whether nodes of that name are understood: those that have values, map coordinates, or give a normal.
+/// Returns true for supported nodes: those that have values, map coordinates, or give a normal.
 fn is_known(id: &str) -> bool {
     const OTHERS: [&str; 7] = [
         "UsdTransform2d",
@@ -149,7 +149,7 @@ fn is_known(id: &str) -> bool {
 }
 
 impl Stage<'_> {
-    /// What an input has; none if nothing is said, or nothing that is understood.
+    /// Value of an input; none if it has no value, or none that is supported.
     pub fn given(
         &mut self,
         r: &mut Reading,
@@ -164,7 +164,7 @@ impl Stage<'_> {
         }
     }
 
-    /// What an output of a node has; else a note.
+    /// Value of an output of a node; none, with a note, if the node is not supported.
     pub fn evaluated(
         &mut self,
         r: &mut Reading,
@@ -242,7 +242,8 @@ impl Stage<'_> {
         }
     }
 
-    /// A product, of which a number is a channel of both.
+    /// Product of two values. Two textures must have the same channel; otherwise the first value is
+    /// used, with a note.
     fn product(&mut self, one: Given, other: Given, shader: &Prim) -> Result<Option<Given>> {
         if one.texture.is_some() && other.texture.is_some() {
             if one.channel != other.channel {
@@ -266,8 +267,8 @@ impl Stage<'_> {
         Ok(Some(Given { factor, ..textured }))
     }
 
-    /// Whether all that a shader's inputs come from is understood, but for tangents, which nothing is made
-    /// of.
+    /// Returns true if all nodes that a shader's inputs depend on are supported. Tangents, which
+    /// are not used, do not count.
     pub fn is_understood(&mut self, shader: &Prim) -> Result<bool> {
         let mut seen = BTreeSet::new();
         let mut waiting = vec![shader.clone()];

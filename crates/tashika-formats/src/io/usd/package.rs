@@ -1,6 +1,6 @@
-//! `.usdz`: several files in one, a ZIP archive in which nothing is compressed.
+//! Archives (`.usdz`): several files in one ZIP archive without compression.
 //!
-//! Files are found by the list at the archive's end and stay where they are. The first one is the
+//! Files are located by the list at the archive's end and are not copied. The first one is the
 //! scene.
 //!
 //! # Guarantee
@@ -17,7 +17,7 @@ use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
 use crate::io::text::utf8_or_latin1;
 
-/// What an archive begins with.
+/// First bytes of an archive.
 pub(super) const MAGIC: &[u8] = b"PK\x03\x04";
 
 const END_OF_LIST: &[u8] = b"PK\x05\x06";
@@ -26,12 +26,12 @@ const ENTRY: &[u8] = b"PK\x01\x02";
 /// An archive.
 #[derive(Debug)]
 pub(super) struct Package {
-    /// How messages name it.
+    /// File name that messages give.
     pub name: PathBuf,
     bytes: Rc<Vec<u8>>,
-    /// By name: where each begins and ends.
+    /// Beginning and end of each file (bytes), by name.
     files: BTreeMap<String, (usize, usize)>,
-    /// The name of the first.
+    /// Name of the first file.
     pub first: String,
 }
 
@@ -41,7 +41,7 @@ impl Package {
         let short = |at: usize| Some(usize::from(u16::from_le_bytes([*bytes.get(at)?, *bytes.get(at + 1)?])));
         let long = |at: usize| Some(short(at)? | short(at + 2)? << 16);
         let is = |at: usize, mark: &[u8]| bytes.get(at..).is_some_and(|rest| rest.starts_with(mark));
-        // The end has 22 bytes and at most 65,535 of a comment.
+        // The end has 22 bytes and a comment of at most 65,535.
         let last = bytes.len().saturating_sub(22);
         let first = last.saturating_sub(0xffff);
         let end = (first..=last).rev().find(|&at| is(at, END_OF_LIST));
@@ -88,7 +88,7 @@ impl Package {
     }
 }
 
-/// A name without `.` and `..`; none if it leads out.
+/// A name without `.` and `..`; none if it leads out of the archive.
 pub(super) fn plain(name: &str) -> Option<String> {
     let mut steps: Vec<&str> = Vec::new();
     for step in name.split(['/', '\\']).filter(|s| !s.is_empty() && *s != ".") {

@@ -1,4 +1,4 @@
-//! A prim of the scene and the values that its opinions come to.
+//! Prims of the scene, and the values that result from their opinions.
 //!
 //! The strongest opinion counts. Without a time the value is the default, or the first sample if
 //! there is no default. At a time `t` the value is interpolated linearly between samples of equal
@@ -16,8 +16,7 @@ use super::sites::Mapping;
 use super::value::{ListOp, Text, Value};
 use crate::error::{Location, Result};
 
-/// What is said of a prim, the strongest first: layer, prim in it, and where its paths are in the
-/// scene.
+/// An opinion about a prim: layer, prim in the layer, and the map from its paths to the scene.
 type Opinion = (LayerId, u32, Rc<Mapping>);
 
 /// A prim of the scene.
@@ -36,12 +35,12 @@ impl Prim {
         &self.opinions
     }
 
-    /// Its own name.
+    /// Last name of the path.
     pub fn name(&self) -> &str {
         self.path.rsplit('/').next().unwrap_or_default()
     }
 
-    /// What tells prims apart that the same is said of.
+    /// Key that prims share if they have the same opinions.
     pub fn identity(&self) -> Vec<(LayerId, u32)> {
         self.opinions.iter().map(|&(layer, prim, _)| (layer, prim)).collect()
     }
@@ -67,7 +66,7 @@ impl Stage<'_> {
         self.strongest(prim, |l, s| layers.spec((l, s)).instanceable).unwrap_or(false)
     }
 
-    /// Whether a schema is applied to it.
+    /// Returns true if a schema is applied to the prim.
     pub fn has_schema(&self, prim: &Prim, name: &str) -> bool {
         let mut all: Vec<Text> = Vec::new();
         for &(layer, spec, _) in prim.opinions.iter().rev() {
@@ -90,7 +89,7 @@ impl Stage<'_> {
         all
     }
 
-    /// Where a prim stands.
+    /// Location of a prim.
     pub fn at(&self, prim: &Prim) -> Location {
         match prim.opinions.first() {
             Some(&(layer, spec, _)) => self.composer.layers.at((layer, spec), &prim.path),
@@ -98,7 +97,7 @@ impl Stage<'_> {
         }
     }
 
-    /// Where a property of a prim stands, or the prim.
+    /// Location of a property, or of its prim if no layer has the property.
     pub fn at_property(&self, prim: &Prim, name: &str) -> Location {
         let layers = &self.composer.layers;
         let found = self.strongest(prim, |l, s| {
@@ -114,13 +113,13 @@ impl Stage<'_> {
         self.strongest(prim, |l, s| layers.spec((l, s)).properties.contains_key(name).then_some((l, s)))
     }
 
-    /// What the strongest that says it says of a property.
+    /// Field of a property, by the strongest opinion that has the field.
     pub fn field<T>(&self, prim: &Prim, name: &str, of: impl Fn(&Property) -> Option<T>) -> Option<T> {
         let layers = &self.composer.layers;
         self.strongest(prim, |l, s| layers.spec((l, s)).properties.get(name).and_then(&of))
     }
 
-    /// Names of the properties that anything is said of.
+    /// Names of the properties with opinions, sorted.
     pub fn properties(&self, prim: &Prim) -> Vec<Text> {
         let layers = &self.composer.layers;
         let all = prim.opinions.iter().flat_map(|&(l, s, _)| layers.spec((l, s)).properties.keys().cloned());
@@ -130,9 +129,9 @@ impl Stage<'_> {
         all
     }
 
-    /// The value of an attribute.
+    /// Value of an attribute at the time of the scene.
     pub fn value(&mut self, prim: &Prim, name: &str) -> Result<Option<Value>> {
-        // Which opinion changes with time, if that counts.
+        // Spec whose samples count, if any.
         let mut changing: Option<(LayerId, u32)> = None;
         for &(layer, spec, _) in &prim.opinions {
             let layers = &self.composer.layers;
@@ -182,12 +181,12 @@ impl Stage<'_> {
         Ok(value)
     }
 
-    /// A number, if there is one that is finite.
+    /// A finite number, if there is one.
     pub fn number(&mut self, prim: &Prim, name: &str) -> Result<Option<f64>> {
         Ok(self.value(prim, name)?.and_then(|value| value.number()).filter(|n| n.is_finite()))
     }
 
-    /// The same with what it is where nobody says it.
+    /// A finite number, or the fallback.
     pub fn number_or(&mut self, prim: &Prim, name: &str, fallback: f64) -> Result<f64> {
         Ok(self.number(prim, name)?.unwrap_or(fallback))
     }
@@ -207,7 +206,7 @@ impl Stage<'_> {
         Ok(tuple.filter(|numbers| numbers.iter().all(|n| n.is_finite())))
     }
 
-    /// Name of a file, and the layer that says it.
+    /// Name of a file, and the layer that gives it.
     pub fn asset(&mut self, prim: &Prim, name: &str) -> Result<Option<(Text, LayerId)>> {
         let layers = &self.composer.layers;
         let layer = self.strongest(prim, |l, s| {
@@ -218,12 +217,12 @@ impl Stage<'_> {
         Ok(word.zip(layer))
     }
 
-    /// What a relationship names: paths of the scene.
+    /// Targets of a relationship, as paths of the scene.
     pub fn targets(&self, prim: &Prim, name: &str) -> Vec<Text> {
         self.paths(prim, name, |property| &property.targets)
     }
 
-    /// What an attribute takes its value from: paths of the scene.
+    /// Sources of an attribute's value, as paths of the scene.
     pub fn connections(&self, prim: &Prim, name: &str) -> Vec<Text> {
         self.paths(prim, name, |property| &property.connections)
     }

@@ -1,7 +1,7 @@
 //! Values that vary over a mesh: normals, texture coordinates, colours.
 //!
-//! A value is that of the mesh (`constant`), of a face (`uniform`), of a point (`vertex`,
-//! `varying`) or of a corner (`faceVarying`), perhaps through a list of indices.
+//! There is a value for the mesh (`constant`), or for each face (`uniform`), point (`vertex`,
+//! `varying`) or corner (`faceVarying`), possibly through a list of indices.
 //!
 //! Held to this by `usd_meshes` of the suite.
 
@@ -23,12 +23,12 @@ pub(super) struct Shown {
     pub opacity: Option<f32>,
 }
 
-/// Means of primvars, and true for constant ones, by the layer and the prim of the values and of
-/// their indices.
+/// Means of primvars, each with a flag that is true if it is constant. A key is the layer and the
+/// prim of the values, those of their indices, and the primvar's name.
 pub(super) type MeansOf =
     BTreeMap<((LayerId, u32), Option<(LayerId, u32)>, &'static str), Option<(Vec<f32>, bool)>>;
 
-/// What a value belongs to.
+/// Elements of a mesh to which values belong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Interpolation {
     Constant,
@@ -37,7 +37,7 @@ enum Interpolation {
     Corner,
 }
 
-/// How many of each a mesh has.
+/// Numbers of elements of a mesh.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Counts {
     pub faces: usize,
@@ -50,7 +50,7 @@ pub(super) struct Counts {
 pub(super) struct Corner {
     pub face: usize,
     pub point: usize,
-    /// Among all corners.
+    /// Index among all corners of the mesh.
     pub corner: usize,
 }
 
@@ -63,7 +63,7 @@ pub(super) struct Primvar<const N: usize> {
 }
 
 impl<const N: usize> Primvar<N> {
-    /// Number of the value at a corner.
+    /// Index of the value at a corner.
     pub fn index(&self, at: Corner) -> u32 {
         let index = match self.interpolation {
             Interpolation::Constant => 0,
@@ -80,7 +80,7 @@ impl<const N: usize> Primvar<N> {
 }
 
 impl Stage<'_> {
-    /// The values of an attribute over a mesh; nothing, with a note, if they do not fit it.
+    /// Values of an attribute over a mesh; none, with a note, if they do not fit the mesh.
     pub fn primvar<const N: usize>(
         &mut self,
         prim: &Prim,
@@ -101,7 +101,7 @@ impl Stage<'_> {
             value.array::<N>().map(|all| all.iter().map(|v| v.map(|n| n as f32)).collect::<Vec<_>>());
         let indices = self.value(prim, &format!("{name}:indices"))?;
         let indices = indices.as_ref().and_then(|value| value.numbers());
-        // What is not a number of a value has the largest index, which no value has.
+        // Negative indices become the largest index, which no value has.
         let indices: Option<Vec<usize>> =
             indices.map(|all| all.iter().map(|&i| if i >= 0.0 { i as usize } else { usize::MAX }).collect());
         let fits = values.as_ref().is_some_and(|values| match &indices {

@@ -7,7 +7,7 @@
 //! Held to this by the tests below, over all properties of Pixar's own library
 //! (`scripts/usd_schemas.py`).
 
-/// Fate of a property.
+/// Treatment of a property that a schema defines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Fate {
     Read,

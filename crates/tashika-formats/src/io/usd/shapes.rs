@@ -1,7 +1,8 @@
-//! Shapes with a name: cubes, spheres, cylinders, cones, planes.
+//! Named shapes: cubes, spheres, cylinders, cones, planes.
 //!
-//! They are centred on the origin; cylinders and cones have their axis along `axis` and are closed,
-//! planes are at right angles to it. Those that are curved are meshes of the same area.
+//! They are centred on the origin. Cylinders and cones have their axis along `axis` and are closed;
+//! planes are at right angles to `axis`. Curved shapes are meshes of the same area, cones of nearly
+//! the same.
 //!
 //! Held to this by `usd_meshes::shapes_have_their_areas_and_axes`.
 
@@ -17,8 +18,7 @@ use crate::io::shapes;
 use crate::scene::{MeshData, MeshId, NoteKind};
 
 impl Stage<'_> {
-    /// The mesh of a shape, and where it is in its prim; nothing, with a note, of those that are
-    /// left out.
+    /// Mesh of a shape, and its transform in the prim; none, with a note, if the shape is ignored.
     pub fn shape_of(&mut self, prim: &Prim, kind: &str, state: &State) -> Result<Option<(MeshId, DAffine3)>> {
         let at = self.at(prim);
         if kind == "Capsule" {
@@ -44,7 +44,8 @@ impl Stage<'_> {
         let axis = self.word(prim, "axis")?;
         let turn = match (kind, axis.as_deref()) {
             ("Cube" | "Sphere", _) => DMat3::IDENTITY,
-            // The width of a plane is along z or x; turned so that nothing is mirrored.
+            // The width of a plane is along z or x; the axes form a rotation, which mirrors
+            // nothing.
             ("Plane", Some("X")) => DMat3::from_cols(DVec3::Z, DVec3::NEG_Y, DVec3::X),
             ("Plane", Some("Y")) => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
             (_, Some("X")) => DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X),
@@ -93,17 +94,17 @@ impl Stage<'_> {
     }
 }
 
-/// Of radius 1.
+/// Sphere of radius 1.
 pub(super) fn unit_sphere(at: &Location) -> Result<MeshData> {
     shapes::sphere(1.0, [-1.0, 1.0], std::f32::consts::TAU, at)
 }
 
-/// Of radius 1 between the heights −1 and 1, without its ends.
+/// Cylinder of radius 1 between the heights −1 and 1, without its ends.
 pub(super) fn unit_cylinder(at: &Location) -> Result<MeshData> {
     shapes::cylinder(1.0, [-1.0, 1.0], std::f32::consts::TAU, at)
 }
 
-/// Of radius 1, facing up.
+/// Disk of radius 1, facing up.
 pub(super) fn unit_disk(at: &Location) -> Result<MeshData> {
     shapes::disk(0.0, 1.0, 0.0, std::f32::consts::TAU, at)
 }
@@ -128,7 +129,7 @@ fn closed_cone(at: &Location) -> Result<MeshData> {
     Ok(joined(cone, lid(-1.0, false, at)?))
 }
 
-/// Both as one.
+/// Both meshes as one.
 fn joined(mut a: MeshData, b: MeshData) -> MeshData {
     let first = a.positions.len() as u32;
     a.positions.extend(b.positions);

@@ -1,4 +1,4 @@
-//! Sites: a path in a stack of layers, with those that it is made of.
+//! Sites: paths in stacks of layers, with the sites that they are composed of.
 
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -6,7 +6,7 @@ use std::rc::Rc;
 use super::layers::{LayerId, StackId};
 use super::value::Text;
 
-/// Why a site is part of a prim, the strongest first.
+/// Reason that a site is part of a prim, the strongest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Arc {
     Own,
@@ -17,18 +17,18 @@ pub(super) enum Arc {
     Specialize,
 }
 
-/// Where paths of a site are in the scene.
+/// Map from the paths of a site to paths of the scene.
 #[derive(Debug)]
 pub(super) struct Mapping {
     pub from: Text,
     pub to: Text,
-    /// Whether what is outside of `from` keeps its path, as within the same layers.
+    /// True if paths outside of `from` are not changed, as within one stack of layers.
     pub keeps_others: bool,
     pub above: Option<Rc<Mapping>>,
 }
 
 impl Mapping {
-    /// The path in the scene; none for what the scene does not have.
+    /// Path in the scene; none if the scene does not have that path.
     pub fn scene_path(&self, path: &str) -> Option<Text> {
         let rest = path
             .strip_prefix(&*self.from)
@@ -47,7 +47,7 @@ impl Mapping {
     }
 }
 
-/// A site and those that it is made of.
+/// A site with the sites that it is composed of.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
     pub arc: Arc,
@@ -57,9 +57,9 @@ pub(super) struct Node {
     pub specs: Vec<(LayerId, u32)>,
     pub mapping: Rc<Mapping>,
     pub below: Vec<Node>,
-    /// Names in the path of the prim that named this; more are stronger.
+    /// Number of names in the path of the prim that names this site; more are stronger.
     pub depth: usize,
-    /// Variant sets that have been chosen from.
+    /// Variant sets for which a variant was chosen.
     pub chosen: BTreeSet<Text>,
 }
 
@@ -75,7 +75,7 @@ impl Node {
     }
 }
 
-/// Whether anything is said.
+/// Returns true if the site, or one below it, has an opinion.
 pub(super) fn has_specs(node: &Node) -> bool {
     !node.specs.is_empty() || node.below.iter().any(has_specs)
 }

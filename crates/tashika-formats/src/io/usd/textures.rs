@@ -20,10 +20,10 @@ use crate::io::textures::between;
 use crate::io::udim::Picture;
 use crate::scene::{Channel, Image, NoteKind, TextureId, Wrap};
 
-/// Images in archives, by their place and encoding; none that could not be read.
+/// Images in archives, by place and encoding, with the reason if one could not be read.
 pub(super) type Packed = BTreeMap<(Place, Encoding), Result<Picture, (NoteKind, String)>>;
 
-/// What a texture is wanted for.
+/// Use of a texture's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Content {
     Color,
@@ -37,14 +37,14 @@ pub(super) struct Lookup {
     pub texture: TextureId,
     /// Factor on colours and opacity.
     pub scale: [f32; 4],
-    /// The channel that is connected, of numbers.
+    /// Channel that is connected, if the value is a number.
     pub channel: Channel,
-    /// The coordinates that it wants.
+    /// Name of the coordinates that it looks up.
     pub uv: Text,
 }
 
-/// The channel that a number is, by the name of an output, as `UsdUVTexture` and MaterialX have it; the first
-/// of several.
+/// Channel of a number by the name of an output, in `UsdUVTexture` and MaterialX; of several
+/// channels, the first.
 pub(super) fn channel_of(output: &str) -> Channel {
     match output {
         "g" | "outg" | "outy" => Channel::G,
@@ -54,15 +54,15 @@ pub(super) fn channel_of(output: &str) -> Channel {
     }
 }
 
-/// What a texture came to.
+/// Result of reading a texture.
 pub(super) enum Found {
     Texture(Lookup),
-    /// What stands for one that could not be read.
+    /// Value in place of a texture that could not be read.
     Fallback([f32; 4]),
 }
 
 impl Stage<'_> {
-    /// A picture for those who keep it themselves; nothing, with a note, if it cannot be read.
+    /// A decoded picture for callers that store it; none, with a note, if it cannot be read.
     pub fn picture_itself(&mut self, file: &str, layer: LayerId, at: &Location) -> Result<Option<Image>> {
         let place = self.composer.layers.place(file, layer);
         let bytes = self.composer.layers.read(&place, at);
@@ -79,7 +79,7 @@ impl Stage<'_> {
         })
     }
 
-    /// A whole picture as a texture; nothing, with a note, if it cannot be read.
+    /// A whole picture as a texture; none, with a note, if it cannot be read.
     pub fn whole_texture(
         &mut self,
         file: &str,
@@ -126,12 +126,12 @@ impl Stage<'_> {
         Ok(found)
     }
 
-    /// What an output of a `UsdUVTexture` is.
+    /// Value of an output of a `UsdUVTexture`.
     pub fn texture(&mut self, shader: &Prim, output: &str, content: Content) -> Result<Found> {
         let fallback = self.input_tuple(shader, "inputs:fallback", [0.0, 0.0, 0.0, 1.0])?.map(|n| n as f32);
         let Some(picture) = self.picture_of(shader, content)? else { return Ok(Found::Fallback(fallback)) };
         let at = self.at_property(shader, "inputs:file");
-        // Without a word it is that of the file, which has none, but in MaterialX.
+        // By default the file's own mode counts, and files have none: black. MaterialX repeats.
         let wrap = if self.shader(shader)?.starts_with("ND_") { Wrap::Repeat } else { Wrap::Black };
         let wrap = [self.wrap(shader, "inputs:wrapS", wrap)?, self.wrap(shader, "inputs:wrapT", wrap)?];
         let (uv, transform) = self.coordinates(shader, "inputs:st", Mat3::IDENTITY)?;
@@ -173,7 +173,7 @@ impl Stage<'_> {
         Ok(Found::Texture(Lookup { texture, scale: factor.map(|s| s.max(0.0)), channel, uv }))
     }
 
-    /// What a texture of MaterialX is: an image, one in tiles, or one of glTF.
+    /// Value of a texture of MaterialX: an image, one in tiles, or one of glTF.
     pub fn image(&mut self, shader: &Prim, content: Content) -> Result<Found> {
         let fallback = self.plain_input(shader, "inputs:default")?;
         let fallback = fallback.and_then(|value| match (value.tuple::<3>(), value.number()) {
@@ -196,7 +196,7 @@ impl Stage<'_> {
         Ok(Found::Texture(Lookup { texture, scale: [1.0; 4], channel: Channel::R, uv }))
     }
 
-    /// The picture of a texture shader; nothing, with a note, if there is none that can be read.
+    /// Picture of a texture shader; none, with a note, if there is none that can be read.
     fn picture_of(&mut self, shader: &Prim, content: Content) -> Result<Option<Picture>> {
         let (owner, name) = self.owner(shader, "inputs:file")?;
         let at = self.at_property(&owner, &name);
@@ -230,7 +230,7 @@ impl Stage<'_> {
         }
     }
 
-    /// How a file's numbers are meant: the texture's word, or the file's own.
+    /// Colour space of a file's numbers: that of the texture, or else that of the file.
     fn color_space(&mut self, shader: &Prim) -> Result<Option<Text>> {
         let said = self.input_word(shader, "inputs:sourceColorSpace")?.filter(|word| &**word != "auto");
         if said.is_some() {

@@ -18,7 +18,7 @@ use crate::error::Result;
 use crate::io::notes::quoted;
 use crate::scene::NoteKind;
 
-/// Namespaces of other renderers.
+/// Namespaces that other renderers use in files.
 const RENDERERS: [&str; 12] = [
     "arnold", "cycles", "houdini", "karma", "mitsuba", "moonray", "octane", "omni", "prman", "redshift",
     "ri", "vray",

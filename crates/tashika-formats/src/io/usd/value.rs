@@ -1,4 +1,4 @@
-//! Values as all encodings have them: numbers are `f64`, however a file stores them.
+//! Values in the form common to all encodings: numbers are `f64`, however a file stores them.
 //!
 //! A quaternion is `(w, x, y, z)`, a matrix its rows one after the other.
 
@@ -8,10 +8,10 @@ use std::rc::Rc;
 /// A name, a path or a text of a file.
 pub(super) type Text = Rc<str>;
 
-/// What an attribute or a field has.
+/// Value of an attribute or a field.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Value {
-    /// `None`: weaker opinions do not count.
+    /// `None`: hides weaker opinions.
     Blocked,
     /// A number, or a truth value.
     Number(f64),
@@ -21,37 +21,37 @@ pub(super) enum Value {
     Tuple(Vec<f64>),
     /// An array of numbers, or of tuples of `width` numbers.
     Array {
-        /// How many numbers an element has, at least 1.
+        /// Numbers of an element, at least 1.
         width: usize,
-        /// All of them.
+        /// All numbers, element by element.
         numbers: Vec<f64>,
     },
-    /// An array of texts.
+    /// An array of strings or tokens.
     Texts(Vec<Text>),
-    /// Prims or properties.
+    /// Edits of a list of paths, tokens or strings.
     Paths(ListOp<Text>),
-    /// References or payloads.
+    /// Edits of a list of references or payloads.
     References(ListOp<Reference>),
-    /// Whole numbers, such as ids of instances.
+    /// Edits of a list of whole numbers, such as ids of instances.
     Ids(ListOp<i64>),
     /// Chosen variants: set and choice.
     Selections(Vec<(Text, Text)>),
-    /// What nothing here asks for.
+    /// A value that nothing here uses.
     Other,
 }
 
-/// Another prim that a prim is made of.
+/// Reference from a prim to another prim, whose opinions it receives.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Reference {
-    /// The file; empty for the same layers.
+    /// The file; empty for the same stack of layers.
     pub asset: Text,
     /// The prim; empty for the default one.
     pub prim: Text,
-    /// Whether its time is shifted or scaled.
+    /// True if times are shifted or scaled.
     pub has_offset: bool,
 }
 
-/// Edits of a list, of which layers may each have one.
+/// Edits of a list by one layer.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ListOp<T> {
     pub explicit: Option<Vec<T>>,
@@ -66,19 +66,19 @@ impl<T> Default for ListOp<T> {
     }
 }
 
-/// How a statement edits a list.
+/// Kind of a statement that edits a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Edit {
     Explicit,
     Prepend,
     Append,
     Delete,
-    /// Of the order alone.
+    /// Changes the order only; ignored.
     Reorder,
 }
 
 impl<T: Clone + Ord> ListOp<T> {
-    /// Says more.
+    /// Records one statement that edits the list.
     pub fn edit(&mut self, edit: Edit, items: Vec<T>) {
         match edit {
             Edit::Explicit => self.explicit = Some(items),
@@ -122,7 +122,7 @@ impl Value {
         }
     }
 
-    /// The numbers of a vector of so many.
+    /// A vector of `N` numbers.
     pub fn tuple<const N: usize>(&self) -> Option<[f64; N]> {
         match self {
             Self::Tuple(numbers) => numbers.as_slice().try_into().ok(),
@@ -130,7 +130,7 @@ impl Value {
         }
     }
 
-    /// An array of so many numbers each; an empty one has any width.
+    /// An array of elements of `N` numbers; an empty array has any width.
     pub fn array<const N: usize>(&self) -> Option<&[[f64; N]]> {
         match self {
             Self::Array { width, numbers } if *width == N || numbers.is_empty() => {
@@ -141,7 +141,7 @@ impl Value {
         }
     }
 
-    /// An array of numbers.
+    /// An array of numbers, or an empty array of texts.
     pub fn numbers(&self) -> Option<&[f64]> {
         match self {
             Self::Array { width: 1, numbers } => Some(numbers),
@@ -158,7 +158,7 @@ impl Value {
         }
     }
 
-    /// How many bytes it holds, roughly.
+    /// Approximate size in memory (bytes).
     pub fn bytes(&self) -> u64 {
         let numbers = |n: &Vec<f64>| 8 * n.len() as u64;
         match self {
@@ -169,7 +169,8 @@ impl Value {
         }
     }
 
-    /// The value a share `u` of the way to `other`; none if they are no numbers alike.
+    /// Linear interpolation to `other` at the fraction `u`; none unless both are numbers of one
+    /// shape.
     pub fn between(&self, other: &Self, u: f64) -> Option<Self> {
         let mix = |a: &[f64], b: &[f64]| -> Option<Vec<f64>> {
             (a.len() == b.len()).then(|| a.iter().zip(b).map(|(a, b)| a * (1.0 - u) + b * u).collect())

@@ -1,4 +1,4 @@
-//! The way through the scene: which prims are drawn, where, and of what.
+//! Traversal of the scene: the prims that are drawn, with their transforms and materials.
 //!
 //! A prim is drawn if it is defined, active, not invisible, and of the purpose `default` or
 //! `render`. A prim without a type has no transform, visibility or purpose. A `Scope` has no
@@ -19,10 +19,10 @@ use super::value::Text;
 use crate::error::{Error, Result};
 use crate::scene::{Instance, MeshId};
 
-/// Steps of composition that a visit of a prim counts as.
+/// Steps of composition for the visit of a prim.
 const STEPS: u64 = 2;
 
-/// What a prim has from those above it.
+/// State that a prim inherits from the prims above it.
 #[derive(Clone, Debug)]
 pub(super) struct State {
     pub to_world: DAffine3,
@@ -35,12 +35,12 @@ pub(super) struct State {
     pub shown: Shown,
     /// Colour and opacity that prims below inherit.
     shown_below: Shown,
-    /// Whether this is below what a point instancer repeats.
+    /// True for a prototype of a point instancer and the prims below it.
     pub is_prototype: bool,
     depth: usize,
 }
 
-/// A mesh in its place.
+/// A mesh with its transform.
 #[derive(Clone, Debug)]
 pub(super) struct Placed {
     pub object: Text,
@@ -80,7 +80,7 @@ impl State {
 }
 
 impl Stage<'_> {
-    /// Everything below a prim.
+    /// Visits all prims below a prim.
     pub fn walk(&mut self, node: &Node, state: &State, placed: &mut Vec<Placed>) -> Result<()> {
         let names = {
             let prim = self.composer.flat(node);
@@ -94,7 +94,7 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// A prim and everything below it.
+    /// Visits a prim and all prims below it.
     pub fn visit(&mut self, node: &Node, above: &State, placed: &mut Vec<Placed>) -> Result<()> {
         let prim = self.composer.flat(node);
         if !self.composer.is_defined(&prim) || !self.is_active(&prim) {
@@ -145,7 +145,7 @@ impl Stage<'_> {
                 self.add_light(&prim, &type_name, &state, placed)?;
             }
             "PointInstancer" => {
-                // What it repeats may be below it, and is not drawn by itself.
+                // Prototypes may be below the instancer, and are not drawn by themselves.
                 if is_drawn {
                     self.instance_points(&prim, &state, placed)?;
                 }
@@ -164,7 +164,7 @@ impl Stage<'_> {
         self.place(placed, &state)
     }
 
-    /// Puts what was collected into the scene, unless it is to be repeated.
+    /// Adds the collected meshes to the scene, unless they belong to a prototype.
     fn place(&mut self, placed: &mut Vec<Placed>, state: &State) -> Result<()> {
         if state.is_prototype {
             return Ok(());

@@ -1,7 +1,7 @@
 //! Bounds on the work and the memory of a scene, in proportion to the bytes of its layers.
 //!
 //! References that name prims with two references each double the work, level by level: a file of 3
-//! kB can ask for as much as one of a gigabyte. With `n` bytes of layers, the limit of each
+//! kB can require as much as one of a gigabyte. With `n` bytes of layers, the limit of each
 //! resource is
 //!
 //! ```text
@@ -32,7 +32,7 @@ pub(super) struct Allowance {
 }
 
 impl Allowance {
-    /// Creates the budget of values: copies of arrays, each as often as it is made.
+    /// Creates the budget of values: copies of arrays, counted each time that one is made.
     pub fn of_values(most: u64) -> Self {
         Self::new([1 << 30, 1 << 9], most, "values")
     }
@@ -86,7 +86,8 @@ const EACH_COPY: u64 = 62;
 /// Largest number of further steps for sites that are not nested deeply.
 const MOST_COPIES: u64 = 7 << 20;
 
-/// Largest length of a chain of sites that is not nested deeply: doubling at each site is 128-fold.
+/// Largest length of a chain of sites that does not count as nested deeply: work that doubles at
+/// each site grows 128-fold.
 const NESTED: usize = 7;
 
 impl Steps {
@@ -98,7 +99,7 @@ impl Steps {
         }
     }
 
-    /// Counts a following of the references of a prim of a layer.
+    /// Counts that the references of a layer's prim are followed once more.
     pub fn follow(&mut self, site: (LayerId, u32)) {
         *self.followed.entry(site).or_insert(0) += 1;
     }

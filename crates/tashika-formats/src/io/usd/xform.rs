@@ -7,9 +7,10 @@
 //! ```
 //!
 //! so that the last one acts on points first. Matrices of files act on rows, hence are transposed.
-//! `rotateXYZ` turns about `x` first: `R_z R_y R_x`. Angles are in degrees.
+//! `rotateXYZ` turns around `x` first: `R_z R_y R_x`. Angles are in degrees.
 //!
-//! Held to this by the tests below, `usd_meshes::operations_multiply_in_their_order` and `usd::composed_scenes_are_what_pixars_library_reads`.
+//! Held to this by the tests below, `usd_meshes::operations_multiply_in_their_order` and
+//! `usd::composed_scenes_are_what_pixars_library_reads`.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
@@ -21,14 +22,14 @@ use crate::io::notes::quoted;
 use crate::math::elementary::sin_cos_f64;
 use crate::scene::NoteKind;
 
-/// Most operations of a prim.
+/// Largest number of operations of a prim.
 const MAX_OPS: usize = 1000;
 
 /// A prim's transform.
 pub(super) struct Local {
-    /// Prim to parent.
+    /// Transform from the prim to its parent.
     pub to_parent: DAffine3,
-    /// Whether what is above does not count.
+    /// True if the transforms of the prims above do not apply.
     pub resets: bool,
 }
 
@@ -74,7 +75,7 @@ impl Stage<'_> {
     }
 }
 
-/// The map of an operation; none if its value does not fit.
+/// Transform of an operation; none if its value does not fit.
 fn operation(kind: &str, value: &Value) -> Option<DAffine3> {
     let vector = || value.tuple::<3>().map(DVec3::from_array);
     let along = |axis: DVec3, rest: f64| value.number().map(|n| axis * n + (DVec3::ONE - axis) * rest);
@@ -119,7 +120,7 @@ fn operation(kind: &str, value: &Value) -> Option<DAffine3> {
     op.is_finite().then_some(op)
 }
 
-/// The rotation about an axis; quarter turns are exact.
+/// Rotation around an axis; quarter turns are exact.
 fn rotation(axis: usize, degrees: f64) -> DMat3 {
     let turn = degrees.rem_euclid(360.0);
     let (sin, cos) = if turn % 90.0 == 0.0 {
@@ -159,13 +160,13 @@ mod tests {
         near(moved("rotateX", &[90.0], [0.0, 1.0, 0.0]), [0.0, 0.0, 1.0]);
         near(moved("rotateY", &[90.0], [0.0, 0.0, 1.0]), [1.0, 0.0, 0.0]);
         near(moved("rotateZ", &[90.0], [1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]);
-        // About x first, then y: y goes to z, then to x.
+        // Around x first, then y: y goes to z, then to x.
         near(moved("rotateXYZ", &[90.0, 90.0, 0.0], [0.0, 1.0, 0.0]), [1.0, 0.0, 0.0]);
-        // About y first, which leaves y, then about x.
+        // Around y first, which leaves y, then around x.
         near(moved("rotateYXZ", &[90.0, 90.0, 0.0], [0.0, 1.0, 0.0]), [0.0, 0.0, 1.0]);
         near(moved("scaleY", &[3.0], [1.0, 1.0, 1.0]), [1.0, 3.0, 1.0]);
         near(moved("translateZ", &[3.0], [1.0, 1.0, 1.0]), [1.0, 1.0, 4.0]);
-        // Half a turn about z, as a quaternion of length 2 with its real part first.
+        // Half a turn around z, as a quaternion of length 2 with its real part first.
         near(moved("orient", &[0.0, 0.0, 0.0, 2.0], [1.0, 0.0, 0.0]), [-1.0, 0.0, 0.0]);
         // Rows: x to y, y to −x, and then along x.
         let rows = [0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 5.0, 0.0, 0.0, 1.0];

@@ -1,16 +1,16 @@
 //! `.mtlx`: layers of MaterialX, which stages refer to for materials.
 //!
-//! A document becomes what USD's own reader makes of it: a material `/MaterialX/Materials/NAME` for each
-//! `surfacematerial`, with the nodes and node graphs that it uses below it. A node is a `Shader` whose
-//! `info:id` is the node definition, `ND_CATEGORY_TYPE` where the file names none. Looks are left to the
-//! stage, which binds materials itself.
+//! A document becomes the prims that USD's own reader makes: a material `/MaterialX/Materials/NAME`
+//! for each `surfacematerial`, with the nodes and node graphs that it uses below it. A node is a
+//! `Shader` whose `info:id` is the node definition, or `ND_CATEGORY_TYPE` where the file names
+//! none. Looks are ignored: stages bind materials themselves.
 //!
 //! # Guarantee
-//! Any bytes give a layer, or an error with its line. Each material has a node at most once; no more than
-//! [`MAX_NODES`] are made in all.
+//! Any bytes give a layer, or an error with its line. Each material has a node at most once; no
+//! more than [`MAX_NODES`] are made in total.
 //!
 //! # Differences from the format
-//! Other files (`xi:include`) are not read: a node that is not there is one that is not understood.
+//! Included files (`xi:include`) are not read; their nodes count as unsupported.
 //!
 //! Source: [^materialx2024]. Held to this by `usd_materialx` and `damaged_usd` of the suite.
 
@@ -26,13 +26,13 @@ use crate::error::{Error, Location, Result};
 use crate::io::text::{decoded, utf8_or_latin1};
 use crate::io::xml;
 
-/// Nodes of all materials together at most.
+/// Largest number of nodes of all materials together.
 const MAX_NODES: usize = 1 << 16;
 
 /// Longest name of a material, a graph or a node (bytes); chosen.
 const MAX_NAME: usize = 1024;
 
-/// Whether a file is a document of MaterialX.
+/// Returns true if a file begins like a document of MaterialX.
 pub(super) fn is_document(bytes: &[u8]) -> bool {
     let bytes = decoded(bytes);
     let start = bytes.trim_ascii_start();
@@ -78,7 +78,7 @@ fn is(node: &Node<'_, '_>, tag: &str) -> bool {
     node.tag_name().name() == tag
 }
 
-/// What an element or one about it says.
+/// Attribute of an element, or of the nearest element around it that has the attribute.
 fn inherited<'a>(node: Node<'a, '_>, attribute: &str) -> Option<&'a str> {
     node.ancestors().find_map(|about| about.attribute(attribute))
 }
@@ -86,14 +86,14 @@ fn inherited<'a>(node: Node<'a, '_>, attribute: &str) -> Option<&'a str> {
 struct Making<'a, 'd> {
     root: Node<'a, 'd>,
     layer: Layer,
-    /// Where lines begin.
+    /// Byte offsets of the beginnings of lines.
     lines: Vec<usize>,
-    /// By where the document or the graph begins that they are in.
+    /// By name, and by the byte offset of the document or the graph around the element.
     by_name: BTreeMap<(usize, &'a str), Node<'a, 'd>>,
 }
 
-/// A node or a graph that is yet to be made: the elements beside it, the prim that it lies below and its path, and
-/// its name.
+/// A node or a graph still to be made: the element around it, the prim above it with that prim's
+/// path, and its name.
 struct Waiting<'a, 'd> {
     scope: Node<'a, 'd>,
     below: u32,
@@ -152,7 +152,7 @@ impl<'a, 'd> Making<'a, 'd> {
         Ok(())
     }
 
-    /// Makes a node or a graph, unless its material has it.
+    /// Makes a node or a graph, unless its material already has it.
     fn node(&mut self, waiting: &Waiting<'a, 'd>, more: &mut VecDeque<Waiting<'a, 'd>>) -> Result<()> {
         let Waiting { scope, below, path, name } = waiting;
         if self.layer.prims[*below as usize].by_name.contains_key(name.as_str()) {
@@ -189,7 +189,7 @@ impl<'a, 'd> Making<'a, 'd> {
         Ok(())
     }
 
-    /// The value of an input, or where it comes from, which then waits to be made.
+    /// Value of an input, or its connection to a node, which is then queued.
     fn input(
         &mut self,
         input: Node<'a, 'd>,
@@ -215,7 +215,7 @@ impl<'a, 'd> Making<'a, 'd> {
         Property { line, value, ..Property::default() }
     }
 
-    /// Makes a node graph.
+    /// Makes a node graph with its inputs and outputs.
     fn graph(
         &mut self,
         graph: Node<'a, 'd>,
@@ -228,7 +228,7 @@ impl<'a, 'd> Making<'a, 'd> {
         for port in elements(graph) {
             let Some(port_name) = port.attribute("name") else { continue };
             let (scope, below, path, prefix) = match port.tag_name().name() {
-                // What comes into a graph is beside it, what goes out in it.
+                // Inputs connect to elements beside the graph, outputs to elements in it.
                 "input" => (*scope, *below, path, "inputs"),
                 "output" => (graph, prim, &inside, "outputs"),
                 _ => continue,
@@ -240,7 +240,7 @@ impl<'a, 'd> Making<'a, 'd> {
     }
 }
 
-/// A value of the type that an input says.
+/// Value of an input, of the type that the input declares.
 fn value(text: &str, input: Node<'_, '_>) -> Value {
     let kind = input.attribute("type").unwrap_or_default();
     let numbers = || {

@@ -1,23 +1,24 @@
-//! Boxes around what moves.
+//! Boxes around moving objects.
 //!
-//! Between two keys a point `v` of a thing is at
+//! Between two keys a point `v` of an object is at
 //!
 //! ```text
 //! x(u) = T(u) + R(u) S(u) v        T, S linear in u, R turning at a constant ω (rad per unit of u)
 //! ‖x''(u)‖ ≤ ω² ‖S v‖ + 2 ω ‖S₁ v − S₀ v‖
 //! ```
 //!
-//! and over a part of the time of length `h` no further than `h²/8 · max ‖x''‖` from the chord
-//! between its ends, along any axis. So the boxes of both ends, grown by that, hold it meanwhile.
-//! `‖S v‖` and `‖S₁ v − S₀ v‖` are convex in `v`, and the first in `u`: both are largest at corners
-//! of the thing's box, and the first at a key. `x` is affine in `v`, so that what holds the corners
-//! holds all of the thing.
+//! and over a part of the time of length `h` it is no further than `h²/8 · max ‖x''‖` from the
+//! chord between its ends, along any axis. So the boxes of both ends, grown by that distance, hold
+//! the point in between. `‖S v‖` and `‖S₁ v − S₀ v‖` are convex in `v`, so both are largest at
+//! corners of the object's box. `‖S v‖` is also convex in `u`, so it is largest at a key. `x` is
+//! affine in `v`, so a box around the corners holds all of the object.
 //!
-//! Of the linear interpolation of a matrix, entry by entry, the ends alone would do. A turn is no such
-//! thing: it bulges, by half its radius between ends that are a third of a turn apart.
+//! If matrices were interpolated entry by entry, the boxes of both ends would suffice. A rotation
+//! bulges beyond them: by half its radius between ends that are a third of a turn apart.
 //!
 //! # Guarantee
-//! The box holds every point of the thing at every time, as `f64` and as `f32` arithmetic places it.
+//! The box holds every point of the object at every time, as placed in `f64` and in `f32`
+//! arithmetic.
 //!
 //! # Held to this by
 //! The tests below.
@@ -27,12 +28,12 @@ use glam::{DVec3, Vec3};
 use super::Track;
 use crate::math::{Aabb, GAMMA_4};
 
-/// Turn between two places at most (radians) that are looked at; chosen: the box grows by a
-/// thousandth of the radius.
+/// Largest rotation between two examined times (radians); chosen: the box grows by a thousandth of
+/// the radius.
 const STEP: f64 = 0.1;
 
-/// What rounding does to a place, relative to the largest sum of absolute terms: maps are rounded to
-/// `f32`, applied forth and applied back.
+/// Bound of the rounding error of a position, relative to the largest sum of absolute terms: maps
+/// are rounded to `f32`, and applied forwards and backwards.
 const ROUNDING: f64 = 4.0 * GAMMA_4 as f64;
 
 /// A box while it grows, in `f64`.
@@ -44,8 +45,8 @@ struct Growing {
 }
 
 impl Track {
-    /// A box (m) around all places at which something inside `around` is between two times (s);
-    /// empty stays empty.
+    /// A box (m) around all positions, between two times (s), of an object inside `around`; empty
+    /// stays empty.
     pub fn swept(&self, around: &Aabb, [from, to]: [f64; 2]) -> Aabb {
         if around.is_empty() {
             return Aabb::EMPTY;
@@ -87,7 +88,7 @@ impl Track {
 }
 
 impl Growing {
-    /// Takes in where the corners are at a time, and what is nearer to that than `bulge`.
+    /// Adds the corners at a time, with a margin of `bulge` along each axis.
     fn hold(&mut self, track: &Track, seconds: f64, corners: &[DVec3; 8], bulge: f64) {
         let map = track.at(seconds);
         let [x, y, z] = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis].map(DVec3::abs);
@@ -116,9 +117,9 @@ mod tests {
         DQuat::from_xyzw(v.x, v.y, v.z, cos)
     }
 
-    /// Things of any shape that turn by anything up to half a turn a key, shear and grow, or are
-    /// pushed, where nothing but rounding is left: no place at any time is outside. Where the ends of the time lie, between keys or beyond them, does not
-    /// matter.
+    /// No position at any time is outside the box. The objects have any shape; they turn by up to
+    /// half a turn per key, shear and grow, or are only translated, so that the only margin is that
+    /// of rounding. The shutter may open and close between keys or beyond them.
     #[test]
     fn nothing_ever_leaves_its_box() {
         let mut s = Stream::new(1, Purpose::Test, 7);
@@ -150,7 +151,8 @@ mod tests {
             let swept = track.swept(&around, shutter);
             for _ in 0..200 {
                 let [x, y, z] = s.uniform_3();
-                // Things that are pushed are at their boxes' faces at the ends.
+                // Translated objects touch the faces of their boxes when the shutter opens and
+                // closes.
                 let share = if trial % 4 == 0 { s.uniform().round() } else { s.uniform() };
                 let seconds = shutter[0] + f64::from(share) * (shutter[1] - shutter[0]);
                 let v = around.lo + Vec3::new(x, y, z).round() * (around.hi - around.lo);
@@ -162,8 +164,8 @@ mod tests {
         }
     }
 
-    /// A bar of length 2 that turns by half a turn about its middle sweeps a disk, whose box the
-    /// boxes of both ends are far from; one that is pushed sweeps what its ends hold.
+    /// A bar of length 2 that turns by half a turn around its middle sweeps a disk, whose box is
+    /// far larger than the boxes of both ends; a translated bar sweeps the hull of those boxes.
     #[test]
     fn the_box_is_tight() {
         let bar = Aabb { lo: Vec3::new(-1.0, -0.01, -0.01), hi: Vec3::new(1.0, 0.01, 0.01) };

@@ -1,8 +1,8 @@
 //! Vectors of AVX2: eight numbers a register.
 //!
 //! # Safety
-//! The types are private to `simd` and reach others through [`Token::run`] alone, so that the
-//! instructions run only where AVX2 was found.
+//! The types are private to `simd`. Other code receives them only from [`Token::run`], so the
+//! instructions run only where AVX2 was detected.
 
 #![allow(unsafe_code, reason = "vector instructions")]
 

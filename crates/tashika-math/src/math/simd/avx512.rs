@@ -1,11 +1,11 @@
 //! Vectors of AVX-512: eight or sixteen numbers a register, and masks of one bit a number.
 //!
-//! The set is that of AVX2 and F, BW, CD, DQ and VL, which every processor for servers has that has
-//! any.
+//! The set is AVX2 and F, BW, CD, DQ and VL of AVX-512: every server processor with AVX-512 has
+//! them all.
 //!
 //! # Safety
-//! The types are private to `simd` and reach others through [`Token::run`] alone, so that the
-//! instructions run only where all of these were found.
+//! The types are private to `simd`. Other code receives them only from [`Token::run`], so the
+//! instructions run only where all of these were detected.
 
 #![allow(unsafe_code, reason = "vector instructions")]
 
@@ -37,7 +37,8 @@ macro_rules! instruction {
     };
 }
 
-/// A register: its count of numbers, its type, that of masks, and its instructions.
+/// Implements a register, from its number of lanes, its type, the type of its masks, and its
+/// instructions.
 macro_rules! register {
     ($name:ident: $lanes:literal of $register:ty, $mask:ty;
      $add:ident $sub:ident $mul:ident $div:ident $min:ident $max:ident $sqrt:ident $set:ident

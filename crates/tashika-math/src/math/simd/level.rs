@@ -1,9 +1,9 @@
-//! Instruction sets, and running work that is compiled for each of them.
+//! Instruction sets, and work that is compiled for each of them.
 //!
-//! A [`Level`] is evidence: it holds the token of its instruction set, and tokens are made by
-//! looking for the set in the machine and in no other way. The vectors of a set cannot be named
-//! outside of `simd`, but for plain arrays: [`Work::run`] gets them as a type, from a level. So what
-//! is safe can neither claim that the machine has a set nor use the vectors of one that it lacks.
+//! A [`Level`] is evidence: it holds the token of its instruction set, and tokens are made only by
+//! detecting the set on the machine. Except for plain arrays, the vectors of a set cannot be named
+//! outside of `simd`: [`Work::run`] receives them as a type, from a level. So safe code can neither
+//! claim that the machine has a set nor use the vectors of one that it lacks.
 
 use std::sync::OnceLock;
 
@@ -12,11 +12,11 @@ use super::real::Vectors;
 
 /// Work that is compiled for every instruction set.
 pub trait Work {
-    /// What comes of it; the same bits on every set.
+    /// Result of the work; the same bits on every set.
     type Output;
 
-    /// Does it. Has to be `#[inline(always)]`, as all that works on vectors below it: a function of
-    /// its own is not compiled for the instruction set of its caller.
+    /// Does the work. It has to be `#[inline(always)]`, and so has every function on vectors that
+    /// it calls: a separate function is not compiled for the instruction set of its caller.
     fn run<V: Vectors>(self) -> Self::Output;
 }
 
@@ -37,17 +37,17 @@ enum Set {
 }
 
 impl Level {
-    /// What every machine has.
+    /// Plain arrays, which every machine has.
     pub const PORTABLE: Self = Self(Set::Portable);
 
-    /// The best that this machine has, looked for once.
+    /// The best level of this machine, detected once.
     #[inline]
     pub fn best() -> Self {
         static BEST: OnceLock<Level> = OnceLock::new();
         *BEST.get_or_init(|| Self::all()[0])
     }
 
-    /// All that this machine has, the best first.
+    /// All levels of this machine, the best first.
     pub fn all() -> Vec<Self> {
         let mut sets = Vec::new();
         #[cfg(target_arch = "x86_64")]
@@ -61,7 +61,7 @@ impl Level {
         sets.into_iter().map(Self).collect()
     }
 
-    /// Does some work with the vectors of this set.
+    /// Runs some work with the vectors of this set.
     #[inline]
     pub fn run<W: Work>(self, work: W) -> W::Output {
         match self.0 {
@@ -76,7 +76,7 @@ impl Level {
     }
 }
 
-/// A token of an instruction set: what finds it, and what is compiled for it.
+/// Token of an instruction set: its detection, and the code that is compiled for the set.
 macro_rules! token {
     ($vectors:ty, $detected:ident: $($feature:tt),*) => {
         /// Evidence that the machine has this instruction set: only [`Token::detect`] makes it.
@@ -84,13 +84,13 @@ macro_rules! token {
         pub(super) struct Token(());
 
         impl Token {
-            /// Looks for the set.
+            /// Detects the set on this machine.
             pub fn detect() -> Option<Self> {
                 let found = true $(&& std::arch::$detected!($feature))*;
                 found.then_some(Self(()))
             }
 
-            /// Does some work, compiled for the set.
+            /// Runs some work, compiled for the set.
             #[inline]
             pub fn run<W: $crate::math::simd::Work>(self, work: W) -> W::Output {
                 $(#[target_feature(enable = $feature)])*

@@ -1,9 +1,9 @@
 //! One number or several at once, on several instruction sets.
 //!
-//! [`Real`] has the operations that formulas are written in, once for a single number and for vectors;
-//! [`Vector`] adds what vectors are made of. All are single IEEE operations, selections, or exact changes
-//! of bits, so that every implementation gives the same bits; none contracts a product and a sum.
-//! `portable` is the scalar twin of the others; `tests` holds them to it.
+//! [`Real`] has the operations that formulas are written in, once for a single number and for
+//! vectors; [`Vector`] adds loads, stores and masks. All are single IEEE operations, selections, or
+//! exact changes of bits, so that every implementation gives the same bits; none contracts a
+//! product and a sum. `portable` is the scalar twin of the others; `tests` compares them with it.
 //!
 //! Code for vectors is [`Work`], generic over [`Vectors`], and is run by a [`Level`], which only
 //! detection makes: see `level`.
@@ -26,18 +26,18 @@ pub use level::{Level, Work};
 pub use portable::Portable;
 pub use real::{F32x8, F32x16, Real, Vector, Vectors};
 
-/// Boxes of a node, triangles of a leaf.
+/// Number of boxes of a node, and of triangles of a leaf.
 pub const WIDTH: usize = 8;
 
-/// Most numbers of a vector.
+/// Largest number of lanes of a vector.
 pub const MOST_LANES: usize = 16;
 
-/// Bytes that are fetched together.
+/// Size of a line of the processor's cache (bytes).
 #[cfg(target_arch = "x86_64")]
 const CACHE_LINE: usize = 64;
 
-/// An array of an expression for 0, 1 and 2. Unlike a closure it is never a function of its own,
-/// which would not be compiled for the instruction set of its caller.
+/// Array of the values of an expression for 0, 1 and 2. Unlike a closure it is never a function of
+/// its own, which would not be compiled for the instruction set of its caller.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! each {
@@ -60,8 +60,8 @@ macro_rules! each {
 }
 pub use each;
 
-/// Runs a block for each bit that is set, from the lowest; `below` is a power of two that says how
-/// many bits there are. No closure, for the reason of [`each`].
+/// Runs a block for each bit that is set, from the lowest; `below` is the number of bits, a power
+/// of two. It takes no closure, for the reason of [`each`].
 #[macro_export]
 #[doc(hidden)]
 macro_rules! for_bits {

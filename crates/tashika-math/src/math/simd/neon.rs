@@ -1,8 +1,8 @@
 //! Vectors of NEON: eight numbers as two registers of four.
 //!
 //! # Safety
-//! The types are private to `simd` and reach others through [`Token::run`] alone, so that the
-//! instructions run only where NEON was found.
+//! The types are private to `simd`. Other code receives them only from [`Token::run`], so the
+//! instructions run only where NEON was detected.
 
 #![allow(unsafe_code, reason = "vector instructions")]
 
@@ -48,7 +48,7 @@ operators! { [] Neon:
 }
 
 impl Neon {
-    /// Bits of the sign.
+    /// Sign bit of each number.
     #[inline(always)]
     fn signs(self) -> [uint32x4_t; 2] {
         let bits = self.to_bits();
@@ -80,7 +80,7 @@ impl Real for Neon {
         Self(instruction!(|_h| vdupq_n_f32(x)))
     }
 
-    // The instructions for minimum and maximum treat zeros and NaN in another way.
+    // The instructions of NEON for minimum and maximum treat zeros and NaN differently from `Real`.
     #[inline(always)]
     fn min(self, other: Self) -> Self {
         Self::select(other.gt(self), self, other)
@@ -184,7 +184,7 @@ impl Vector for Neon {
     }
 }
 
-/// A bit for each number.
+/// Bit `1 << i` in each lane `i`.
 #[inline(always)]
 fn places() -> [uint32x4_t; 2] {
     const PLACES: [u32; 8] = [1, 2, 4, 8, 16, 32, 64, 128];

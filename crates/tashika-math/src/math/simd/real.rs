@@ -1,4 +1,4 @@
-//! What formulas are written in: a number, or several that are treated alike.
+//! Numbers that formulas are written in: one, or several that are treated alike.
 //!
 //! Every operation is one IEEE operation, a selection, or an exact change of bits, so that each
 //! implementation gives the same bits. Held to this by `simd::tests`.
@@ -9,79 +9,78 @@ use std::ops::{Add, Div, Mul, Sub};
 pub trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
-    /// What is true of each number.
+    /// Result of a comparison, for each number.
     type Mask: Copy;
-    /// Each is `x`.
+    /// The number `x` in each lane.
     fn splat(x: f32) -> Self;
     /// `a < b ? a : b`.
     fn min(self, other: Self) -> Self;
     /// `a > b ? a : b`.
     fn max(self, other: Self) -> Self;
-    /// Without the sign.
+    /// Absolute value of each number.
     fn abs(self) -> Self;
     /// The square root.
     fn sqrt(self) -> Self;
-    /// Where `a <= b`.
+    /// Mask of the lanes with `a <= b`.
     fn le(self, other: Self) -> Self::Mask;
-    /// Where `a > b`.
+    /// Mask of the lanes with `a > b`.
     fn gt(self, other: Self) -> Self::Mask;
-    /// Where both hold.
+    /// Mask of the lanes in which both masks hold.
     fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
-    /// Whether it holds anywhere.
+    /// Returns true if the mask holds in any lane.
     fn any(mask: Self::Mask) -> bool;
-    /// `a` where the mask holds, otherwise `b`.
+    /// Selects `a` where the mask holds, otherwise `b`.
     fn select(mask: Self::Mask, a: Self, b: Self) -> Self;
-    /// `2ⁿ` of an integer `n` in [−126, 127].
+    /// Power `2ⁿ` of an integer `n` in [−126, 127].
     fn exp2_of_integer(self) -> Self;
-    /// `(m, e)` with `x = m 2ᵉ` and `m` in `[√½, √2)`, of a positive normal number.
+    /// Returns `(m, e)` with `x = m 2ᵉ` and `m` in `[√½, √2)`, for a positive normal number.
     fn mantissa_and_exponent(self) -> (Self, Self);
 }
 
 /// A fixed count of numbers.
 pub trait Vector: Real {
-    /// How many.
+    /// Count of numbers in a vector.
     const LANES: usize;
-    /// As they are stored.
+    /// Array of the numbers, as stored in memory.
     type Array: Copy;
-    /// Those of an array.
+    /// Loads the numbers of an array.
     fn load(x: &Self::Array) -> Self;
-    /// The first [`Vector::LANES`] of a slice, which must have as many.
+    /// Loads the first [`Vector::LANES`] numbers of a slice, which must have as many.
     fn load_from(x: &[f32]) -> Self;
-    /// As an array.
+    /// Numbers of the vector, in an array.
     fn array(self) -> Self::Array;
-    /// The first of them, as many as there is room for.
+    /// Stores the first numbers, as many as the slice has room for.
     fn store_to(self, x: &mut [f32]);
-    /// With the sign flipped where that of `other` is set.
+    /// Flips the sign of each number whose counterpart in `other` has its sign set.
     fn flipped_by(self, other: Self) -> Self;
-    /// Bits of the places where it holds, the first in the lowest.
+    /// Bits of a mask, that of the first lane lowest.
     fn bits(mask: Self::Mask) -> u32;
-    /// The mask of these bits.
+    /// Mask of the lanes whose bits are set.
     fn mask(bits: u32) -> Self::Mask;
-    /// Says that something will be read soon.
+    /// Hints that a value will be read soon.
     #[inline(always)]
     fn prefetch<T>(_: &T) {}
 }
 
-/// Eight numbers.
+/// Vectors of eight numbers of single precision.
 pub trait F32x8: Vector<Array = [f32; 8]> {}
 impl<F: Vector<Array = [f32; 8]>> F32x8 for F {}
 
-/// Sixteen numbers.
+/// Vectors of sixteen numbers of single precision.
 pub trait F32x16: Vector<Array = [f32; 16]> {}
 impl<F: Vector<Array = [f32; 16]>> F32x16 for F {}
 
 /// The vectors of an instruction set.
 pub trait Vectors {
-    /// Eight numbers.
+    /// Vector of eight numbers of single precision.
     type Eight: F32x8;
-    /// Sixteen numbers.
+    /// Vector of sixteen numbers of single precision.
     type Sixteen: F32x16;
-    /// As many as one register holds, at most [`MOST_LANES`](super::MOST_LANES).
+    /// Vector that fills one register, of at most [`MOST_LANES`](super::MOST_LANES) numbers.
     type Widest: Vector;
 }
 
-/// What storing and loading have in common: methods of [`Vector`] that follow from `load` and
-/// `array`.
+/// Methods of [`Vector`] that follow from `load` and `array`.
 macro_rules! slices {
     ($lanes:expr) => {
         const LANES: usize = $lanes;
@@ -104,7 +103,8 @@ macro_rules! slices {
 }
 pub(super) use slices;
 
-/// Operators of a vector: its generic parameters, its type, and an expression for each.
+/// Implements the operators of a vector, from its generic parameters, its type, and an expression
+/// for each operator.
 macro_rules! operators {
     (@ [$($generics:tt)*] $type:ty, $trait:ident $method:ident |$a:ident, $b:ident| $value:expr) => {
         impl<$($generics)*> std::ops::$trait for $type {
@@ -124,11 +124,11 @@ macro_rules! operators {
 }
 pub(super) use operators;
 
-/// Bits of `√½`, rounded, as [`Real::mantissa_and_exponent`] takes it.
+/// Bits of `√½`, rounded: the smallest mantissa of [`Real::mantissa_and_exponent`].
 pub(super) const ROOT_HALF: u32 = 0x3f35_04f3;
 /// Bits of 1.
 pub(super) const ONE: u32 = 0x3f80_0000;
-/// Bits of the mantissa.
+/// Mask of the 23 bits of the mantissa.
 pub(super) const MANTISSA: u32 = 0x007f_ffff;
 
 impl Real for f32 {

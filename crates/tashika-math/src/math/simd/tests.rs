@@ -1,4 +1,4 @@
-//! Every level's vectors against plain arrays.
+//! Vectors of every level compared with plain arrays.
 
 use super::*;
 use crate::rng::{Purpose, Stream};
@@ -13,14 +13,14 @@ fn numbers(s: &mut Stream) -> [f32; 16] {
     })
 }
 
-/// What comes of sixteen pairs of numbers: bits of numbers, and masks.
+/// Results of operations on sixteen pairs of numbers: bits of numbers, and masks.
 #[derive(Debug, Default, PartialEq)]
 struct Results {
     numbers: Vec<Vec<u32>>,
     masks: Vec<(u32, bool)>,
 }
 
-/// Every operation on sixteen pairs of numbers, as many at a time as a vector has.
+/// Applies every operation to sixteen pairs of numbers, as many at a time as a vector holds.
 #[inline(always)]
 fn results<F: Vector>(a: &[f32; 16], b: &[f32; 16]) -> Results {
     let mut results = Results::default();
@@ -102,7 +102,7 @@ fn vectors_are_their_scalar_twins() {
     }
 }
 
-/// NaN is never less, never more, and the second of a minimum and maximum that hold one.
+/// NaN is never less and never greater; a minimum or maximum with a NaN is its second argument.
 #[test]
 fn vectors_treat_nan_as_their_scalar_twins_do() {
     struct Nan;

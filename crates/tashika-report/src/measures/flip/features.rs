@@ -1,25 +1,24 @@
-//! The difference in edges and points (Andersson et al. 2020, section 4.2).
+//! Perceived difference in edges and points (Andersson et al. 2020, section 4.2).
 //!
-//! A feature is what stands out of the luminance `Y` (0 to 1) by the derivatives of a Gaussian `g`
-//! of the standard deviation `σ = 0.082°/2`, the width of what is easily detected:
+//! Features are found in the luminance `Y` (0 to 1) by the derivatives of a Gaussian `g` of the
+//! standard deviation `σ = 0.082°/2`, the width of easily detected features:
 //!
 //! ```text
 //! edge  = |∇|,  by −x g(x) g(y)              point = |∇²|,  by (x²/σ² − 1) g(x) g(y)      and the same along y
 //! ΔE_f  = ( max(|edge_x − edge_r|, |point_x − point_r|) / √2 )^½
 //! ```
 //!
-//! The weights that are positive add up to 1, those that are negative to −1, so that features are
-//! in 0 to √2.
+//! Positive weights add up to 1, negative weights to −1, so that features are in 0 to √2.
 
 use super::super::Pictures;
 use super::super::grid::{Grid, Weights};
 use crate::color::Primaries;
 use crate::math::elementary::exp_f64;
 
-/// Width of features (degrees).
+/// Width of features, `2σ`, in degrees of the visual field.
 const WIDTH: f64 = 0.082;
 
-/// The difference in features at each pixel, 0 to 1.
+/// Difference in features at each pixel, 0 to 1.
 pub(super) fn differences(pictures: &Pictures, pixels_per_degree: f64) -> Grid {
     let deviation = 0.5 * WIDTH * pixels_per_degree;
     let radius = (3.0 * deviation).ceil() as usize;

@@ -1,18 +1,17 @@
-//! How much light a rough dielectric boundary lets through, of the light that comes from one
-//! direction.
+//! Transmittance of a rough dielectric boundary for light from one direction.
 //!
 //! ```text
 //! T(c) ≈ k T₀(c) + q₀ + q₁ c + q₂ c² + q₃ c³          in [0, 1]
 //! ```
 //!
-//! with the transmittance `T₀ = 1 − F` of the smooth boundary and numbers from tables over
-//! roughness and index. It is what single scattering at facets of each [`FacetModel`] lets through
-//! (Walter et al. 2007). Smooth boundaries are exact; of rough ones the table is off by at most 2 %
-//! at cosines above 0.1 and by at most 8 % below, `F_int` by at most 0.02: of the models that are
-//! Mitsuba's, 0.01 is how it adds that up.
+//! with the transmittance `T₀ = 1 − F` of the smooth boundary and coefficients from tables over
+//! roughness and index, fitted to single scattering at facets of each [`FacetModel`] (Walter et al.
+//! 2007). Smooth boundaries are exact. For rough ones the table is off by at most 2 % at cosines
+//! above 0.1 and by at most 8 % below, `F_int` by at most 0.02; for Mitsuba's models 0.01 of that
+//! comes from Mitsuba's way of summing `F_int`.
 //!
 //! # Held to this by
-//! The tests below, by facets that are drawn, and `bounds::lobes::fresnel`, which knows the form.
+//! The tests below, by drawn facets, and `bounds::lobes::fresnel`, which uses the form of the fit.
 
 mod table;
 
@@ -24,25 +23,27 @@ use table::{ALPHAS, BECKMANN, Fits, GGX, GGX_INDEPENDENT, IORS};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Boundary {
     ior: f32,
-    /// `k`.
+    /// Coefficient `k`.
     smooth: f32,
-    /// `q`.
+    /// Coefficients `q₀` to `q₃`.
     cubic: [f32; 4],
     inside: f32,
 }
 
-/// Where a value is between two of increasing nodes, or at the nearest one.
+/// Returns the index of the interval of increasing nodes that contains a value, and the share of
+/// the interval below it; values outside are clamped to the nearest node.
 fn between(nodes: &[f32], value: f32) -> (usize, f32) {
     let first = nodes.partition_point(|node| *node <= value).clamp(1, nodes.len() - 1) - 1;
     (first, ((value - nodes[first]) / (nodes[first + 1] - nodes[first])).clamp(0.0, 1.0))
 }
 
 impl Boundary {
-    /// Of facets of a roughness in `[0, 1]` to a medium of relative index `ior` from 1.0001 to 5;
-    /// smooth up to [`MIN_ALPHA`]. Of brushed ones as if they were as rough in all directions as
-    /// their root mean square: with 0.1 and 0.4, what a coat of index 1.5 reflects with its base is
-    /// within 2 % of what a simulation says where it is seen from 40° and more above the surface,
-    /// and 8 % too much 12° above it, along the smaller.
+    /// Creates the boundary to a medium of relative index `ior`, from 1.0001 to 5, with facets of a
+    /// roughness in `[0, 1]`. Up to [`MIN_ALPHA`] the boundary is smooth. Brushed facets count as
+    /// isotropic ones of their root mean square roughness. For roughnesses of 0.1 and 0.4, the
+    /// reflectance of a coat of index 1.5 and its base is within 2 % of a simulation if seen from
+    /// at least 40° above the surface, and 8 % too high if seen from 12° above it, along the
+    /// smaller roughness.
     #[inline]
     pub fn new(facets: Microfacets, ior: f32) -> Self {
         let entering = 1.0 - fresnel::dielectric_average(ior);
@@ -62,7 +63,7 @@ impl Boundary {
         fit.max(R::splat(0.0)).min(R::splat(1.0))
     }
 
-    /// `2 ∫₀¹ T(c) c dc`: of light that comes evenly from all around.
+    /// `2 ∫₀¹ T(c) c dc`: transmittance for uniform light from outside.
     #[inline]
     pub fn mean_transmittance(&self) -> f32 {
         let [a, b, c, d] = self.cubic;
@@ -70,19 +71,19 @@ impl Boundary {
         self.smooth * smooth + a + b * (2.0 / 3.0) + c * 0.5 + d * 0.4
     }
 
-    /// `F_int`: reflectance from the inside, of light that comes evenly from all around.
+    /// `F_int`: reflectance from the inside for uniform light.
     #[inline]
     pub fn inside(&self) -> f32 {
         self.inside
     }
 
-    /// `k`, and `q₀` to `q₃`.
+    /// Coefficients `k`, and `q₀` to `q₃`.
     pub fn fit(&self) -> (f32, [f32; 4]) {
         (self.smooth, self.cubic)
     }
 }
 
-/// The numbers of the table about a roughness and an index.
+/// Coefficients of the table, interpolated at a roughness and an index.
 fn fitted(alpha: f32, model: FacetModel, ior: f32, smooth: [f32; 6]) -> [f32; 6] {
     let fits: &Fits = match model {
         FacetModel::Ggx => &GGX,
@@ -109,7 +110,7 @@ mod tests {
     use crate::math::elementary::{erfc, exp_f64};
     use crate::rng::{Purpose, Stream};
 
-    /// `G₂ / G₁(o)` of directions at these cosines.
+    /// `G₂ / G₁(o)` for directions at these cosines.
     fn unshadowed(seen: f32, cos: f32, facets: Microfacets) -> f32 {
         let (alpha, model) = (facets.mean(), facets.model);
         let slope = |cos: f32| alpha * (1.0 - cos * cos).max(0.0).sqrt() / cos;
@@ -125,7 +126,7 @@ mod tests {
         (1.0 / (1.0 + 0.5 * (gauss / (a * root_pi) - erfc(a)).max(0.0))) as f32
     }
 
-    /// What facets let through, or reflect, of light at a cosine.
+    /// Share of the light at a cosine that facets transmit, or reflect.
     fn drawn(cos: f32, facets: Microfacets, eta: f32, through: bool, draws: u32, s: &mut Stream) -> f64 {
         let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
         let mut sum = 0.0;
@@ -160,13 +161,13 @@ mod tests {
                         f64::from(boundary.transmittance(cos)),
                         drawn(cos, facets, ior, true, 40_000, &mut s),
                     );
-                    // Four standard errors of a mean of numbers in [0, 1], and what the table is
-                    // off by.
+                    // Four standard errors of a mean of numbers in [0, 1], and the stated error of
+                    // the table.
                     let allowed = 0.006 + if cos < 0.1 { 0.08 } else { 0.02 } * expected;
                     let at = (facets, ior, cos);
                     assert!((found - expected).abs() < allowed, "{at:?}: {found} for {expected}");
                 }
-                // Many, for what is reflected whole begins at one of them.
+                // Many cosines, since total reflection begins at one of them.
                 let cosines = 200;
                 let inside: f64 = (0..cosines)
                     .map(|i| (i as f32 + 0.5) / cosines as f32)

@@ -8,20 +8,21 @@
 //! A  = c (1 + erf a) / 2 + α sin θ e^(−a²) / (2 √π)                    visible area, c / G₁ exactly
 //! ```
 //!
-//! (Walter et al. 2007, equations 25 to 27; Heitz 2014, appendix A.) Values take the rational `G₁`,
-//! as Mitsuba does: it is within 0.35 % of `c / A`. Densities take `A`, so that draws have them
-//! exactly.
+//! (Walter et al. 2007, equations 25 to 27; Heitz 2014, appendix A.) Values use the rational `G₁`,
+//! as Mitsuba does: it is within 0.35 % of `c / A`. Densities use `A`, so that they are exactly
+//! those of the draws.
 //!
 //! Visible normals are drawn by their slopes (Heitz and d'Eon 2014, "Importance sampling
-//! microfacet-based BSDFs using the distribution of visible normals"): on a surface of `α = 1`
-//! those across a direction `(sin θ, cos θ)` are normally distributed, those along it have the
+//! microfacet-based BSDFs using the distribution of visible normals"). On a surface of `α = 1` the
+//! slopes across a direction `(sin θ, cos θ)` are normally distributed, and those along it have the
 //! density
 //!
 //! ```text
 //! ∝ (cos θ + x sin θ)⁺ e^(−x²),   its integral up to x:   √π/2 cos θ (erf x + erf a) + ½ sin θ (e^(−a²) − e^(−x²))
 //! ```
 //!
-//! which is inverted by Newton's method within an interval that is halved where that leaves it.
+//! which is inverted by Newton's method within an interval; a step out of the interval is replaced
+//! by halving it.
 
 use std::f32::consts::{FRAC_1_PI, LOG2_E};
 
@@ -29,19 +30,19 @@ use super::HalfVector;
 use crate::math::elementary::{erfc, exp_f64, exp2_of};
 use crate::math::{Real, Vec3};
 
-/// `t/α²` from which `D` is taken for zero: there it is `10⁻³⁴` of what it is at the normal.
+/// `t/α²` from which `D` counts as zero: there it is `10⁻³⁴` of its value at the normal.
 const DARK: f32 = 80.0;
 
-/// From this `a` on, hardly anything is masked.
+/// `a` from which `G₁` is 1: almost nothing is masked.
 const UNMASKED: f32 = 1.6;
 
-/// Slopes beyond which there is nothing: `e^(−6²)` is `2·10⁻¹⁶`.
+/// Largest slope considered: `e^(−6²)` is `2·10⁻¹⁶`.
 const STEEPEST: f64 = 6.0;
 
-/// The density `D` of normals at `half` (sr⁻¹, per area of the surface).
+/// Density `D` of normals at `half` (sr⁻¹, per area of the surface).
 ///
-/// * `slopes`: `t` of the exponent, times the squared length of `half` along the normal; of brushed
-///   surfaces with squeezed components.
+/// * `slopes`: `t` of the exponent, times the squared length of `half` along the normal. For
+///   brushed surfaces, the tangential components of `half` in `t` are squeezed.
 #[inline(always)]
 pub(super) fn distribution<R: Real>(half: HalfVector<R>, slopes: R, alpha: f32) -> R {
     let t = half.tangential2 / half.axial2;
@@ -60,7 +61,7 @@ pub(super) fn visibility<R: Real>(cos_o: f32, spread_o: f32, cos_i: R, spread_i:
     R::splat(0.25 * unmasked(cos_o, spread_o) / cos_o) * (unmasked(cos_i, spread_i) / cos_i)
 }
 
-/// `α sin θ` of a direction of cosine `cos`.
+/// Spread `α sin θ` of a direction of cosine `cos`.
 #[inline(always)]
 pub(super) fn spread<R: Real>(cos: R, alpha: f32) -> R {
     let sin2 = (R::splat(1.0) - cos * cos).max(R::splat(f32::MIN_POSITIVE));
@@ -72,7 +73,7 @@ pub(super) fn spread<R: Real>(cos: R, alpha: f32) -> R {
 fn unmasked<R: Real>(cos: R, spread: R) -> R {
     let one = R::splat(1.0);
     let a = cos / spread;
-    // Where it is not used it may not overflow.
+    // Limited to where it is used, so that it cannot overflow.
     let a = a.min(R::splat(UNMASKED));
     let above = a * (R::splat(3.535) + R::splat(2.181) * a);
     let below = one + a * (R::splat(2.276) + R::splat(2.577) * a);
@@ -89,7 +90,8 @@ pub(super) fn visible_area(cos: f64, spread: f64) -> f32 {
     (0.5 * (cos * (2.0 - erfc(a)) + slopes)) as f32
 }
 
-/// Draws a normal that the unit vector `w` (`z > 0`) sees on a surface of `α = 1`, not normalised.
+/// Draws a normal visible along the unit vector `w` (`z > 0`) on a surface of `α = 1`, not
+/// normalised.
 pub(super) fn sample_visible_normal(w: Vec3, u: [f32; 2]) -> Vec3 {
     let across = (w.x * w.x + w.y * w.y).sqrt();
     let along = if across > 0.0 { [w.x / across, w.y / across] } else { [1.0, 0.0] };
@@ -98,7 +100,7 @@ pub(super) fn sample_visible_normal(w: Vec3, u: [f32; 2]) -> Vec3 {
     Vec3::new(along[0] * x - along[1] * y, along[1] * x + along[0] * y, 1.0)
 }
 
-/// The slope below which a share `u` of `(cos + x sin)⁺ e^(−x²)` lies.
+/// Returns the slope with a share `u` of `(cos + x sin)⁺ e^(−x²)` below it.
 fn slope(cos: f64, sin: f64, u: f64) -> f32 {
     let root_pi = std::f64::consts::PI.sqrt();
     let mut low = if cos < STEEPEST * sin { -cos / sin } else { -STEEPEST };

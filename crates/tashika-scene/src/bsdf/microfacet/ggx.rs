@@ -20,10 +20,10 @@ use super::HalfVector;
 use crate::math::elementary::sin_cos;
 use crate::math::{Real, Vec3};
 
-/// The density `D` of normals at `half` (sr⁻¹, per area of the surface).
+/// Density `D` of normals at `half` (sr⁻¹, per area of the surface).
 ///
-/// * `slopes`: `t` times the squared length of `half` along the normal; of brushed surfaces with
-///   squeezed components.
+/// * `slopes`: `t` times the squared length of `half` along the normal. For brushed surfaces, the
+///   tangential components of `half` in `t` are squeezed.
 #[inline(always)]
 pub(super) fn distribution<R: Real>(half: HalfVector<R>, slopes: R, alpha: f32) -> R {
     let HalfVector { tangential2, axial2 } = half;
@@ -40,7 +40,7 @@ pub(super) fn visibility<R: Real>(cos_o: f32, stretch_o: R, cos_i: R, stretch_i:
     R::splat(0.5) / (R::splat(cos_o) * stretch_i + cos_i * stretch_o)
 }
 
-/// The same of independent masking and shadowing.
+/// `G₁ G₁ / (4 c_o c_i)`: masking and shadowing, independent, with the Jacobian of the reflection.
 #[inline(always)]
 pub(in crate::bsdf) fn independent_visibility<R: Real>(
     cos_o: f32,
@@ -51,7 +51,7 @@ pub(in crate::bsdf) fn independent_visibility<R: Real>(
     R::splat(1.0) / (R::splat(cos_o + stretch_o) * (cos_i + stretch_i))
 }
 
-/// `S(c)`: length of a direction of cosine `c` after stretching the surface to `α = 1`.
+/// `S(c)`: length of a direction of cosine `c` after the surface is stretched to `α = 1`.
 #[inline(always)]
 pub(in crate::bsdf) fn stretch<R: Real>(cos: R, alpha: f32) -> R {
     let alpha2 = alpha * alpha;
@@ -64,12 +64,14 @@ pub(super) fn visible_area(cos: f32, stretch: f32) -> f32 {
     0.5 * (cos + stretch)
 }
 
-/// Draws a normal that the unit vector `w` (`z > 0`) sees on a surface of `α = 1`, not normalised.
+/// Draws a normal visible along the unit vector `w` (`z > 0`) on a surface of `α = 1`, not
+/// normalised.
 ///
-/// The facets are a hemisphere; the mirror directions of those that `w` sees fill the spherical cap
-/// `z ≥ −w.z` uniformly, and the half vector leads back.
+/// The facets form a hemisphere. The mirror directions of those visible along `w` fill the
+/// spherical cap `z ≥ −w.z` uniformly, and the half vector of `w` and such a direction is the
+/// normal.
 pub(super) fn sample_visible_normal(w: Vec3, u: [f32; 2]) -> Vec3 {
-    // With k = (1 + w.z) u: z = 1 − k is the point on the cap, and nothing below cancels.
+    // With k = (1 + w.z) u, the point on the cap has z = 1 − k, and no step below cancels.
     let height = 1.0 + w.z;
     let k = height * u[0];
     let sin = (k * (2.0 - k)).max(0.0).sqrt();

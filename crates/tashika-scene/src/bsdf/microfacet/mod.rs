@@ -1,13 +1,13 @@
-//! Microfacets: which normals the facets of a rough surface have, and how they hide each other.
+//! Microfacets: distribution of the normals of a rough surface, and mutual masking of its facets.
 //!
 //! ```text
 //! D G₂ / (4 c_o c_i)                       what facets that reflect all light reflect (sr⁻¹)
 //! D_v / (4 ω_o·h),  D_v = (ω_o·h)⁺ D / ∫ (ω_o·m)⁺ D dm        density of ω_i by visible normals (sr⁻¹)
 //! ```
 //!
-//! (Cook and Torrance 1982; Walter et al. 2007, equation 20; Heitz 2014, equation 2.) `D` and what
-//! one direction sees are those of `ggx` or `beckmann`; `G₂` is by [`FacetModel`], since formats
-//! mean different things by the same roughness.
+//! (Cook and Torrance 1982; Walter et al. 2007, equation 20; Heitz 2014, equation 2.) `D` and the
+//! visible area are those of `ggx` or `beckmann`; `G₂` depends on the [`FacetModel`], since formats
+//! give the same roughness different meanings.
 //!
 //! # Brushed surfaces
 //! Facets of roughness `α_u` along the first axis of the shading frame and `α_v` along the second
@@ -19,12 +19,13 @@
 //! G₁(ω)   is that of the roughness α with α² sin²θ = α_u² ω_x² + α_v² ω_y²
 //! ```
 //!
-//! Surfaces that are as rough in all directions are evaluated without these sums.
+//! Isotropic surfaces are evaluated without these sums.
 //!
 //! # Precision
-//! The half vector is never normalised: its angles come from `ω_o + ω_i` as it is, which cannot be
-//! zero for two directions above the horizon. What remains is the rounding of the directions: it
-//! turns the half vector by about `10⁻⁷ / 2 ω_o·h`, to be compared with `α`. Hence [`MIN_ALPHA`].
+//! The half vector is never normalised: its angles come directly from `ω_o + ω_i`, which cannot be
+//! zero for two directions above the horizon. The remaining error is the rounding of the
+//! directions. It turns the half vector by about `10⁻⁷ / 2 ω_o·h`, to be compared with `α`. Hence
+//! [`MIN_ALPHA`].
 //!
 //! # Held to this by
 //! The tests of `ggx` and `beckmann`, the `χ²` tests of `bsdf::tests`, and the suite's
@@ -37,20 +38,21 @@ use crate::math::{Real, Vec3};
 
 /// Smallest roughness `α` for which `f32` directions determine the value.
 ///
-/// There, the lobe is 0.06° wide and its peak at normal incidence `D = 1 / (π α²) = 3.2·10⁵` sr⁻¹.
-/// Rounding the directions changes values by less than 1 % for cosines above 0.1 and by less than
-/// 10 % above 0.01 (test `rounding_is_harmless_down_to_min_alpha`). Smoother surfaces are a
-/// [`Mirror`](super::Mirror) or [`Glass`](super::Glass), or are given this value.
+/// At this roughness, the lobe is 0.06° wide and its peak at normal incidence
+/// `D = 1 / (π α²) = 3.2·10⁵` sr⁻¹. Rounding the directions changes values by less than 1 % for
+/// cosines above 0.1 and by less than 10 % above 0.01 (test
+/// `rounding_is_harmless_down_to_min_alpha`). Smoother surfaces are a [`Mirror`](super::Mirror) or
+/// [`Glass`](super::Glass), or are given this value.
 pub const MIN_ALPHA: f32 = 1e-3;
 
 /// Largest roughness along an axis. The principled material reaches `√10`.
 pub const MAX_ALPHA: f32 = 4.0;
 
-/// The distribution of the normals of facets, and how masking and shadowing go together.
+/// Distribution of the normals of facets, and relation between masking and shadowing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FacetModel {
     /// GGX; `G₂ = 1 / (1 + Λ_o + Λ_i)`, masking and shadowing correlated by height (Heitz 2014,
-    /// equation 99). glTF and pbrt mean this.
+    /// equation 99). Used by glTF and pbrt.
     #[default]
     Ggx,
     /// GGX; `G₂ = G₁(o) G₁(i)`, masking and shadowing independent (Walter et al. 2007, equation
@@ -61,18 +63,18 @@ pub enum FacetModel {
 }
 
 impl FacetModel {
-    /// All of them.
+    /// All variants, in the order of their declaration.
     pub const ALL: [Self; 3] = [Self::Ggx, Self::GgxIndependent, Self::Beckmann];
 }
 
-/// The facets of a rough surface.
+/// Facets of a rough surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Microfacets {
     /// Roughness `α` along the first and the second axis of the shading frame. Higher values make
-    /// the lobe wider. The smaller is in [[`MIN_ALPHA`], 1], the larger at most [`MAX_ALPHA`], of
-    /// Beckmann's facets 1.
+    /// the lobe wider. The smaller is in [[`MIN_ALPHA`], 1]; the larger is at most [`MAX_ALPHA`],
+    /// or 1 for Beckmann's facets.
     pub alpha: [f32; 2],
-    /// What they are distributed by.
+    /// Distribution and masking of the facets.
     pub model: FacetModel,
 }
 
@@ -87,7 +89,7 @@ impl Microfacets {
         Self::even(alpha, FacetModel::Ggx)
     }
 
-    /// Whether they are as rough in all directions.
+    /// Returns true if both roughnesses are equal.
     #[inline(always)]
     pub fn is_even(&self) -> bool {
         self.alpha[0] == self.alpha[1]
@@ -103,23 +105,23 @@ impl Microfacets {
         self.alpha[0].max(self.alpha[1])
     }
 
-    /// The geometric mean `ᾱ` of both.
+    /// Geometric mean `ᾱ` of both roughnesses.
     #[inline(always)]
     pub fn mean(&self) -> f32 {
         let [u, v] = self.alpha;
         if u == v { u } else { (u * v).sqrt() }
     }
 
-    /// The root mean square of both.
+    /// Root mean square of both roughnesses.
     #[inline(always)]
     pub(super) fn root_mean_square(&self) -> f32 {
         let [u, v] = self.alpha;
         if u == v { u } else { (0.5 * (u * u + v * v)).sqrt() }
     }
 
-    /// `D G₂ / (4 c_o c_i)` (sr⁻¹) of directions above the horizon.
+    /// `D G₂ / (4 c_o c_i)` (sr⁻¹) for directions above the horizon.
     ///
-    /// * `half`: of both.
+    /// * `half`: half vector of `wo` and `wi`.
     #[inline(always)]
     pub fn reflection<R: Real>(&self, half: HalfVector<R>, wo: Vec3, wi: [R; 3]) -> R {
         let (slopes, alpha, cos_i) = (self.squeezed(half, wo, wi), self.mean(), wi[2]);
@@ -139,9 +141,9 @@ impl Microfacets {
         }
     }
 
-    /// `D` (sr⁻¹).
+    /// Density `D` of normals at the half vector (sr⁻¹).
     ///
-    /// * `half`: of both.
+    /// * `half`: half vector of `wo` and `wi`.
     #[inline(always)]
     pub(super) fn distribution<R: Real>(&self, half: HalfVector<R>, wo: Vec3, wi: [R; 3]) -> R {
         let (slopes, alpha) = (self.squeezed(half, wo, wi), self.mean());
@@ -157,8 +159,8 @@ impl Microfacets {
         self.distribution(half, wo, wi.to_array()) / (4.0 * self.visible_area(wo))
     }
 
-    /// `G₂ / G₁(o)`: how much of what facets seen from one side send to the other is not in shadow,
-    /// of directions above the horizon or mirrored to there.
+    /// `G₂ / G₁(o)`: unshadowed share of the light that facets visible along `wo` send along `wi`,
+    /// for directions above the horizon, or mirrored to above it.
     pub(super) fn unshadowed(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self.model {
             FacetModel::Ggx => {
@@ -190,8 +192,8 @@ impl Microfacets {
         }
     }
 
-    /// Squared length of the part of the half vector in the surface, each component in units of its
-    /// roughness, times `ᾱ²`.
+    /// Squared length of the tangential part of the half vector, with each component in units of
+    /// its roughness, times `ᾱ²`.
     #[inline(always)]
     fn squeezed<R: Real>(&self, half: HalfVector<R>, wo: Vec3, wi: [R; 3]) -> R {
         let [u, v] = self.alpha;
@@ -202,7 +204,7 @@ impl Microfacets {
         R::splat(v / u) * x * x + R::splat(u / v) * y * y
     }
 
-    /// `S`: length of a direction after stretching the surface to a roughness of 1.
+    /// `S`: length of a direction after the surface is stretched to a roughness of 1.
     #[inline(always)]
     fn stretch<R: Real>(&self, w: [R; 3]) -> R {
         let [u, v] = self.alpha;
@@ -213,7 +215,7 @@ impl Microfacets {
         (x * x + y * y + w[2] * w[2]).sqrt()
     }
 
-    /// `α sin θ` of a direction.
+    /// Spread `α sin θ` of one direction or several.
     #[inline(always)]
     fn spread<R: Real>(&self, w: [R; 3]) -> R {
         let [u, v] = self.alpha;
@@ -224,7 +226,7 @@ impl Microfacets {
         (x * x + y * y).max(R::splat(f32::MIN_POSITIVE)).sqrt()
     }
 
-    /// Reflects `wo` (`z > 0`) at a facet drawn from those that it sees.
+    /// Reflects `wo` (`z > 0`) at a facet drawn from those visible along it.
     ///
     /// The result may lie below the horizon; such paths end in the single-scattering model.
     pub fn sample_reflection(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
@@ -232,10 +234,10 @@ impl Microfacets {
         (h * (2.0 * wo.dot(h)) - wo).normalize()
     }
 
-    /// Draws a normal with the density `D_v` of those that `wo` (`z > 0`) sees.
+    /// Draws a normal with the density `D_v` of those visible along `wo` (`z > 0`).
     ///
-    /// A surface stretched to `α = 1` has facets of the same kind, of which `wo`, stretched, sees
-    /// the same ones (Heitz and d'Eon 2014).
+    /// Stretching the surface to `α = 1` keeps the kind of its facets, and the facets visible along
+    /// `wo` remain those visible along the stretched direction (Heitz and d'Eon 2014).
     pub fn sample_visible_normal(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
         let [along, across] = self.alpha;
         let w = Vec3::new(along * wo.x, across * wo.y, wo.z).normalize();
@@ -254,18 +256,17 @@ impl From<f32> for Microfacets {
     }
 }
 
-/// The half vector of two directions above the horizon, as far as the model needs it, not
-/// normalised.
+/// Half vector of two directions above the horizon, not normalised: the parts that the model needs.
 #[derive(Clone, Copy, Debug)]
 pub struct HalfVector<R> {
-    /// Squared length of the part in the surface.
+    /// Squared length of the tangential part.
     pub tangential2: R,
     /// Squared length of the part along the normal.
     pub axial2: R,
 }
 
 impl<R: Real> HalfVector<R> {
-    /// `ω_o + ω_i` of unit vectors with positive `z`.
+    /// Half vector `ω_o + ω_i` of unit vectors with positive `z`.
     #[inline(always)]
     pub fn between(wo: Vec3, wi: [R; 3]) -> Self {
         let [x, y, z] = [R::splat(wo.x) + wi[0], R::splat(wo.y) + wi[1], R::splat(wo.z) + wi[2]];

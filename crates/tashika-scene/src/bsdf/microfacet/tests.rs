@@ -1,4 +1,4 @@
-//! Both distributions against their definitions and textbook formulas, by quadrature.
+//! Both distributions compared with their definitions and textbook formulas, by quadrature.
 
 use std::f64::consts::PI;
 
@@ -21,8 +21,8 @@ fn visible_area(model: FacetModel, cos: f64, alpha: f32) -> f64 {
     f64::from(Microfacets::even(alpha, model).visible_area(w))
 }
 
-/// Sums `D f(tan²θ, cos θ)` times `2π sin θ dθ`, with `tan θ = α x / (1 − x)` so that all widths
-/// work.
+/// Sums `D f(tan²θ, cos θ)` times `2π sin θ dθ`, with `tan θ = α x / (1 − x)` so that it works for
+/// all widths.
 fn integrate_normals(model: FacetModel, alpha: f32, f: impl Fn(f64, f64) -> f64) -> f64 {
     let n = 20_000;
     let width = f64::from(alpha);
@@ -47,7 +47,7 @@ fn the_projected_area_of_all_facets_is_one() {
     }
 }
 
-/// `∫ (ω_o·h)⁺ D dh`, the inner integral `∫ (ω_o·h)⁺ dφ / 2π` in closed form.
+/// `∫ (ω_o·h)⁺ D dh`, with the inner integral `∫ (ω_o·h)⁺ dφ / 2π` in closed form.
 #[test]
 fn visible_areas_are_those_of_the_facets() {
     for model in MODELS {
@@ -70,7 +70,8 @@ fn visible_areas_are_those_of_the_facets() {
     }
 }
 
-/// Random pairs near the lobe against the textbook formula, of the unrounded directions, in `f64`.
+/// Random pairs near the lobe, compared with the textbook formula of the unrounded directions in
+/// `f64`.
 #[test]
 fn rounding_is_harmless_down_to_min_alpha() {
     let mut stream = Stream::new(5, Purpose::Test, 0);
@@ -102,8 +103,8 @@ fn rounding_is_harmless_down_to_min_alpha() {
     }
 }
 
-/// `G₂ / 4 c_o c_i` from Smith's `Λ`: `(√(1 + α² tan²θ) − 1) / 2` of GGX,
-/// `(e^(−a²)/(a √π) − erfc a) / 2` of Beckmann.
+/// `G₂ / 4 c_o c_i` from Smith's `Λ`: `(√(1 + α² tan²θ) − 1) / 2` for GGX,
+/// `(e^(−a²)/(a √π) − erfc a) / 2` for Beckmann.
 #[test]
 fn masking_is_smiths() {
     for alpha in ALPHAS {

@@ -1,22 +1,24 @@
-//! Sheen: light that the fibres of cloth send back, mostly where it is grazed.
+//! Sheen: light that the fibres of cloth reflect, mostly at grazing angles.
 //!
 //! ```text
 //! f_s = c D V,      D = (2 + 1/α) sin^{1/α} θ_h / 2π,      V = 1 / ((1 + Λ(c_o) + Λ(c_i)) 4 c_o c_i)
 //! ```
 //!
-//! in sr⁻¹, with the colour `c`, `α = r²` of the roughness `r`, and `Λ(x) = exp l(x)` below a cosine
-//! of ½, `exp(2 l(½) − l(1 − x))` above, `l(x) = a / (1 + b x^γ) + d x + e` with numbers `a` to `e` that
-//! follow `α` (Kulla 2017; `KHR_materials_sheen`, Khronos). `Λ` falls as the cosine grows.
+//! in sr⁻¹, with the colour `c`, `α = r²` of the roughness `r`, and `Λ(x) = exp l(x)` below a
+//! cosine of ½, `exp(2 l(½) − l(1 − x))` above, `l(x) = a / (1 + b x^γ) + d x + e` with numbers `a`
+//! to `e` that follow `α` (Kulla 2017; `KHR_materials_sheen`, Khronos). `Λ` falls as the cosine
+//! grows.
 //!
-//! Of what is below, `1 − max c · E(c_o)` is left, where `E` is the albedo of white sheen seen at `c_o`:
-//! of the two forms of the extension the one that looks at the viewer alone. `E` is from a table over
-//! roughness and cosine, within 0.01 at cosines above 0.2 and within 0.03 above 0.02.
+//! The factor on the base is `1 − max c · E(c_o)`, where `E` is the albedo of white sheen seen at
+//! `c_o`. Of the two forms of the extension, this one depends only on the direction of view. `E` is
+//! read from a table over roughness and cosine, with an error of at most 0.01 at cosines above 0.2
+//! and at most 0.03 above 0.02.
 //!
-//! Directions are drawn evenly over the hemisphere.
+//! Directions are drawn uniformly from the hemisphere.
 //!
 //! # Limits
-//! Roughness is at least [`MIN_SHEEN_ROUGHNESS`]. At cosines below about 0.05 fine fibres return more
-//! light than they receive, up to 2.7 times as much, and nothing is left of what is below.
+//! Roughness is at least [`MIN_SHEEN_ROUGHNESS`]. At cosines below about 0.05 fine fibres reflect
+//! more light than they receive, up to 2.7 times as much, and the factor on the base is 0.
 //!
 //! # Held to this by
 //! The tests below, `bsdf::tests`, and the suite's `formula_materials`.
@@ -33,37 +35,38 @@ use crate::math::{Real, Vec3};
 use crate::warp;
 use table::{ALBEDOS, ROUGHNESSES};
 
-/// Least roughness: with less, there is sheen only within 6° of the surface.
+/// Smallest roughness; below it, there is sheen only within 6° of the surface.
 pub const MIN_SHEEN_ROUGHNESS: f32 = 0.1;
 
-/// At least `V` over `1 / 4 c_o`, for all roughnesses.
+/// Upper bound on `V` divided by `1 / 4 c_o`, for all roughnesses.
 ///
 /// `Λ(c) ≥ 0`, and `c (1 + Λ(c)) ≥ 0.163` at cosines from [`MIN_COSINE`](super::MIN_COSINE) on.
 pub const UPPER_SHEEN_VISIBILITY: f64 = 1.0 / 0.16;
 
-/// `2⁻ˣ` below this counts as zero: what `exp2_of` takes.
+/// Exponent of two below which powers are negligible: the limit of `exp2_of`.
 const NEGLIGIBLE_POWER: f32 = -125.0;
 
-/// Light that fibres send back.
+/// Light reflected by fibres on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sheen {
-    /// Colour `c`, each channel in `[0, 1]`; black if there is none.
+    /// Colour `c`, each channel in `[0, 1]`; black without sheen.
     pub color: Rgb,
-    /// Roughness `r`, from [`MIN_SHEEN_ROUGHNESS`] to 1. Higher values spread it from the horizon on.
+    /// Roughness `r`, from [`MIN_SHEEN_ROUGHNESS`] to 1. Higher values extend the sheen from the
+    /// horizon upwards.
     pub roughness: f32,
 }
 
 impl Sheen {
-    /// None.
+    /// Sheen of a surface without fibres.
     pub const NONE: Self = Self { color: Rgb::BLACK, roughness: 1.0 };
 
-    /// Whether there is any.
+    /// Returns true if the colour is not black.
     #[inline]
     pub fn is_there(&self) -> bool {
         !self.color.is_black()
     }
 
-    /// `D V` (sr⁻¹).
+    /// Value of white sheen, `D V` (sr⁻¹).
     #[inline(always)]
     pub(super) fn white<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> R {
         let HalfVector { tangential2, axial2 } = HalfVector::between(wo, wi);
@@ -76,7 +79,7 @@ impl Sheen {
         distribution / (hidden * R::splat(4.0 * wo.z) * wi[2])
     }
 
-    /// What is left of what is below, seen at the cosine `cos_o`.
+    /// Factor on the base, seen at the cosine `cos_o`.
     #[inline]
     pub fn left(&self, cos_o: f32) -> f32 {
         if self.is_there() {
@@ -86,12 +89,12 @@ impl Sheen {
         }
     }
 
-    /// `c E`, the albedo.
+    /// Albedo `c E`, seen at the cosine `cos_o`.
     pub(super) fn albedo(&self, cos_o: f32) -> Rgb {
         if self.is_there() { self.color * self.white_albedo(cos_o) } else { Rgb::BLACK }
     }
 
-    /// `E`.
+    /// Albedo `E` of white sheen, from the table.
     fn white_albedo(&self, cos_o: f32) -> f32 {
         let last = ALBEDOS[0].len() - 1;
         let column = cos_o.clamp(0.0, 1.0).sqrt() * last as f32;
@@ -104,12 +107,12 @@ impl Sheen {
         near + across.clamp(0.0, 1.0) * (far - near)
     }
 
-    /// `Λ` at a cosine.
+    /// Masking and shadowing `Λ` of the fibres at a cosine.
     pub fn hidden(&self, cos: f32) -> f32 {
         Fibres::of(self.roughness).hidden(cos)
     }
 
-    /// Density of the directions that are drawn (sr⁻¹).
+    /// Density of the drawn directions (sr⁻¹).
     pub(super) const PDF: f32 = 0.5 * FRAC_1_PI;
 
     pub(super) fn draw(u: [f32; 2]) -> Vec3 {
@@ -122,7 +125,7 @@ impl Sheen {
     }
 }
 
-/// The numbers of `l` for one roughness.
+/// Parameters of `l` for one roughness.
 #[derive(Clone, Copy)]
 struct Fibres {
     /// `a`, `b`, `γ`, `d`, `e`.
@@ -130,7 +133,7 @@ struct Fibres {
 }
 
 impl Fibres {
-    /// For `α = 1`, and for `α = 0`.
+    /// Parameters for `α = 1`, and for `α = 0`.
     const ENDS: [[f32; 5]; 2] =
         [[21.5473, 3.82987, 0.19823, -1.97760, -4.32054], [25.3245, 3.32435, 0.16801, -1.27393, -4.85967]];
 
@@ -141,7 +144,7 @@ impl Fibres {
         Self { numbers: std::array::from_fn(|k| rough[k] + share * (fine[k] - rough[k])) }
     }
 
-    /// `l`.
+    /// Exponent `l(x)` of `Λ`.
     #[inline(always)]
     fn curve<R: Real>(&self, x: R) -> R {
         let [a, b, exponent, d, e] = self.numbers.map(R::splat);
@@ -149,7 +152,7 @@ impl Fibres {
         a / (R::splat(1.0) + b * power) + d * x + e
     }
 
-    /// `Λ`.
+    /// Masking and shadowing `Λ`.
     #[inline(always)]
     fn hidden<R: Real>(&self, cos: R) -> R {
         let half = R::splat(0.5);
@@ -167,7 +170,7 @@ mod tests {
     use crate::math::elementary::powf;
     use crate::rng::{Purpose, Stream};
 
-    /// Means over even directions, which the table is not made by.
+    /// Means over uniform directions, which were not used to make the table.
     #[test]
     fn the_table_is_the_albedo() {
         let mut s = Stream::new(91, Purpose::Test, 0);

@@ -11,13 +11,13 @@ use crate::color::Rgb;
 use crate::math::elementary::powf;
 use crate::rng::Stream;
 
-/// A BSDF with the name by which failures are reported.
+/// A BSDF with the name that failures report.
 pub struct Case {
     pub name: String,
     pub bsdf: Bsdf,
 }
 
-/// How many random BSDFs join the list.
+/// Number of random BSDFs in the list.
 const RANDOM: u64 = 12;
 
 const ORANGE: Rgb = Rgb::new(0.8, 0.5, 0.2);
@@ -123,7 +123,7 @@ pub fn all() -> Vec<Case> {
     bsdfs.into_iter().map(|(name, bsdf)| Case { name, bsdf }).collect()
 }
 
-/// Facets of two roughnesses.
+/// Facets of two different roughnesses.
 pub fn brushed() -> Vec<Microfacets> {
     let of = |alpha: [[f32; 2]; 2]| {
         FacetModel::ALL.iter().flat_map(move |&model| alpha.map(|alpha| Microfacets { alpha, model }))
@@ -132,18 +132,18 @@ pub fn brushed() -> Vec<Microfacets> {
     of([[0.5, 0.1], [0.2, 1.0]]).chain([wide]).collect()
 }
 
-/// The cases whose density is a function.
+/// Cases that are not specular, and so have a density.
 pub fn smooth() -> Vec<Case> {
     all().into_iter().filter(|case| !case.bsdf.is_specular()).collect()
 }
 
-/// A BSDF of a random kind; roughnesses and exponents are uniform in the logarithm.
+/// Returns a BSDF of a random kind; roughnesses and exponents are uniform in the logarithm.
 pub fn random(stream: &mut Stream) -> Bsdf {
     let mut colour = || Rgb::from(stream.uniform_3());
     let (a, b) = (colour(), colour());
     let alpha = powf(MIN_ALPHA, stream.uniform()).max(MIN_ALPHA);
     let model = FacetModel::ALL[stream.below(3) as usize];
-    // As rough in all directions every second time; no lobe is a line that quadrature misses.
+    // Isotropic every second time; no lobe is so thin that quadrature misses it.
     let across = alpha * (0.2 + 0.8 * stream.uniform());
     let across = if stream.below(2) == 0 { alpha } else { across.clamp(MIN_ALPHA, alpha) };
     let facets = Microfacets { alpha: [alpha, across], model };
@@ -224,7 +224,7 @@ pub fn principled(
     Bsdf::Principled(Principled { diffuse, roughness, flatness, sheen, fresnel, facets })
 }
 
-/// A principled surface with this flatness.
+/// Returns a principled surface with this flatness.
 pub fn flat(mut bsdf: Bsdf, flatness: f32) -> Bsdf {
     if let Bsdf::Principled(b) = &mut bsdf {
         b.flatness = flatness;
@@ -246,7 +246,7 @@ pub fn glass(ior: f32, reflectance: Rgb, transmittance: Rgb) -> Bsdf {
     Bsdf::Glass(Glass { ior, reflectance, transmittance, facets: None })
 }
 
-/// Gold at about 630, 530 and 460 nm (Johnson and Christy 1972, rounded).
+/// Gold near 630, 530 and 460 nm (Johnson and Christy 1972, rounded).
 fn gold() -> ConductorFresnel {
     ConductorFresnel::Exact { eta: Rgb::new(0.18, 0.5, 1.4), k: Rgb::new(3.1, 2.2, 1.9) }
 }

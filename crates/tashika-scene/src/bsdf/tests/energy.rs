@@ -1,4 +1,4 @@
-//! What surfaces reflect: not more than they receive, and exactly what the closed forms say.
+//! Reflected energy: not more than is received, and exactly that of closed forms.
 
 use std::f64::consts::LN_2;
 
@@ -12,7 +12,7 @@ use super::{OUTGOING, outgoing, stream};
 use crate::color::Rgb;
 use crate::math::Vec3;
 
-/// Mean and standard error of the weight in the brightest channel; a path that ends weighs nothing.
+/// Mean and standard error of the weight in the brightest channel; a path that ends has weight 0.
 fn mean_weight(bsdf: &Bsdf, wo: Vec3, draws: u32, index: u64) -> (f64, f64) {
     let mut stream = stream(index);
     let (mut sum, mut squares) = ([0.0; 3], [0.0; 3]);
@@ -29,7 +29,7 @@ fn mean_weight(bsdf: &Bsdf, wo: Vec3, draws: u32, index: u64) -> (f64, f64) {
     (mean, ((squares[brightest] / n - mean * mean).max(0.0) / n).sqrt())
 }
 
-/// The largest albedo that the documentation of each model grants.
+/// Largest albedo that the documentation of each model allows.
 fn largest_albedo(bsdf: &Bsdf, cos: f32) -> f64 {
     match bsdf {
         Bsdf::Lambert(_)
@@ -46,7 +46,7 @@ fn largest_albedo(bsdf: &Bsdf, cos: f32) -> f64 {
         Bsdf::MetallicRoughness(_) => 2.0,
         Bsdf::Principled(b) => 2.6 + 0.1 * f64::from(b.sheen.max_channel()),
         Bsdf::Layered(b) => {
-            // What the table is off by, and what fibres return where they are grazed.
+            // The error of the table, and the excess of fibres at grazing angles.
             let fibres = if b.sheen.is_there() { if cos > 0.2 { 0.01 } else { 2.0 } } else { 0.0 };
             let below = largest_albedo(&b.base.into(), cos).max(1.0) + fibres;
             let amount = f64::from(b.coat.amount);
@@ -59,7 +59,7 @@ fn largest_albedo(bsdf: &Bsdf, cos: f32) -> f64 {
     }
 }
 
-/// The mean of 20,000 weights is at most the largest albedo and 5 standard errors, for every case.
+/// The mean of 20,000 weights is at most the largest albedo plus 5 standard errors, for every case.
 #[test]
 fn no_surface_reflects_more_than_it_receives() {
     for (index, Case { name, bsdf }) in cases::all().iter().enumerate() {
@@ -71,7 +71,7 @@ fn no_surface_reflects_more_than_it_receives() {
     }
 }
 
-/// `∫ M dω_i`, with a grid for a lobe of versine `width` about the mirror direction.
+/// `∫ M dω_i`, with a grid for a lobe of versine `width` around the mirror direction.
 fn albedo(bsdf: &Bsdf, wo: Vec3, width: f64) -> f64 {
     let grid = PolarGrid::about(Vec3::new(-wo.x, -wo.y, wo.z), width, 20, 16);
     grid.integrate(1e-7, &|wi| f64::from(bsdf.eval_cos(wo, wi).g))
@@ -122,10 +122,9 @@ fn the_roughest_metal_reflects_one_minus_ln_two() {
     assert!((got - (1.0 - LN_2)).abs() < 1e-5, "{got}");
 }
 
-/// Smooth and white, both layered models and the metal return all light: nothing is lost or counted
-/// twice.
+/// Smooth and white, both coats and the metal reflect all light: nothing is lost or counted twice.
 ///
-/// What rough facets hide from each other at `α = 0.001` is below `α² tan²θ`.
+/// Masking at `α = 0.001` is below `α² tan²θ`.
 #[test]
 fn smooth_white_surfaces_return_all_light() {
     let white = [
@@ -141,7 +140,7 @@ fn smooth_white_surfaces_return_all_light() {
     }
 }
 
-/// The diffuse part alone, as the difference to the same surface without it.
+/// Diffuse part alone, as the difference from the surface without it.
 fn diffuse_part(bsdf: &Bsdf) -> impl Fn(Vec3, Vec3) -> Rgb {
     let without = match *bsdf {
         Bsdf::Lambert(_) => cases::lambert(Rgb::BLACK),
@@ -158,11 +157,12 @@ fn diffuse_part(bsdf: &Bsdf) -> impl Fn(Vec3, Vec3) -> Rgb {
     move |wo, wi| bsdf.eval_cos(wo, wi) - without.eval_cos(wo, wi)
 }
 
-/// `ρ(ω_o)` against quadrature of the diffuse part, for every case.
+/// `ρ(ω_o)` compared with quadrature of the diffuse part, for every case.
 ///
 /// Only the width of the facets' lobe is changed, to `α = 1` and `n = 1`: the diffuse part does not
-/// depend on it, and next to a sharp peak `f32` could not hold the difference. The fits are good to
-/// `2·10⁻⁵` of the light that enters, of which no less than 0.56 passes at the first attempt.
+/// depend on it, and next to a sharp peak `f32` could not resolve the difference. The fits are
+/// accurate to `2·10⁻⁵` of the light that enters, of which no less than 0.56 passes at the first
+/// attempt.
 #[test]
 fn vpl_reflectance_is_the_albedo_of_the_diffuse_part() {
     for Case { name, mut bsdf } in cases::all() {
@@ -197,7 +197,8 @@ fn vpl_reflectance_is_the_albedo_of_the_diffuse_part() {
     }
 }
 
-/// The albedo for denoisers is near the mean weight at normal incidence where facets hide little.
+/// The albedo for denoisers is near the mean weight at normal incidence where there is little
+/// masking.
 #[test]
 fn the_rough_albedo_is_near_the_true_one() {
     for (index, Case { name, bsdf }) in cases::all().iter().enumerate() {
@@ -210,8 +211,8 @@ fn the_rough_albedo_is_near_the_true_one() {
     }
 }
 
-/// Whether facets hide much of each other at normal incidence, or there is more to reflect than the
-/// albedo for denoisers can say.
+/// Returns true if masking is strong at normal incidence, or if the reflectance exceeds the limit
+/// of the albedo for denoisers.
 fn is_wide(bsdf: &Bsdf, stated: Rgb) -> bool {
     match bsdf {
         Bsdf::Plastic(b) => b.facets.widest() > 0.1,
@@ -219,9 +220,9 @@ fn is_wide(bsdf: &Bsdf, stated: Rgb) -> bool {
         Bsdf::Coated(b) => b.facets.widest() > 0.1,
         Bsdf::MetallicRoughness(b) => b.facets.widest() > 0.1,
         Bsdf::AshikhminShirley(b) => b.facets.widest() > 0.1,
-        // What exceeds 1 is cut.
+        // Values above 1 are clamped.
         Bsdf::Principled(b) => b.facets.widest() > 0.1 || stated.max_channel() == 1.0,
-        // Of white bases additive coats reflect more than 1.
+        // Additive coats on white bases reflect more than 1.
         Bsdf::Layered(b) => {
             b.coat.alpha > 0.1 || stated.max_channel() == 1.0 || is_wide(&b.base.into(), stated)
         }

@@ -1,4 +1,4 @@
-//! Finite for every input, symmetric, two-sided, and clear about what is out of range.
+//! Results are finite for every input, symmetric and two-sided; errors name the value out of range.
 
 use super::super::{Bsdf, BsdfSample, CoatModel, ConductorFresnel, MIN_ALPHA, MIN_COSINE};
 use super::cases::{self, Case};
@@ -7,8 +7,8 @@ use crate::color::Rgb;
 use crate::math::Vec3;
 use crate::rng::Stream;
 
-/// A unit vector, in one case of three a degenerate one: along an axis, in the surface, or nearly
-/// so.
+/// Returns a unit vector, in one case of three a degenerate one: along an axis, in the surface, or
+/// nearly so.
 fn any_direction(stream: &mut Stream) -> Vec3 {
     let generic = crate::warp::sphere(stream.uniform_2());
     let tiny = [0.0, -0.0, 1e-38, 1e-20, MIN_COSINE, -MIN_COSINE, 1.1e-7, 1e-4];
@@ -44,7 +44,7 @@ fn everything_is_finite_and_not_negative() {
         if wo.z * wi.z <= 0.0 {
             assert!(bsdf.eval(wo, wi).is_black() && pdf == 0.0, "other side, {}", context());
         }
-        // The ends of the unit cube are what a stream can give.
+        // A stream can return the ends of the unit cube.
         let end = 1.0 - f32::EPSILON / 2.0;
         let u = stream.uniform_3().map(|u| {
             if u < 0.02 {
@@ -63,12 +63,13 @@ fn everything_is_finite_and_not_negative() {
     }
 }
 
-/// `f(a, b) = f(b, a)`, to the rounding of factors that are multiplied in another order.
+/// `f(a, b) = f(b, a)`, to the rounding of products in another order.
 #[test]
 fn opaque_surfaces_are_reciprocal() {
     let mut stream = stream(31);
     for Case { name, bsdf } in cases::smooth() {
-        // By their formulas, layers take from their base what they reflect towards the viewer.
+        // By definition, layers reduce the light of their base by the share that they reflect
+        // towards the viewer.
         if matches!(bsdf, Bsdf::Layered(b) if b.left(0.5) < 1.0) {
             continue;
         }
@@ -85,7 +86,7 @@ fn opaque_surfaces_are_reciprocal() {
     }
 }
 
-/// Both sides of an opaque surface are alike, and nothing passes from one to the other.
+/// Both sides of an opaque surface are equal, and no light passes between them.
 #[test]
 fn opaque_surfaces_are_two_sided() {
     let below = |w: Vec3| Vec3::new(w.x, w.y, -w.z);
@@ -133,7 +134,7 @@ fn black_surfaces_end_paths() {
         for _ in 0..100 {
             let wo = super::outgoing(0.3 + 0.7 * stream.uniform());
             let sample = bsdf.sample(wo, stream.uniform_3());
-            // The index of no boundary at all leaves a rounding of F.
+            // A conductor of index 1 leaves a rounding of F.
             assert!(sample.is_none_or(|s| s.weight.max_channel() < 1e-6), "{bsdf:?}: {sample:?}");
         }
     }

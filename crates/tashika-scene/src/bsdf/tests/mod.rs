@@ -1,8 +1,8 @@
-//! Every case times every property.
+//! Tests of every property for every case.
 //!
-//! [`cases::all`] lists the BSDFs: each variant at the corners of its parameters, and a random sweep.
-//! [`OUTGOING`] lists the directions of incidence. A new variant joins by its lines in `cases.rs`.
-//! Random numbers come from fixed streams; each test states its level.
+//! [`cases::all`] lists the BSDFs: each variant at the corners of its parameters, and a random
+//! sweep. [`OUTGOING`] lists the directions of incidence. A new variant is added by lines in
+//! `cases.rs`. Random numbers come from fixed streams; each test states its level.
 
 mod cases;
 mod energy;
@@ -19,19 +19,19 @@ use crate::rng::{Purpose, Stream};
 /// Cosines of `ω_o`, from normal to grazing.
 const OUTGOING: [f32; 5] = [1.0, 0.8, 0.5, 0.1, 0.01];
 
-/// The direction of cosine `cos` at an azimuth that no axis favours.
+/// Direction of cosine `cos` at an azimuth away from the axes.
 fn outgoing(cos: f32) -> Vec3 {
     let sin = (1.0 - cos * cos).max(0.0).sqrt();
     let (sin_phi, cos_phi) = sin_cos(0.8);
     Vec3::new(sin * cos_phi, sin * sin_phi, cos)
 }
 
-/// The stream number `index` of the tests of BSDFs.
+/// Stream number `index` of the tests of BSDFs.
 fn stream(index: u64) -> Stream {
     Stream::new(0xb5df, Purpose::Test, index)
 }
 
-/// A direction of the upper hemisphere, uniform.
+/// Uniform direction of the upper hemisphere.
 fn direction_above(stream: &mut Stream) -> Vec3 {
     let v = crate::warp::sphere(stream.uniform_2());
     Vec3::new(v.x, v.y, v.z.abs())

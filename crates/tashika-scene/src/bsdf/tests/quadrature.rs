@@ -14,7 +14,7 @@ const GAUSS: [(f64, f64); 4] = [
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 
-/// Refinements after which a cell is taken as it is.
+/// Largest number of refinements of a cell.
 const MAX_LEVELS: u32 = 8;
 
 /// Rectangle in the two parameters of a [`PolarGrid`].
@@ -38,11 +38,11 @@ impl Rectangle {
     }
 }
 
-/// The sphere of directions cut into `rings × sectors` cells about an axis.
+/// The sphere of directions cut into `rings × sectors` cells around an axis.
 ///
 /// Rings are uniform in `q ∈ [0, 1]`, where `1 − cos θ = width (exp(c q) − 1)` reaches the opposite
 /// pole at `q = 1`: uniform in the cosine below `width`, in its logarithm above. So a lobe of any
-/// width about the axis, its tail, and a second wide lobe are all resolved.
+/// width around the axis, its tail, and a second wide lobe are all resolved.
 pub struct PolarGrid {
     axes: [DVec3; 3],
     width: f64,
@@ -52,15 +52,15 @@ pub struct PolarGrid {
 }
 
 impl PolarGrid {
-    /// A grid about `axis`.
+    /// Creates a grid around `axis` for a lobe of this width.
     pub fn about(axis: Vec3, width: f64, rings: usize, sectors: usize) -> Self {
         let axis = axis.as_dvec3().normalize();
         let (t, b) = axis.any_orthonormal_pair();
         Self { axes: [t, b, axis], width, rings, sectors, min_levels: 0 }
     }
 
-    /// With cells that are refined so many times before they are taken as they are: a narrow lobe
-    /// with nothing about it may be between the first nodes.
+    /// Sets the least number of refinements of a cell: a narrow lobe in an empty surrounding may
+    /// lie between the first nodes.
     pub fn refined(self, min_levels: u32) -> Self {
         Self { min_levels, ..self }
     }
@@ -70,15 +70,15 @@ impl PolarGrid {
         self.rings * self.sectors
     }
 
-    /// `c`, the logarithm of the range of rings.
+    /// Factor `c`, the logarithm of the range of rings.
     fn logarithm(&self) -> f64 {
         (2.0 / self.width).ln_1p()
     }
 
-    /// The cell of direction `w`.
+    /// Returns the index of the cell that contains direction `w`.
     pub fn cell(&self, w: Vec3) -> usize {
         let w = w.as_dvec3().normalize();
-        // From the distance to the axis, because 1 − cos cancels.
+        // By the distance from the axis, because 1 − cos cancels.
         let versine = 0.5 * (w - self.axes[2]).length_squared();
         let q = (versine / self.width).ln_1p() / self.logarithm();
         let phi = w.dot(self.axes[1]).atan2(w.dot(self.axes[0])) / (2.0 * PI);
@@ -86,7 +86,8 @@ impl PolarGrid {
         index(q, self.rings) * self.sectors + index(phi.rem_euclid(1.0), self.sectors)
     }
 
-    /// The direction of parameters `(q, φ / 2π)` and the solid angle per unit of them (sr).
+    /// Returns the direction of parameters `(q, φ / 2π)` and the solid angle per unit area of the
+    /// parameters (sr).
     fn direction(&self, parameters: [f64; 2]) -> (Vec3, f64) {
         let versine = self.width * (self.logarithm() * parameters[0]).exp_m1();
         let sin = (versine * (2.0 - versine)).max(0.0).sqrt();
@@ -97,7 +98,7 @@ impl PolarGrid {
         (w.as_vec3(), solid_angle)
     }
 
-    /// `∫ f dω` over one cell, each recursive step to within `tolerance`.
+    /// Integrates `f` over one cell, each recursive step to within `tolerance`.
     pub fn integrate_cell(&self, cell: usize, tolerance: f64, f: &dyn Fn(Vec3) -> f64) -> f64 {
         let (ring, sector) = (cell / self.sectors, cell % self.sectors);
         let corner = |r: usize, s: usize| [r as f64 / self.rings as f64, s as f64 / self.sectors as f64];
@@ -105,7 +106,7 @@ impl PolarGrid {
         self.refine(whole, self.gauss(whole, f), tolerance, 0, f)
     }
 
-    /// `∫ f dω` over the sphere.
+    /// Integrates `f` over the sphere.
     pub fn integrate(&self, tolerance: f64, f: &dyn Fn(Vec3) -> f64) -> f64 {
         (0..self.len()).map(|cell| self.integrate_cell(cell, tolerance, f)).sum()
     }
@@ -139,7 +140,7 @@ impl PolarGrid {
     }
 }
 
-/// `∫ f dω` over the upper hemisphere for functions without peaks.
+/// Integrates `f` over the upper hemisphere, for functions without peaks.
 pub fn hemisphere(f: &dyn Fn(Vec3) -> f64) -> f64 {
     // With width → ∞ rings are uniform in the cosine, and 8 of 16 cover the upper half.
     let grid = PolarGrid::about(Vec3::Z, 1e9, 16, 16);
@@ -154,7 +155,7 @@ fn solid_angles_and_moments_are_right() {
     assert!((grid.integrate(1e-9, &|_| 1.0) - 4.0 * PI).abs() < 1e-6);
     let mut stream = super::stream(1);
     for cell in (0..grid.len()).step_by(7) {
-        // A direction from the inside of a cell is counted in that cell.
+        // A direction from the interior of a cell is counted in that cell.
         let parameters = [
             ((cell / 8) as f64 + 0.1 + 0.8 * stream.uniform_f64()) / 16.0,
             ((cell % 8) as f64 + 0.1 + 0.8 * stream.uniform_f64()) / 8.0,

@@ -1,4 +1,4 @@
-//! Rough glass against the formulas of Walter et al. 2007, by quadrature.
+//! Rough glass compared with the formulas of Walter et al. 2007, by quadrature.
 
 use glam::DVec3;
 
@@ -9,7 +9,7 @@ use crate::color::Rgb;
 use crate::math::Vec3;
 
 const IOR: f32 = 1.5;
-/// Along the two axes.
+/// Roughness along the two axes.
 const ALPHA: [f32; 2] = [0.4, 0.2];
 
 fn rough(model: FacetModel) -> Glass {
@@ -17,7 +17,7 @@ fn rough(model: FacetModel) -> Glass {
     Glass { ior: IOR, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE, facets }
 }
 
-/// `D(h)` and `G₂(o, i)` of unit directions, `h` above the surface.
+/// `D(h)` and `G₂(o, i)` for unit directions, `h` above the surface.
 fn facets(model: FacetModel, h: DVec3, o: DVec3, i: DVec3) -> (f64, f64) {
     let [u, v] = ALPHA.map(f64::from);
     let slope = (h.x * h.x / (u * u) + h.y * h.y / (v * v)) / (h.z * h.z);
@@ -52,8 +52,8 @@ fn fresnel(cos: f64, eta: f64) -> f64 {
     (s * s + p * p) / 2.0
 }
 
-/// Equations 20 and 21 times the cosine behind: of light from `o` in a medium of index 1, what goes
-/// along `i`, where the medium beyond the surface has the index `eta`.
+/// Equations 20 and 21 times the cosine of `i`: scattering of light from `o`, in a medium of index
+/// 1, to `i`, where the medium beyond the surface has the index `eta`.
 fn scattered(model: FacetModel, o: DVec3, i: DVec3, eta: f64) -> f64 {
     let (cos_o, cos_i) = (o.z.abs(), i.z.abs());
     if cos_i < 1e-9 {
@@ -78,8 +78,8 @@ fn scattered(model: FacetModel, o: DVec3, i: DVec3, eta: f64) -> f64 {
     o_h * -i_h / cos_o * passed
 }
 
-/// Flux, and its mean directions, of what is reflected and what is refracted: 5 standard errors in
-/// 144 comparisons.
+/// Flux and its mean directions, for reflection and refraction: 5 standard errors in 144
+/// comparisons.
 #[test]
 fn flux_goes_where_facets_send_it() {
     const DRAWS: u32 = 100_000;
@@ -124,7 +124,7 @@ fn flux_goes_where_facets_send_it() {
     }
 }
 
-/// Next to no roughness is none.
+/// Glass of the smallest roughness behaves nearly like smooth glass.
 #[test]
 fn hardly_rough_glass_is_nearly_smooth() {
     let mut s = stream(7100);

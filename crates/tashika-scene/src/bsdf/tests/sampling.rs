@@ -1,4 +1,4 @@
-//! Sampling draws from the density that `pdf` states, and weighs by the BSDF over it.
+//! Samples follow the density of `pdf`, and their weights are the BSDF over that density.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -12,24 +12,25 @@ use super::{OUTGOING, outgoing, stream};
 use crate::color::Rgb;
 use crate::math::Vec3;
 
-/// Draws for each case and direction.
+/// Number of draws for each case and direction.
 const DRAWS: u32 = 20_000;
 
 /// Probability that any of the comparisons of one test fails by chance.
 const FAMILY_LEVEL: f64 = 1e-4;
 
-/// A cell needs this many expected draws for its count to be near normal; smaller cells are pooled.
+/// Smallest number of expected draws in a cell, for its count to be near normal; smaller cells are
+/// pooled.
 const MIN_EXPECTED: f64 = 8.0;
 
 /// Tolerance of one step of the quadrature.
 const QUADRATURE_TOLERANCE: f64 = 2e-6;
 
-/// What the sum over the 320 cells of a grid may be off by: `2e-6` each, and ten times that where
+/// Error allowed for the sum over the 320 cells of a grid: `2e-6` each, and ten times that where
 /// the horizon cuts through one.
 const QUADRATURE_ERROR: f64 = 2e-3;
 
-/// Grids on which a density can be resolved: about the mirror direction with the width of the lobe,
-/// and, for wide lobes, about the normal.
+/// Grids on which a density can be resolved: around the mirror direction with the width of the
+/// lobe, and, for wide lobes, around the normal.
 fn grids(bsdf: &Bsdf, wo: Vec3) -> Vec<PolarGrid> {
     let (width, is_line) = width(bsdf, wo);
     let (sectors, levels) = if is_line { (256, 2) } else { (16, 0) };
@@ -41,7 +42,7 @@ fn grids(bsdf: &Bsdf, wo: Vec3) -> Vec<PolarGrid> {
     grids
 }
 
-/// The versine of the width of the narrowest lobe, and whether that is a line.
+/// Returns the versine of the width of the narrowest lobe, and true if that lobe is a line.
 fn width(bsdf: &Bsdf, wo: Vec3) -> (f64, bool) {
     let mut is_line = false;
     let width = match bsdf {
@@ -60,7 +61,8 @@ fn width(bsdf: &Bsdf, wo: Vec3) -> (f64, bool) {
         | Bsdf::MetallicRoughness(MetallicRoughness { facets, .. })
         | Bsdf::AshikhminShirley(AshikhminShirley { facets, .. })
         | Bsdf::Principled(Principled { facets, .. }) => {
-            // At grazing angles lobes are lines, and Beckmann's have no tails that lead to them.
+            // At grazing angles lobes are lines. Those of Beckmann's facets have no tails that lead
+            // the refinement of cells to them.
             let alpha = facets.narrowest();
             is_line = facets.model == FacetModel::Beckmann && alpha < 0.3 && wo.z < 0.1;
             f64::from(if is_line { alpha * wo.z } else { alpha }).powi(2)
@@ -69,8 +71,8 @@ fn width(bsdf: &Bsdf, wo: Vec3) -> (f64, bool) {
     (width, is_line)
 }
 
-/// Chance of a `χ²` statistic at least as large, given the expected probabilities of the cells; the
-/// last cell is for paths that end.
+/// Probability of a `χ²` statistic at least as large, given the expected probabilities of the
+/// cells; the last cell is for paths that end.
 fn p_value(observed: &[u32], expected: &[f64]) -> f64 {
     let total: u32 = observed.iter().sum();
     let (mut statistic, mut cells) = (0.0, 0_u32);
@@ -88,7 +90,7 @@ fn p_value(observed: &[u32], expected: &[f64]) -> f64 {
             pooled_expected += e;
         }
     }
-    // Too little to judge on its own, unless draws fall where none can be.
+    // The pooled cells are too few to judge, unless draws fall where there can be none.
     if pooled_expected >= MIN_EXPECTED || pooled_observed > 5.0 * MIN_EXPECTED {
         count(pooled_observed, pooled_expected.max(1.0));
     }
@@ -98,11 +100,11 @@ fn p_value(observed: &[u32], expected: &[f64]) -> f64 {
     ChiSquared::new(f64::from(cells - 1)).expect("positive").sf(statistic)
 }
 
-/// Both halves of the promise of `pdf`, for every case, direction, and grid.
+/// Both guarantees of `pdf`, for every case, direction, and grid.
 ///
 /// Hypothesis: `sample` draws from `pdf`. One `χ²` test each at a level of [`FAMILY_LEVEL`] over
-/// their number (Bonferroni), and one comparison of the mass that does not arrive with 5 standard
-/// errors.
+/// their number (Bonferroni), and one comparison of the share of paths that end, to within 5
+/// standard errors.
 #[test]
 fn directions_follow_the_density() {
     let cases = cases::smooth();
@@ -137,11 +139,11 @@ fn directions_follow_the_density() {
     }
 }
 
-/// Means of `x`, `y`, `x²`, `y²` and `z` of the direction drawn, a path that ends counting as zero,
-/// against quadrature of the density, for a surface of each kind: 5 standard errors in 110
+/// Means of `x`, `y`, `x²`, `y²` and `z` of the drawn direction, zero for a path that ends,
+/// compared with quadrature of the density, for eleven surfaces: 5 standard errors in 110
 /// comparisons.
 ///
-/// Narrower than the `χ²` tests: a lobe that is a few percent too wide in one direction shows here.
+/// Sharper than the `χ²` tests: a lobe that is a few percent too wide in one direction is detected.
 #[test]
 fn moments_of_directions_agree_with_the_density() {
     const MANY: u32 = 200_000;
@@ -239,7 +241,7 @@ fn lobes_are_named() {
     assert_eq!([coat(half), coat(Rgb::BLACK)].map(lobes), [(true, true), (false, true)]);
 }
 
-/// The test of the test: a density that is wrong by a tenth somewhere is found out.
+/// Test of the test: a density that is wrong by a tenth somewhere is detected.
 #[test]
 fn the_goodness_of_fit_finds_a_wrong_density() {
     let cells = 100;

@@ -1,7 +1,7 @@
-//! Every model against its formula as the sources print it, in `f64`, for random pairs of
+//! Every model compared with its formula as printed in the sources, in `f64`, for random pairs of
 //! directions.
 //!
-//! The formulas here share nothing with the library: a normalised half vector, `D` in `cos θ_h`,
+//! The formulas here share no code with the library: a normalised half vector, `D` in `cos θ_h`,
 //! `G₂` from `Λ`, the Fresnel equations with Snell's angles, and `F_int` by quadrature.
 
 use std::f64::consts::PI;
@@ -16,18 +16,18 @@ use super::cases::{self, Case};
 use super::{direction_above, stream};
 use crate::math::Vec3;
 
-/// A pair of directions above the horizon and what the formulas need of it.
+/// A pair of directions above the horizon, with the quantities of the formulas.
 struct Pair {
-    /// Both, and the half vector.
+    /// Both directions, and the half vector.
     o: DVec3,
     i: DVec3,
     h: DVec3,
     cos_o: f64,
     cos_i: f64,
-    /// Between the mirror direction of one and the other.
+    /// Cosine between the mirror direction of `o` and `i`.
     cos_mirror: f64,
     cos_h: f64,
-    /// Between a direction and the half vector.
+    /// Cosine between `o` and the half vector.
     cos_d: f64,
 }
 
@@ -39,7 +39,7 @@ impl Pair {
         Self { o, i, h, cos_o: o.z, cos_i: i.z, cos_mirror: mirror.dot(i), cos_h: h.z, cos_d: o.dot(h) }
     }
 
-    /// `D` of GGX's brushed facets (Heitz 2014, section 5).
+    /// Distribution `D` of brushed GGX facets (Heitz 2014, section 5).
     fn distribution(&self, Microfacets { alpha, .. }: Microfacets) -> f64 {
         let [u, v] = alpha.map(f64::from);
         let h = self.h;
@@ -47,7 +47,7 @@ impl Pair {
         1.0 / (PI * u * v * self.cos_h.powi(4) * (1.0 + slope).powi(2))
     }
 
-    /// `D G₂ / (4 c_o c_i)` of brushed facets (Heitz 2014, section 5).
+    /// Facet term `D G₂ / (4 c_o c_i)` for brushed facets (Heitz 2014, section 5).
     fn facets(&self, Microfacets { alpha, model }: Microfacets) -> f64 {
         let [u, v] = alpha.map(f64::from);
         // `tan²θ (cos²φ/α_u² + sin²φ/α_v²)`, and `α² tan²θ` with the roughness along a direction.
@@ -60,7 +60,7 @@ impl Pair {
             FacetModel::Ggx => ggx() / (1.0 + of_o + of_i),
             FacetModel::GgxIndependent => ggx() / ((1.0 + of_o) * (1.0 + of_i)),
             FacetModel::Beckmann => {
-                // The printed formula is 1.00005 at its end.
+                // The printed formula is 1.00005 at the end of its range.
                 let g1 = |w: DVec3| match 1.0 / seen(w).sqrt() {
                     a if a < 1.6 => {
                         ((3.535 * a + 2.181 * a * a) / (1.0 + 2.276 * a + 2.577 * a * a)).min(1.0)
@@ -83,7 +83,7 @@ fn dielectric(cos: f64, eta: f64) -> f64 {
     (s * s + p * p) / 2.0
 }
 
-/// Diffuse reflectance of the inside, integrated from inside, total reflection included.
+/// Diffuse reflectance of the inside, integrated from inside, including total reflection.
 fn internal(eta: f64) -> f64 {
     let critical = (1.0 - 1.0 / (eta * eta)).sqrt();
     let n = 20_000;
@@ -104,7 +104,7 @@ fn schlick(f0: f32, cos: f64) -> f64 {
     f64::from(f0) + (1.0 - f64::from(f0)) * (1.0 - cos).powi(5)
 }
 
-/// White sheen as `KHR_materials_sheen` prints it.
+/// White sheen as printed in `KHR_materials_sheen`.
 fn charlie(roughness: f64, pair: &Pair) -> f64 {
     let alpha = roughness * roughness;
     let mix = |rough: f64, fine: f64| rough + (fine - rough) * (1.0 - alpha) * (1.0 - alpha);
@@ -117,7 +117,7 @@ fn charlie(roughness: f64, pair: &Pair) -> f64 {
     distribution / ((1.0 + lambda(pair.cos_o) + lambda(pair.cos_i)) * 4.0 * pair.cos_o * pair.cos_i)
 }
 
-/// `f_r` of the green channel.
+/// Reference value of `f_r` in the green channel.
 fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
     match *bsdf {
         Bsdf::Lambert(b) => f64::from(b.reflectance.g) / PI,
@@ -130,7 +130,7 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
             let f = match b.fresnel {
                 ConductorFresnel::Schlick { f0 } => schlick(f0.g, pair.cos_d),
                 ConductorFresnel::Passed { f0 } => 1.0 - schlick(f0.g, pair.cos_d),
-                // Held to complex arithmetic by the tests of `fresnel`.
+                // Compared with complex arithmetic by the tests of `fresnel`.
                 ConductorFresnel::Exact { .. } => f64::from(b.fresnel.at(pair.cos_d as f32).g),
             };
             f * f64::from(b.specular.g) * pair.facets(b.facets)
@@ -142,7 +142,7 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
         Bsdf::Coated(Coated { reflectance, specular, ior, facets }) => {
             let (eta, rho) = (f64::from(ior), f64::from(reflectance.g));
             let coat = f64::from(specular.g) * dielectric(pair.cos_d, eta) * pair.facets(facets);
-            // Rough boundaries are held to their facets by the tests of `boundary`.
+            // Rough boundaries are compared with their facets by the tests of `boundary`.
             let boundary = Boundary::new(facets, ior);
             let passed = [pair.cos_o, pair.cos_i].map(|c| f64::from(boundary.transmittance(c as f32)));
             let passed = passed[0] * passed[1];
@@ -152,7 +152,7 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
             let f = schlick(f0.g, pair.cos_d);
             (1.0 - schlick(dielectric_f0.g, pair.cos_d)) * f64::from(diffuse.g) / PI + f * pair.facets(facets)
         }
-        // As pbrt's `FresnelBlend` is printed.
+        // As printed for pbrt's `FresnelBlend`.
         Bsdf::AshikhminShirley(b) => {
             let fades = |cos: f64| 1.0 - (1.0 - cos / 2.0).powi(5);
             let diffuse = 28.0 * f64::from(b.diffuse.g) / (23.0 * PI) * (1.0 - f64::from(b.f0.g));
@@ -178,12 +178,12 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
         Bsdf::Layered(Layered { base, sheen, coat: b }) => {
             let mut base = reference(&base.into(), internal, pair);
             if sheen.is_there() {
-                // The albedo is held to draws by the tests of `sheen`.
+                // The albedo is compared with draws by the tests of `sheen`.
                 let left = f64::from(sheen.left(pair.cos_o as f32));
                 base = left * base + f64::from(sheen.color.g) * charlie(f64::from(sheen.roughness), pair);
             }
             let (w, a2) = (f64::from(b.amount), f64::from(b.alpha).powi(2));
-            // As Burley prints them: in the cosine of the half vector.
+            // As printed by Burley: in the cosine of the half vector.
             let gtr1 = (a2 - 1.0) / (PI * a2.ln() * (1.0 + (a2 - 1.0) * pair.cos_h * pair.cos_h));
             let g = |c: f64| 1.0 / (c + (0.0625 + c * c - 0.0625 * c * c).sqrt());
             let additive = w * schlick(0.04, pair.cos_d) * gtr1 * g(pair.cos_o) * g(pair.cos_i);
@@ -198,8 +198,9 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
     }
 }
 
-/// Within `10⁻⁴`: twice the fit of the coat's average, and what the rounding of directions does to
-/// facets of `α ≥ 0.05` and lobes of `n ≤ 1000` at cosines above 0.02.
+/// Values agree within `10⁻⁴`. This covers twice the error of the fit of the coat's average, and
+/// the effect of rounded directions on facets of `α ≥ 0.05` and lobes of `n ≤ 1000` at cosines
+/// above 0.02.
 #[test]
 fn values_are_those_of_the_sources() {
     let mut stream = stream(40);
@@ -237,7 +238,7 @@ fn values_are_those_of_the_sources() {
     }
 }
 
-/// The relation between the two sides of a boundary that the coat relies on.
+/// Relation between the two sides of a boundary, on which the coat relies.
 #[test]
 fn the_inside_reflects_what_the_balance_of_fluxes_says() {
     for eta in [1.01_f32, 1.33, 1.5, 2.5, 5.0] {
@@ -246,7 +247,7 @@ fn the_inside_reflects_what_the_balance_of_fluxes_says() {
         let from_outside = 1.0 - (1.0 - outside) / (eta * eta);
         assert!((internal(eta) - from_outside).abs() < 3e-5, "eta {eta}");
     }
-    // Printed in many tables for an index of 1.5.
+    // Value printed in many tables for an index of 1.5.
     assert!((internal(1.5) - 0.596).abs() < 1e-3);
 }
 

@@ -1,8 +1,8 @@
-//! Scenes made by code: they need no file, and are the same bits on every machine.
+//! Scenes made by code, without files, bit for bit equal on every machine.
 //!
-//! | scene | what it is for |
+//! | scene | purpose |
 //! |---|---|
-//! | [`room`] | a furnished glossy room, the default picture: many lights, many Phong exponents, supersampled detail |
+//! | [`room`] | the default: glossy room, many lights, many Phong exponents, supersampled detail |
 //! | [`tiny`] | a box with two blocks and one light, for tests that must be fast |
 //!
 //! Lengths in metres, `y` up, radiance in W·m⁻²·sr⁻¹.
@@ -10,8 +10,7 @@
 //! # Guarantee
 //! Two calls give equal scenes: randomness comes from [`rng`](crate::rng) with fixed keys,
 //! elementary functions from [`math::elementary`](crate::math::elementary). Nothing has to be
-//! repaired or defaulted:
-//! [`Scene::notes`](crate::scene::Scene::notes) is empty.
+//! repaired or defaulted: [`Scene::notes`](crate::scene::Scene::notes) is empty.
 //!
 //! # Held to this by
 //! `builtin::tests`.
@@ -29,10 +28,10 @@ pub use tiny::tiny;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 
-/// Begins what is written in place of a file name for one of these scenes.
+/// Prefix of the names of these scenes in place of a file name.
 pub const PREFIX: &str = "builtin:";
 
-/// The function that makes the scene of this name, without [`PREFIX`].
+/// Returns the function that makes the scene named `name`, which has no [`PREFIX`].
 ///
 /// # Errors
 /// [`Error::Option`] naming `scene` if there is none.

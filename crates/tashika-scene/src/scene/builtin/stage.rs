@@ -1,4 +1,4 @@
-//! A [`SceneBuilder`] that takes [`Shape`]s.
+//! A [`SceneBuilder`] for [`Shape`]s.
 
 use glam::Affine3A;
 
@@ -10,36 +10,36 @@ use crate::scene::{
     Surface, Texture, TextureId,
 };
 
-/// Where the parts of a built-in scene are put together.
+/// Builder of a built-in scene.
 pub struct Stage {
     builder: SceneBuilder,
 }
 
 impl Stage {
-    /// An empty scene.
+    /// Creates an empty scene.
     pub fn new(name: &str) -> Self {
         Self { builder: SceneBuilder::new(name, Location::file(format!("built-in scene {name}"))) }
     }
 
-    /// A texture of the whole of `image`, repeated.
+    /// Adds a texture of the whole of `image`, repeated.
     pub fn texture(&mut self, image: Image) -> Result<TextureId> {
         let image = self.builder.add_image(image)?;
         self.builder.add_texture(Texture::Image(ImageTexture::new(image)))
     }
 
-    /// A material that only scatters.
+    /// Adds a material that only scatters.
     pub fn material(&mut self, name: &str, surface: Surface) -> Result<MaterialId> {
         self.builder.add_material(Material::new(name, surface))
     }
 
-    /// A black surface whose front emits `radiance` (W·m⁻²·sr⁻¹).
+    /// Adds a black surface whose front emits `radiance` (W·m⁻²·sr⁻¹).
     pub fn emissive(&mut self, name: &str, radiance: Rgb) -> Result<MaterialId> {
         let surface = Surface::Lambert { reflectance: Rgb::BLACK.into() };
         let emission = Emission { radiance: ColorInput::from(radiance), two_sided: false };
         self.builder.add_material(Material { emission: Some(emission), ..Material::new(name, surface) })
     }
 
-    /// Adds `shape` where it is.
+    /// Adds `shape` without moving it.
     pub fn put(&mut self, name: &str, material: MaterialId, shape: Shape) -> Result<()> {
         self.repeat(name, material, shape, &[Affine3A::IDENTITY])
     }
@@ -69,7 +69,7 @@ impl Stage {
         self.builder.add_camera(camera)
     }
 
-    /// The finished scene.
+    /// Returns the finished scene.
     pub fn build(self) -> Result<Scene> {
         self.builder.build()
     }

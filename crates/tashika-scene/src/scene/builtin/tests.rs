@@ -1,4 +1,4 @@
-//! The built-in scenes: sizes, soundness, closedness, and that they are the same each time.
+//! The built-in scenes: size, validity, closedness and reproducibility.
 
 use glam::{Vec2, Vec3};
 
@@ -15,8 +15,8 @@ fn placed(scene: &Scene) -> impl Iterator<Item = (&Instance, &Mesh)> {
     scene.instances().iter().map(|i| (i, &scene.meshes()[i.mesh.index()]))
 }
 
-/// World corners of all triangles of the instances of the meshes that `wanted` names,
-/// counter-clockwise about their front.
+/// World corners of all triangles of meshes whose name satisfies `wanted`, counter-clockwise seen
+/// from their front.
 fn triangles(scene: &Scene, wanted: impl Fn(&str) -> bool) -> Vec<[Vec3; 3]> {
     let mut all = Vec::new();
     for (instance, mesh) in placed(scene).filter(|(_, mesh)| wanted(mesh.name())) {
@@ -84,8 +84,8 @@ fn two_builds_are_equal() {
     }
 }
 
-/// The front of every triangle is the side of its vertex normals, so one-sided emission and the
-/// front side of glass are where the shading says.
+/// The front of every triangle is the side of its vertex normals, so that one-sided emission and
+/// the front of glass agree with shading.
 #[test]
 fn normals_agree_with_the_winding() {
     for scene in [room(), tiny()] {
@@ -102,7 +102,7 @@ fn normals_agree_with_the_winding() {
 #[test]
 fn everything_but_the_daylight_is_inside_the_room() {
     let scene = room();
-    // Rounding of coordinates of some metres.
+    // For the rounding of coordinates of some metres.
     let slack = Vec3::splat(1e-5);
     let ([lo_y, hi_y], [lo_z, hi_z]) = (WINDOW.height, WINDOW.along);
     let inside = Aabb { lo: -slack, hi: Vec3::new(WIDTH, HEIGHT, DEPTH) + slack };
@@ -115,8 +115,8 @@ fn everything_but_the_daylight_is_inside_the_room() {
     }
 }
 
-/// Rays from where the camera and the lamp are leave the room through the window only, and meet its
-/// shell from the front.
+/// Rays from the camera and the lamp leave the room only through the window, and hit its shell from
+/// the front.
 #[test]
 fn the_room_is_closed_but_for_the_window() {
     let scene = room();

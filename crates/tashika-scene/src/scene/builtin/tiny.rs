@@ -20,7 +20,7 @@ const LIGHT: Rgb = Rgb::new(18.0, 15.0, 11.0);
 /// The scene `tiny`: a box of 2 m, open towards the camera, red to the left and green to the right,
 /// with a tall block of Phong exponent 40, a low diffuse one, and one light of 0.36 m².
 ///
-/// Its only camera, `main`, makes an image of 32×32 pixels.
+/// Its only camera, `main`, is for an image of 32×32 pixels.
 pub fn tiny() -> Scene {
     build().expect("the built-in scene tiny is valid")
 }
@@ -49,7 +49,7 @@ fn build() -> Result<Scene> {
         let shape = box_between(Vec3::new(-half, 0.0, -half), Vec3::new(half, height, half));
         shape.moved(Affine3A::from_rotation_translation(rotation(Vec3::Y, angle), at))
     };
-    // A millimetre above the floor, so that no two surfaces lie in each other.
+    // A millimetre above the floor, so that no two surfaces coincide.
     stage.put("tall block", glossy, block(0.3, 1.2, 0.32, Vec3::new(0.68, 1e-3, 0.7)))?;
     stage.put("low block", white, block(0.28, 0.55, -0.3, Vec3::new(1.35, 1e-3, 1.25)))?;
     let corner = Vec3::new(0.7, SIZE - 0.01, 0.7);

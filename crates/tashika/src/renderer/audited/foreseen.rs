@@ -1,4 +1,4 @@
-//! What a reconstruction foresees of its own errors: it guides work, and claims nothing.
+//! Errors that a reconstruction predicts: they guide work, and claim nothing.
 
 use super::verdict::Tolerance;
 use crate::color::Rgb;
@@ -6,21 +6,22 @@ use crate::math::elementary::exp_f64;
 use crate::picture::importance;
 use crate::reconstruction::Reconstructed;
 
-/// What the map adds to what is foreseen, as a share of the tolerance: about how well truths are known.
+/// Amount that the map adds to predicted errors, over the tolerance: about the half-width of
+/// truths.
 const OF_TRUTHS: f64 = 0.5;
 
-/// What pixels are foreseen to be off, as a share of what they may be.
+/// Predicted error of each pixel over its tolerance.
 pub(super) fn importance_of(reconstructed: &Reconstructed, tolerance: &Tolerance) -> Vec<f32> {
     importance(reconstructed, |radiance| tolerance.of(radiance.luminance().into()))
 }
 
-/// Share of the pixels that are foreseen to be outside, if errors are normal.
+/// Predicted share of the pixels outside the tolerance, if errors are normal.
 pub(super) fn share_outside(importance: &[f32]) -> f64 {
     let outside = importance.iter().map(|share| beyond(1.0 / f64::from(*share))).sum::<f64>();
     outside / importance.len() as f64
 }
 
-/// Half-widths of the map, not scaled yet (W·m⁻²·sr⁻¹).
+/// Half-widths of the map before scaling (W·m⁻²·sr⁻¹).
 pub(super) fn half_widths(reconstructed: &Reconstructed, tolerance: &Tolerance) -> Vec<f64> {
     let Reconstructed { radiance, importance_error } = reconstructed;
     let of_pixel = |(radiance, error): (&Rgb, &f32)| {
@@ -30,7 +31,7 @@ pub(super) fn half_widths(reconstructed: &Reconstructed, tolerance: &Tolerance) 
     radiance.iter().zip(importance_error).map(of_pixel).collect()
 }
 
-/// The probability that a normal number is more than `x` standard deviations from its mean, to 10⁻⁶
+/// Probability that a normal number is more than `x` standard deviations from its mean, to 10⁻⁶
 /// (Abramowitz, Stegun 1964, 7.1.26); `x` at least 0.
 fn beyond(x: f64) -> f64 {
     let z = x * std::f64::consts::FRAC_1_SQRT_2;

@@ -1,4 +1,4 @@
-//! Which pictures are looked at, and by how many pixels.
+//! Schedule of the interim analyses: which pictures have one, and by how many pixels.
 //!
 //! ```text
 //! first picture      by n pixels; if it is dear, and there is hope, by m > n
@@ -6,35 +6,36 @@
 //! the last           likewise
 //! ```
 //!
-//! All of it follows from the pictures, but for whether a look that could be taken is left out: so
-//! there are no looks but [`AuditTerms::LOOKS`] that are fixed before anything is audited, and each
-//! has its share of the risk. A look that is left out costs nothing but its chance.
+//! This schedule follows from the pictures, except that a possible analysis may be omitted. So
+//! there are at most [`AuditTerms::LOOKS`] analyses, which are fixed before anything is audited,
+//! and each has its share of the risk. An omitted analysis loses only its chance to succeed.
 
 use crate::request::AuditTerms;
 
-/// The first look is taken where so much of the share that may be outside is foreseen to be. Chosen.
+/// Predicted share outside, over the permitted share, up to which the first picture is analysed.
+/// Chosen.
 const LOOK_AT: f64 = 0.5;
-/// Rays of a truth, about.
+/// Approximate number of rays of a truth.
 const TRUTH_RAYS: u64 = 20_000;
-/// Share of the pixels outside that a closer look at a picture may be lucky to miss. Chosen.
+/// Share of the expected pixels outside that an analysis by more pixels may miss by luck. Chosen.
 const LUCK: f64 = 0.1;
 
-/// The pictures that were looked at so far.
+/// Number of pictures analysed so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Looks {
     pictures: u32,
 }
 
 impl Looks {
-    /// Whether a picture is to be looked at that is not the last.
+    /// Returns true if a picture that is not the last is to be analysed.
     ///
-    /// * `outside`: share of its pixels that are foreseen to be outside.
+    /// * `outside`: predicted share of its pixels outside the error.
     pub fn is_due(&self, terms: &AuditTerms, outside: f64) -> bool {
         let is_good = self.pictures > 0 || outside <= LOOK_AT * (1.0 - terms.share);
         is_good && self.pictures + 1 < AuditTerms::PICTURES
     }
 
-    /// Begins with a picture: whether it may be looked at, and whether it is the first.
+    /// Begins with a picture. Returns `None` if no more may be analysed, else true for the first.
     pub fn begin(&mut self) -> Option<bool> {
         (self.pictures < AuditTerms::PICTURES).then(|| {
             self.pictures += 1;
@@ -43,13 +44,13 @@ impl Looks {
     }
 }
 
-/// Whether a picture of so many rays is so dear that more pixels are audited rather than another is
-/// made.
+/// Returns true if a picture of `rays` rays is so expensive that more pixels are audited before
+/// another picture is made.
 pub(super) fn is_dear(terms: &AuditTerms, rays: u64) -> bool {
     rays >= TRUTH_RAYS.saturating_mul(terms.more_pixels() - terms.pixels)
 }
 
-/// Whether a picture may be found good enough by `most` pixels, if `outside` of so many are outside.
+/// Returns true if a picture with `outside` of `of` pixels outside may pass by `most` pixels.
 pub(super) fn is_hopeful(terms: &AuditTerms, outside: u64, [of, most]: [u64; 2]) -> bool {
     let luck = if most > of { LUCK } else { 0.0 };
     let of_most = (1.0 - luck) * outside as f64 * most as f64 / of.max(1) as f64;
@@ -63,13 +64,14 @@ mod tests {
     const TERMS: AuditTerms =
         AuditTerms { share: 0.95, assurance: 0.99, pixels: 600, looks: AuditTerms::LOOKS };
 
-    /// However many pictures there are, no look is taken that has no share of the risk.
+    /// However many pictures there are, every analysis has a share of the risk.
     #[test]
     fn no_look_is_taken_that_is_not_paid_for() {
         let (mut looks, mut taken) = (Looks::default(), 0);
         for picture in 0..20 {
             let is_last = picture == 12;
-            // Every picture is foreseen to be perfect; what is cancelled after the last asks again.
+            // Every picture is predicted to be perfect; a cancelled render asks again after the
+            // last.
             if is_last || picture > 12 || looks.is_due(&TERMS, 0.0) {
                 taken += match looks.begin() {
                     Some(true) => 2,
@@ -82,7 +84,7 @@ mod tests {
         assert_eq!(taken, AuditTerms::LOOKS);
     }
 
-    /// Pictures are looked at from where few pixels are foreseen outside.
+    /// Pictures are analysed once few pixels are predicted to be outside.
     #[test]
     fn looks_are_due_where_pictures_are_foreseen_to_be_good() {
         let mut looks = Looks::default();
@@ -96,7 +98,8 @@ mod tests {
         assert_eq!(due(&looks), [false; 2], "what is left is for the end");
     }
 
-    /// There is hope where a little luck would do; without more pixels, where the claim holds.
+    /// With more pixels an analysis may pass by a little luck; without more, only if the claim
+    /// holds.
     #[test]
     fn there_is_hope_as_long_as_a_look_may_succeed() {
         let most = |pixels: u64, of: u64| (0..of).rev().find(|k| TERMS.is_reached(*k, pixels)).unwrap();

@@ -1,4 +1,4 @@
-//! A picture that is made until an audit is content: reconstructed, and claimed as a whole.
+//! A picture that is made until its audit passes: reconstructed, and claimed as a whole.
 //!
 //! ```text
 //! passes (work doubles) ── reconstruction ─► picture ── look ─► reached? ── yes ─► PictureClaim
@@ -6,12 +6,13 @@
 //!                └──────────────────────────────────────────┘
 //! ```
 //!
-//! The schedule of pictures is fixed beforehand by the view, the lights, the seed and, if there is an
-//! end of it, the time: what the audit finds says only where to stop. A picture is looked at where it
-//! is foreseen to be good enough, at most [`AuditTerms::PICTURES`] times, the last at the end whatever
-//! is foreseen. Where pictures are dear, [more pixels](AuditTerms::more_pixels) are audited. Which looks
-//! there can be is fixed with the pictures (`looks`), and each has an equal share of the risk. So there
-//! is always an answer: a certificate, or the share that is certain.
+//! The schedule of pictures is fixed beforehand by the view, the lights, the seed and, if there is
+//! one, the time limit: the audit only decides where to stop. Pictures that are predicted to be
+//! good enough have an interim analysis, and the last one does in any case; at most
+//! [`AuditTerms::PICTURES`] pictures have one. Where pictures are expensive, [more
+//! pixels](AuditTerms::more_pixels) are audited. The analyses that there can be are fixed with the
+//! pictures (`looks`), and each has an equal share of the risk. So there is always an answer: a
+//! certificate, or the share that is certain.
 //!
 //! In every case the map of half-widths is the error predicted by the reconstruction, scaled by the
 //! [rank](AuditTerms::rank) of the audited pixels' ratios: with the confidence of the certificate,
@@ -21,19 +22,19 @@
 //! groups of pixels, by brightness or by predicted error, would widen the map by 8 to 34 %: with so
 //! few pixels in a group, the rank is that of their largest ratio.
 //!
-//! The picture is made of paths by what VPLs tell or, if the scene needs paths, by path tracing alone.
-//! A share of its tiles is made otherwise ([`parts`]): the picture that shares are joined to is another
-//! one than the whole's, and there is one look at it.
+//! The paths of the picture use VPLs or, if the scene needs paths, path tracing alone. A share of
+//! its tiles is made otherwise ([`parts`]): the picture of joined shares differs from that of the
+//! whole, and has one analysis.
 //!
 //! # Guarantee
-//! With at least the assurance, what is claimed is true: of the pixels that show more than a constant
-//! background, the share is within the error of light transport; and so for the map. Assumed is that
-//! an interval of an audited pixel's own truth misses it no more often than it says
-//! ([`AuditTerms::CONFIDENCE`]).
+//! With at least the assurance, the claim is true: of the pixels that show more than a constant
+//! background, the stated share is within the error of light transport. The same holds for the map.
+//! The assumption is that an interval of an audited pixel's own truth misses it no more often than
+//! stated ([`AuditTerms::CONFIDENCE`]).
 //!
 //! # Held to this by
-//! `stats::audit` (pictures at the edge of the claim) and the tests of `renderer::audited`; the record
-//! of 2026-11-26 (audited pictures) has pictures of real scenes.
+//! `stats::audit` (pictures at the edge of the claim) and the tests of `renderer::audited`; the
+//! record of 2026-11-26 (audited pictures) has pictures of real scenes.
 
 mod foreseen;
 mod looks;
@@ -64,14 +65,14 @@ use truth::Around;
 use truths::{Source, Truths};
 use verdict::{Look, Pictured, Stated, Tolerance, Verdict};
 
-/// Paths of all pixels at most, where no time is said: a picture in minutes.
+/// Most paths of all pixels without a time limit: a picture takes minutes.
 const MOST_PATHS: u64 = 64_000_000;
-/// Passes at least, whatever the size of the image, and at most.
+/// Fewest passes, whatever the size of the image, and most passes.
 const PASSES: [u32; 2] = [5, 12];
-/// Least growth that is worth a pass where time ends.
+/// Least growth that is worth a pass before a time limit.
 const LEAST_GROWTH: f64 = 0.2;
 
-/// Renders the picture; `begin` takes the film with which it begins, and gives it back.
+/// Renders the picture. `begin` receives the film with which the render begins, and returns it.
 pub(super) fn render(
     prepared: &Prepared<'_>,
     options: &ControlOptions,
@@ -90,7 +91,7 @@ pub(super) fn render(
     render_by(prepared, &method, method.path_sampler(setting), options, terms, begin)
 }
 
-/// Renders by paths of this sampler, as the method describes them.
+/// Renders by the paths of a sampler, with the metadata of a method.
 fn render_by<'v>(
     prepared: &'v Prepared<'_>,
     method: &dyn Integrator,
@@ -123,7 +124,7 @@ fn render_by<'v>(
     work.finish()
 }
 
-/// What a film says of the audit beside what its integrator says of the pixels.
+/// Writes the metadata of the audit that the integrator does not write.
 fn describe(prepared: &Prepared<'_>, terms: &AuditTerms, metadata: &mut Metadata) {
     prepared.method.describe(metadata);
     prepared.change.describe(metadata);
@@ -132,7 +133,7 @@ fn describe(prepared: &Prepared<'_>, terms: &AuditTerms, metadata: &mut Metadata
     }
     metadata.set(keys::CLAIM, Claim::Audited.code().name);
     metadata.set(keys::PAIRS_ARE, "paths");
-    // Of the map, each half-width holds for as many pixels as the share says.
+    // The half-widths of the map hold for this share of the pixels.
     metadata.set(keys::CONFIDENCE, terms.share);
     metadata.set(keys::AUDIT_SHARE, terms.share);
     metadata.set(keys::AUDIT_ASSURANCE, terms.assurance);
@@ -142,27 +143,28 @@ fn describe(prepared: &Prepared<'_>, terms: &AuditTerms, metadata: &mut Metadata
     }
 }
 
-/// A picture in work, and its audit.
+/// A picture in progress, and its audit.
 struct Work<'p, 'v> {
     prepared: &'p Prepared<'p>,
     terms: &'p AuditTerms,
     options: &'p ControlOptions,
     tolerance: Tolerance,
-    /// Whether VPLs are drawn.
+    /// True if the paths draw VPLs.
     by_lights: bool,
     film: Film,
     picture: Picture<'v>,
     reconstructed: Reconstructed,
     truths: Option<Truths<'p>>,
-    /// The last.
+    /// Result of the last analysis.
     look: Option<Look>,
     looks: Looks,
-    /// Looks so far.
+    /// Number of analyses so far.
     taken: u32,
 }
 
 impl<'p> Work<'p, '_> {
-    /// Passes and looks until the audit is content, or no work is left, or it is cancelled.
+    /// Makes passes and analyses until the audit passes, no work is left, or the render is
+    /// cancelled.
     fn go_on(&mut self) -> Result<()> {
         let observer = self.prepared.observer;
         let mut growth = 1.0;
@@ -191,7 +193,7 @@ impl<'p> Work<'p, '_> {
         }
     }
 
-    /// Those that the audit begins with, by what the picture tells of its paths; none if it was
+    /// Truths that the audit begins with, for the variances that the picture shows; `None` if
     /// cancelled.
     fn first_truths(&self, of_path: Option<f64>) -> Result<Option<Truths<'p>>> {
         let Self { prepared, options, terms, tolerance, by_lights, picture, .. } = self;
@@ -200,9 +202,9 @@ impl<'p> Work<'p, '_> {
         Truths::compute(source, &picture.film()?, &around, terms, of_path)
     }
 
-    /// How many paths the next pass may have, over those that there are; none if there is no next.
+    /// Number of paths of the next pass over those so far; `None` if there is no next pass.
     ///
-    /// * `of_path`: what a path takes (s), if there is an end of the time.
+    /// * `of_path`: time of a path (s), if there is a time limit.
     fn growth(&self, of_path: Option<f64>) -> Option<f64> {
         if self.picture.passes() >= PASSES[1] {
             return None;
@@ -215,9 +217,9 @@ impl<'p> Work<'p, '_> {
         (growth >= LEAST_GROWTH).then(|| growth.min(1.0))
     }
 
-    /// One pass more, and what is seen of it; false if it was cancelled.
+    /// Makes one more pass, reconstructs the picture and stores it; false if cancelled.
     ///
-    /// * `growth`: its paths, over those that there are.
+    /// * `growth`: paths of the pass, over those so far.
     fn pass(&mut self, growth: f64) -> Result<bool> {
         let (window, observer) = (self.prepared.window, self.prepared.observer);
         let smoother = self.prepared.smoother.as_deref();
@@ -243,19 +245,20 @@ impl<'p> Work<'p, '_> {
         Ok(true)
     }
 
-    /// Whether another pass fits into the paths of a picture.
+    /// Returns true if the paths of another pass are permitted.
     fn has_paths_left(&self) -> bool {
         self.picture.passes() < PASSES[0] || 2 * self.picture.paths() <= MOST_PATHS
     }
 
-    /// What pixels are foreseen to be off, as a share of what they may be.
+    /// Predicted error of each pixel over its tolerance.
     fn importance(&self) -> Vec<f32> {
         importance_of(&self.reconstructed, &self.tolerance)
     }
 
-    /// Looks at the picture, if it may be looked at: whether enough pixels are within.
+    /// Analyses the picture, if any analyses are left. Returns true if enough pixels are within the
+    /// error.
     ///
-    /// * `is_last`: whether it matters how many are not, if they are too many.
+    /// * `is_last`: true if the number of pixels outside is needed even if they are too many.
     fn audit(&mut self, is_last: bool) -> Result<bool> {
         let Some(is_first) = self.looks.begin() else { return Ok(false) };
         let most = self.most_pixels();
@@ -274,19 +277,20 @@ impl<'p> Work<'p, '_> {
         Ok(is_extended && self.look(is_last)?)
     }
 
-    /// Pixels whose truths there are.
+    /// Number of pixels that have truths.
     fn audited(&self) -> u64 {
         self.truths.as_ref().map_or(0, |truths| truths.pixels.len() as u64)
     }
 
-    /// Pixels that the picture is looked at by, at most.
+    /// Most pixels of an analysis of this picture.
     fn most_pixels(&self) -> u64 {
         let is_dear = is_dear(self.terms, self.picture.rays());
         let spare = self.truths.as_ref().filter(|_| is_dear).map_or(0, Truths::spare);
         self.audited() + spare as u64
     }
 
-    /// Holds the picture against the audited pixels: whether enough of them are within.
+    /// Makes one analysis of the picture. Returns true if enough audited pixels are within the
+    /// error.
     fn look(&mut self, is_last: bool) -> Result<bool> {
         let half_widths = half_widths(&self.reconstructed, &self.tolerance);
         let (terms, of, most) = (self.terms, self.audited(), self.most_pixels());
@@ -303,7 +307,7 @@ impl<'p> Work<'p, '_> {
         Ok(is_reached)
     }
 
-    /// Puts the picture into the film; of none of its pixels anything is claimed.
+    /// Stores the picture in the film, without a claim about any pixel.
     fn store(&mut self) -> Result<()> {
         let plain = self.picture.film()?;
         let picture = Pictured {
@@ -316,7 +320,7 @@ impl<'p> Work<'p, '_> {
         Ok(())
     }
 
-    /// Puts what the last look says of the picture into the film, with the pixels that were audited.
+    /// Stores the claim of the last analysis in the film, with the audited pixels.
     fn store_claim(&mut self) -> Result<()> {
         let Some((truths, look)) = self.truths.as_ref().zip(self.look.as_ref()) else { return Ok(()) };
         let verdict = Verdict {
@@ -339,7 +343,7 @@ impl<'p> Work<'p, '_> {
         Ok(())
     }
 
-    /// The film with all that is claimed.
+    /// Returns the film with its claims.
     fn finish(mut self) -> Result<Rendered> {
         let was_cancelled = self.prepared.observer.cancel().load(Ordering::Relaxed);
         if was_cancelled && self.truths.is_some() {

@@ -1,4 +1,4 @@
-//! What is claimed of pictures, who is told, and faults that an audit has to notice.
+//! Claims about pictures, the reports to observers, and faults that an audit has to notice.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -34,14 +34,15 @@ fn renderer<'a>(seed: u64) -> Renderer<'a> {
     Renderer::new(builtin::tiny()).request(request).size(SIZE)
 }
 
-/// Many paths of each pixel.
+/// Path-traced film with many paths of each pixel.
 fn truth(prepared: &Prepared<'_>) -> Film {
     let tracer = PathTracer::new(&prepared.tracer, PathStop::Count(1024), 16).unwrap();
     let options = RenderOptions { window: prepared.window, share: TileShare::default() };
     render(&prepared.setting(), &tracer, &options, &|_| {}, &AtomicBool::new(false)).unwrap().film
 }
 
-/// What is claimed is true of all pixels, by paths that know nothing of it, and the map holds.
+/// The claim is true of all pixels, by paths that are independent of the picture, and the map
+/// holds.
 #[test]
 fn what_is_claimed_is_so() {
     is_so(renderer(1));
@@ -86,7 +87,7 @@ fn is_so(renderer: Renderer<'_>) -> Rendered {
     image
 }
 
-/// Neither threads nor who looks on enters.
+/// Neither threads nor observers enter.
 #[test]
 fn the_same_request_gives_the_same_bits() {
     for method in [MethodName::default(), MethodName::Path] {
@@ -101,7 +102,7 @@ fn tolerance() -> Tolerance {
     Tolerance { error: ERROR, absolute: 0.01 }
 }
 
-/// What a film of many paths tells of a pixel's.
+/// Estimates about the paths of a pixel, from a film of many paths.
 fn around(film: &Film) -> impl Fn([u32; 2]) -> Around {
     let records: Vec<_> = Window::full(SIZE).pixels().map(|(x, y)| RenderFilm::of(film).at(x, y)).collect();
     move |[x, y]| {
@@ -149,7 +150,7 @@ fn are_noticed(prepared: &Prepared<'_>) {
     assert!(outside(&|_| mean) >= 30, "flat: {}", outside(&|_| mean));
 }
 
-/// Pixels that may be on either side are looked at again, and only once.
+/// Truths of pixels that may be on either side are refined, and only once.
 #[test]
 fn what_is_open_is_computed_once_more() {
     let prepared = renderer(1).prepare().unwrap();
@@ -193,7 +194,7 @@ fn what_is_open_is_computed_once_more() {
     assert_eq!(again, truths.pixels);
 }
 
-/// More pixels are others, drawn with the first.
+/// Further pixels differ from the first, and are drawn with them.
 #[test]
 fn more_pixels_are_audited_beside_the_first() {
     let prepared = renderer(1).prepare().unwrap();
@@ -215,7 +216,7 @@ fn more_pixels_are_audited_beside_the_first() {
     assert_eq!((all, rays), (truths.pixels, truths.rays), "there are no more");
 }
 
-/// In little time few pixels are audited, those that come first.
+/// In little time few pixels are audited: the first ones of the draw.
 #[test]
 fn as_many_pixels_are_audited_as_there_is_time_for() {
     let prepared = renderer(1).prepare().unwrap();
@@ -233,8 +234,8 @@ fn as_many_pixels_are_audited_as_there_is_time_for() {
     assert!((20..60).contains(&few.len()), "{}", few.len());
 }
 
-/// Of the picture only the number of paths enters the truths, and how wide they are at least; the seed of
-/// the picture is not that of the audit.
+/// Only the number of paths, and the least width of intervals, enter the truths from the picture;
+/// the seed of the picture is not that of the audit.
 #[test]
 fn the_audit_knows_nothing_of_the_picture() {
     let prepared = renderer(1).prepare().unwrap();
@@ -255,7 +256,7 @@ fn the_audit_knows_nothing_of_the_picture() {
     assert!(of_film.pixels.iter().all(|truth| truth.interval.is_some()));
 }
 
-/// The lights that truths are drawn from are not those that the picture is made of.
+/// Truths are drawn from other lights than those of the picture.
 #[test]
 fn the_audit_has_lights_of_its_own() {
     let prepared = renderer(1).prepare().unwrap();
@@ -281,8 +282,8 @@ impl Smoother for Flat {
     }
 }
 
-/// A smoother that is wrong everywhere is not believed: what is left of the picture is its own
-/// samples, and the audit says how few of them are good enough.
+/// A smoother that is wrong everywhere is rejected: the picture falls back to its own samples, and
+/// the audit reports how few of them are good enough.
 #[test]
 fn a_smoother_that_returns_the_mean_is_noticed() {
     let of = |smoother: Option<Arc<dyn Smoother>>| {
@@ -300,7 +301,7 @@ fn a_smoother_that_returns_the_mean_is_noticed() {
     );
 }
 
-/// Ends the work after so many pictures, by cancelling it or because the time is up.
+/// Ends the work after `most` pictures, by cancelling it or because the time is up.
 struct Ending {
     pictures: AtomicU32,
     most: u32,
@@ -334,7 +335,7 @@ impl Observer for Ending {
     }
 }
 
-/// There is an answer when the time is up, and it says that less was reached.
+/// A claim is stated when the time is up, with a smaller share.
 #[test]
 fn there_is_an_answer_when_the_time_is_up() {
     let ending = Ending::new(2, true);

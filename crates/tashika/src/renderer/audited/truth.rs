@@ -1,4 +1,4 @@
-//! The truth of an audited pixel: an interval, by so many paths as it takes.
+//! The truth of an audited pixel: an interval, by as many paths as it takes.
 //!
 //! ```text
 //! stage 0: n₀ paths, to 0.7 ε ── open? ─► n₁ others, to 0.35 ε ── open? ─► n₂ others, to 0.175 ε
@@ -6,23 +6,23 @@
 //! t ± t_ν √(max(s², (n s² + w σ²)/(n + w))/n + V_set)          w = 256
 //! ```
 //!
-//! with the variance `s²` of the pixel's own paths, that of the picture's paths around it, `σ²`
-//! ([`Picture::importance_variance`]), which knows of the bright one of a thousand that a hundred do
-//! not meet, and how much light varies by which VPLs there are (`V_set`). A truth of which too much
-//! light is not found is none.
+//! with the variance `s²` of the pixel's own paths, the variance `σ²` of the picture's paths around
+//! it ([`Picture::importance_variance`]), and the variance from set to set of VPLs (`V_set`). `σ²`
+//! includes the bright path in a thousand that a hundred paths may not meet. A truth with too much
+//! unsampled light is unknown.
 //!
-//! Where a look finds that an interval leaves it open on which side a pixel is, the truth is computed
-//! once more, in [stages](STAGES), by other paths: of those before only their variance is known, as
-//! `σ²`. How many paths a stage has is told by `σ` before any of them is drawn. So each of the
-//! intervals that there may be misses its truth with its equal share of `γ`, and an outside pixel is
+//! Where an interval leaves open on which side a pixel is, an analysis computes the truth once
+//! more, in [stages](STAGES), by other paths. Of the earlier paths only the variance is used, as
+//! `σ²`. The number of paths of a stage is computed from `σ` before any of them is drawn. So each
+//! of the possible intervals misses its truth with its equal share of `γ`, and an outside pixel is
 //! taken for one inside only if one of them does.
 //!
-//! # Held to this by
-//! The tests below, which know the variances; the record of 2026-11-26 (truths by paths) holds truths
-//! of four scenes against path tracing.
+//! The picture sets the number of paths and a lower bound on the width of an interval. No interval
+//! is narrower than its own paths make it.
 //!
-//! The picture says how many paths there are and how wide an interval is at least, which makes none
-//! narrower than its own paths do.
+//! # Held to this by
+//! The tests below, with known variances; the record of 2026-11-26 (truths by paths) holds truths
+//! of four scenes against path tracing.
 
 use super::verdict::{AuditedPixel, Tolerance, luminance_at};
 use crate::color::Rgb;
@@ -31,41 +31,41 @@ use crate::picture::{Picture, Wanted};
 use crate::request::AuditTerms;
 use crate::stats::student_t_two_sided;
 
-/// How closely a truth is known.
+/// Precision of a truth.
 pub(super) struct Stage {
-    /// Half-width, as a share of the tolerance.
+    /// Half-width, over the tolerance.
     half_width: f64,
-    /// Paths at most.
+    /// Most paths of the stage.
     pub most_paths: u32,
 }
 
-/// How closely truths are known at first, and then where they are open. Most pixels of a picture that
-/// is good enough are so by far, and a wide interval tells.
+/// Stages of a truth: one for all pixels, then further ones for open pixels. Most pixels of a good
+/// picture are within by far, so that a wide interval decides.
 pub(super) const STAGES: [Stage; 3] = [
     Stage { half_width: 0.7, most_paths: 1 << 13 },
     Stage { half_width: 0.35, most_paths: 1 << 15 },
     Stage { half_width: 0.175, most_paths: 1 << 17 },
 ];
-/// Paths of a truth at least: fewer tell little of their own variance. Chosen.
+/// Fewest paths of a truth: fewer give a poor estimate of their own variance. Chosen.
 pub(super) const FEWEST_PATHS: u32 = 64;
-/// As many paths of the picture around a pixel count as much as its own.
+/// Number of own paths that weigh as much as the picture's paths around a pixel.
 const NEIGHBOURHOOD_WEIGHT: f64 = 256.0;
-/// Degrees of freedom of a normal interval, nearly.
+/// Degrees of freedom at which Student's interval is nearly normal.
 const MANY: f64 = 1e6;
-/// Share of the tolerance that light which is not found may have.
+/// Share of the tolerance that unsampled light may have.
 const NEGLIGIBLE: f64 = 0.25;
 
-/// What is known of the paths of a pixel before they are drawn.
+/// Estimates about the paths of a pixel before they are drawn.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Around {
-    /// About how bright the pixel is (luminance).
+    /// Approximate luminance of the pixel.
     pub luminance: f64,
-    /// About the variance of single paths (luminance²).
+    /// Approximate variance of single paths (luminance²).
     pub variance: f64,
 }
 
 impl Around {
-    /// By the paths of a picture.
+    /// Estimates from the paths of a picture.
     ///
     /// * `radiance`: of its pixels, row by row.
     pub fn of(picture: &Picture<'_>, pixel: [u32; 2], radiance: &[Rgb], tolerance: &Tolerance) -> Self {
@@ -75,34 +75,35 @@ impl Around {
     }
 }
 
-/// A truth in work.
+/// A truth in progress, over its stages.
 #[derive(Clone, Debug)]
 pub(super) struct Truth {
     pixel: [u32; 2],
-    /// Of single paths, by those around and by its own of all stages.
+    /// Luminance of the last stage; variance of single paths, from the paths around the pixel and
+    /// its own paths of all stages.
     known: Around,
-    /// In the last stage.
+    /// Paths of the last stage.
     found: PathSamples,
-    /// The next.
+    /// Index of the next stage.
     pub stage: usize,
-    /// Of all stages.
+    /// Number of rays of all stages.
     rays: u64,
 }
 
 impl Truth {
-    /// Of a pixel, of which nothing is known yet.
+    /// Truth of a pixel before its first stage.
     pub fn new(pixel: [u32; 2], around: Around) -> Self {
         Self { pixel, known: around, found: PathSamples::default(), stage: 0, rays: 0 }
     }
 
-    /// Rays so far.
+    /// Number of rays so far.
     pub fn rays(&self) -> u64 {
         self.rays
     }
 
-    /// The paths of the next stage.
+    /// Paths of the next stage.
     ///
-    /// * `fewest`: paths of a truth at least.
+    /// * `fewest`: fewest paths of a truth.
     pub fn wanted(&self, tolerance: &Tolerance, fewest: u32) -> Wanted {
         let Self { pixel, known, stage, .. } = self;
         let Stage { half_width, most_paths } = STAGES[*stage];
@@ -111,12 +112,12 @@ impl Truth {
         Wanted { pixel: *pixel, paths: wanted.clamp(fewest, most_paths.max(fewest)) }
     }
 
-    /// Takes in the paths of the next stage.
+    /// Adds the paths of the next stage.
     pub fn advance(&mut self, found: PathSamples) {
         let (paths, own) = (found.luminance.count() as f64, found.luminance.variance());
         let weight = NEIGHBOURHOOD_WEIGHT;
         let pooled = (paths * own + weight * self.known.variance) / (paths + weight);
-        // Not below that of its own paths; `f64::max` would lose what is not a number.
+        // Not below that of its own paths; `f64::max` would lose a NaN.
         let variance = if pooled < own { own } else { pooled };
         self.known = Around { luminance: found.luminance.mean(), variance };
         self.rays += found.rays;
@@ -124,7 +125,7 @@ impl Truth {
         self.stage += 1;
     }
 
-    /// What is known of it.
+    /// Audited pixel, with an interval if the truth is known.
     pub fn audited(&self, tolerance: &Tolerance) -> AuditedPixel {
         let Self { pixel, known, found, .. } = self;
         let (luminance, paths) = (found.luminance.mean(), found.luminance.count() as f64);
@@ -139,7 +140,7 @@ impl Truth {
     }
 }
 
-/// How many standard errors an interval has on either side.
+/// Half-width of an interval, in standard errors.
 fn of_errors(freedom: f64) -> f64 {
     let confidence = 1.0 - (1.0 - AuditTerms::CONFIDENCE) / STAGES.len() as f64;
     student_t_two_sided(confidence, freedom)
@@ -151,7 +152,7 @@ mod tests {
 
     const TOLERANCE: Tolerance = Tolerance { error: 0.1, absolute: 0.01 };
 
-    /// Half the width of the interval of so many paths of mean 10 and standard deviation 1.
+    /// Half-width of the interval of `paths` paths of mean 10 and standard deviation 1.
     fn half_width(paths: u32, around: f64, change: impl Fn(&mut PathSamples)) -> Option<f64> {
         let mut truth = Truth::new([0, 0], Around { luminance: 10.0, variance: around });
         let mut found = PathSamples::default();
@@ -161,7 +162,7 @@ mod tests {
         truth.audited(&TOLERANCE).interval.map(|[low, high]| (high - low) / 2.0)
     }
 
-    /// Normal intervals of 1 − γ/3 where there are many paths; wider by what is known from elsewhere.
+    /// Normal intervals of 1 − γ/3 where there are many paths; wider by variances from elsewhere.
     #[test]
     fn intervals_know_of_neighbours_and_of_sets() {
         const OF_ERRORS: f64 = 2.394;
@@ -171,7 +172,7 @@ mod tests {
         };
         is(half_width(1 << 16, 1.0, |_| {}), OF_ERRORS / 256.0);
         is(half_width(1 << 16, 0.0, |_| {}), OF_ERRORS / 256.0);
-        // A quarter of 1,024 paths more know of a variance of 101.
+        // Further paths, a quarter of 1,024, have a variance of 101.
         is(half_width(1024, 101.0, |_| {}), OF_ERRORS * (21.0_f64 / 1024.0).sqrt());
         let of_set = |found: &mut PathSamples| found.importance_of_set = 0.5 * 65_536.0;
         is(half_width(1 << 16, 1.0, of_set), OF_ERRORS * 0.5_f64.sqrt());
@@ -190,7 +191,7 @@ mod tests {
         }
     }
 
-    /// As many paths as the half-width of the stage takes, at least so many, and not more than the most.
+    /// Number of paths for the half-width of the stage, at least the fewest, at most the most.
     #[test]
     fn paths_are_told_by_those_around() {
         let wanted = |variance: f64, stage: usize| {

@@ -1,8 +1,8 @@
-//! Pixels drawn at random from a picture, and their truths.
+//! Random pixels of a picture, and their truths.
 //!
 //! # Independence
-//! The truths come from lights, gather points and random numbers of their own
-//! ([`Purpose::Audit`]). Of the picture they know no more than how its paths vary ([`Around`]).
+//! The truths come from lights, gather points and random numbers of their own ([`Purpose::Audit`]).
+//! Of the picture they use only the variance of its paths ([`Around`]).
 
 use super::truth::{Around, FEWEST_PATHS, STAGES, Truth};
 use super::verdict::{AuditedPixel, Look, Tolerance, describe, luminance_at, outside, shown};
@@ -20,50 +20,51 @@ use crate::request::AuditTerms;
 use crate::rng::{self, Purpose, Stream};
 use crate::vpl::VplOptions;
 
-/// Pixels that tell how many paths a truth takes.
+/// Pixels from which the paths of a truth are predicted.
 const TRIED: usize = 64;
-/// Share of the time that is left which truths may take.
+/// Share of the remaining time that truths may take.
 const SHARE_OF_TIME: f64 = 0.3;
-/// What all stages take, over the first. Chosen.
+/// Time of all stages, over that of the first. Chosen.
 const STAGES_COST: f64 = 4.0;
-/// Pixels of an audit at least, however little time there is.
+/// Fewest pixels of an audit, however short the time.
 const FEWEST: usize = 20;
-/// VPLs that truths are drawn from.
+/// Number of VPLs that truths are drawn from.
 const VPLS: u64 = 500_000;
 
 /// The audited pixels of a picture.
 pub(super) struct Truths<'p> {
     source: Source<'p>,
     truths: Vec<Truth>,
-    /// What is known of each.
+    /// Audited pixels, with their intervals.
     pub pixels: Vec<AuditedPixel>,
-    /// Drawn as they were, and not audited yet.
+    /// Pixels drawn with the others, and not audited yet.
     spare: Vec<Truth>,
-    /// Whether they were drawn from a pixel, too: of the window's, row by row.
+    /// For each pixel of the window, row by row: true if it is of the population that audited
+    /// pixels were drawn from.
     pub population: Vec<bool>,
     pub rays: u64,
-    /// What the first stage took (s), if there is an end of the time.
+    /// Time of the first stage (s), if there is a time limit.
     seconds: f64,
 }
 
-/// Where truths come from.
+/// Origin of truths: sampler, options and tolerance.
 pub(super) struct Source<'p> {
     setting: Setting<'p>,
     options: ControlOptions,
     pub tolerance: Tolerance,
-    /// That are drawn from; none if truths are found by path tracing.
+    /// VPLs to draw from; `None` if truths are found by path tracing.
     lights: Option<GuidedLights>,
     observer: &'p dyn Observer,
 }
 
 impl<'p> Source<'p> {
-    /// How often a truth is computed at most.
+    /// Most stages of a truth.
     pub const STAGES: usize = STAGES.len();
 
-    /// With lights, gather points and random numbers of its own.
+    /// Source with lights, gather points and random numbers of its own.
     ///
-    /// * `options`: those of the picture; `by_lights`: whether lights are drawn, rather than path tracing
-    ///   left to find them.
+    /// * `options`: those of the picture; `by_lights`: true if VPLs are drawn, false for path
+    ///   tracing alone.
     pub fn new(
         setting: &Setting<'p>,
         options: &ControlOptions,
@@ -84,7 +85,7 @@ impl<'p> Source<'p> {
         Ok(Self { setting, options, tolerance: *tolerance, lights, observer })
     }
 
-    /// Works with what draws its paths.
+    /// Calls `work` with the sampler of paths for truths.
     pub fn with_sampler<T>(&self, work: impl FnOnce(&dyn SamplePaths) -> Result<T>) -> Result<T> {
         let Self { setting, options, lights, .. } = self;
         match lights {
@@ -99,9 +100,10 @@ impl<'p> Source<'p> {
         }
     }
 
-    /// The next stage of these truths; false if it was cancelled. Truths are in the same stage.
+    /// Computes the next stage of truths, all of which are in the same stage; false if cancelled.
     ///
-    /// * `sampler`: what [draws](Self::with_sampler) its paths; `tell`: who hears of progress.
+    /// * `sampler`: the one that [draws](Self::with_sampler) paths of truths; `tell`: receives
+    ///   progress.
     pub fn advance(
         &self,
         truths: &mut [&mut Truth],
@@ -120,7 +122,7 @@ impl<'p> Source<'p> {
         true
     }
 
-    /// The same, by a sampler of its own, as a phase of the work.
+    /// Computes the next stage by a sampler of its own, as a phase of the work.
     fn told(&self, truths: &mut [&mut Truth]) -> Result<bool> {
         let by = if self.lights.is_some() { "paths by other lights" } else { "other paths" };
         let phase = Phase::Audit { by, pixels: truths.len() as u64 };
@@ -129,7 +131,7 @@ impl<'p> Source<'p> {
         during(self.observer, phase, || self.with_sampler(told))
     }
 
-    /// Paths of the next stage of these truths.
+    /// Number of paths of the next stage of these truths.
     fn paths(&self, truths: &[Truth]) -> Result<u64> {
         self.with_sampler(|sampler| {
             Ok(truths.iter().map(|truth| u64::from(self.wanted(truth, sampler).paths)).sum())
@@ -141,19 +143,20 @@ impl<'p> Source<'p> {
     }
 }
 
-/// The seed of a picture's audit.
+/// Seed of a picture's audit.
 pub(super) fn seed_of(picture: u64) -> u64 {
     rng::key(picture, Purpose::Audit, 0)
 }
 
 impl<'p> Truths<'p> {
-    /// Draws pixels of a film and computes their truths; none if it was cancelled.
+    /// Draws pixels of a film and computes their truths; `None` if cancelled.
     ///
-    /// Where there is an end of the time, they are as many as are foreseen to take their
-    /// [share](SHARE_OF_TIME) of it, by the paths that some of them are to have: no truth tells.
+    /// With a time limit, there are as many pixels as are predicted to take their
+    /// [share](SHARE_OF_TIME) of it. The prediction uses the numbers of paths of some of them, and
+    /// no truth.
     ///
-    /// * `film`: the picture without its reconstruction; `around`: what it tells of the paths of a pixel;
-    ///   `of_path`: what a path takes (s), if there is an end of the time.
+    /// * `film`: the picture without its reconstruction; `around`: estimates about the paths of a
+    ///   pixel; `of_path`: time of a path (s), if there is a time limit.
     pub fn compute(
         source: Source<'p>,
         film: &Film,
@@ -190,8 +193,8 @@ impl<'p> Truths<'p> {
         Ok(Some(Self { source, truths, pixels, spare, population, rays, seconds }))
     }
 
-    /// Audits [more pixels](AuditTerms::more_pixels), if they are not audited already; false if it was
-    /// cancelled. Where there is an end of the time there are no more.
+    /// Audits [more pixels](AuditTerms::more_pixels), if they are not audited already; false if
+    /// cancelled. With a time limit there are no more.
     pub fn extend(&mut self) -> Result<bool> {
         if self.spare.is_empty() {
             return Ok(true);
@@ -205,29 +208,29 @@ impl<'p> Truths<'p> {
         Ok(true)
     }
 
-    /// Pixels that are drawn and not audited yet.
+    /// Number of pixels that are drawn and not audited yet.
     pub fn spare(&self) -> usize {
         self.spare.len()
     }
 
-    /// What truths are drawn from.
+    /// VPLs that truths are drawn from.
     #[cfg(test)]
     pub fn lights(&self) -> &GuidedLights {
         self.source.lights.as_ref().expect("they are drawn from lights")
     }
 
-    /// About what it will take to refine them (s), if there is an end of the time.
+    /// Approximate time of refining all truths (s), if there is a time limit.
     pub fn seconds_of_refinement(&self) -> f64 {
         (STAGES_COST - 1.0) * self.seconds
     }
 
-    /// Computes the truths more closely, stage by stage, of pixels that may be on either side; false if
-    /// it was cancelled. Where there is an end of the time, as many as fit: what stays open counts as
-    /// outside.
+    /// Refines the truths of pixels that may be on either side of the tolerance, stage by stage;
+    /// false if cancelled. With a time limit, as many are refined as fit, and pixels that stay open
+    /// count as outside.
     ///
     /// * `radiance`: of the window's pixels, row by row.
-    /// * `decides`: whether it is decided what the audit finds, where so many pixels are outside for
-    ///   certain, and so many may be.
+    /// * `decides`: returns true if the outcome of the audit is decided, given the number of pixels
+    ///   that are certainly outside and the number that may be.
     pub fn refine(
         &mut self,
         window: &Window,
@@ -271,7 +274,7 @@ impl<'p> Truths<'p> {
         truth.is_open(luminance_at(truth.pixel, window, radiance), &self.source.tolerance)
     }
 
-    /// Holds a picture against the truths.
+    /// Analyses a picture by the truths.
     ///
     /// * `radiance`, `half_widths`: of the window's pixels, row by row.
     pub fn look(&self, window: &Window, radiance: &[Rgb], half_widths: &[f64]) -> Look {
@@ -284,7 +287,7 @@ impl<'p> Truths<'p> {
     }
 }
 
-/// `count` of these pixels at random, each subset as likely as another.
+/// Draws `count` of these pixels at random, each subset with equal probability.
 pub(super) fn drawn(mut pixels: Vec<[u32; 2]>, count: u64, seed: u64) -> Vec<[u32; 2]> {
     let mut stream = Stream::new(seed, Purpose::Audit, 0);
     for k in 0..count as usize {

@@ -1,27 +1,27 @@
-//! What truths of some pixels say of a picture, and what of it is put into its film.
+//! Judgement of a picture by the truths of some pixels, and the claim that its film states.
 //!
 //! ```text
 //! truth in [l, h]       pixel y is within if |y − t| ≤ max(ε t, ε_abs) for t = l and for t = h
 //! ```
 //!
-//! which is then so for every `t` between: the distance less the tolerance falls up to `y` and
-//! rises beyond. A pixel whose truth is not known by an interval is outside.
+//! This then holds for every `t` between: the distance less the tolerance falls up to `y` and rises
+//! beyond. A pixel whose truth has no interval is outside.
 
 use crate::color::Rgb;
 use crate::film::{Claim, Film, PictureClaim, PixelRecord, RenderFilm, Samples, Stop, Window, keys, planes};
 use crate::reconstruction::Reconstructed;
 use crate::request::AuditTerms;
 
-/// An audited pixel.
+/// An audited pixel, with its truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct AuditedPixel {
-    /// Its place in the full image.
+    /// Position in the full image.
     pub pixel: [u32; 2],
-    /// Its luminance, from and to (W·m⁻²·sr⁻¹), if that is known.
+    /// Interval of its true luminance (W·m⁻²·sr⁻¹), if known.
     pub interval: Option<[f64; 2]>,
 }
 
-/// What a pixel may be off: `max(ε t, ε_abs)`.
+/// Tolerance of a pixel of luminance `t`: `max(ε t, ε_abs)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Tolerance {
     pub error: f64,
@@ -29,20 +29,20 @@ pub(super) struct Tolerance {
 }
 
 impl Tolerance {
-    /// Of a pixel that is so bright.
+    /// Tolerance of a pixel of the given luminance.
     pub fn of(&self, luminance: f64) -> f64 {
         (self.error * luminance).max(self.absolute)
     }
 }
 
 impl AuditedPixel {
-    /// The largest distance that the pixel may have from its truth.
+    /// Largest possible distance of the pixel from its truth.
     pub fn distance(&self, luminance: f64) -> f64 {
         let of = |[low, high]: [f64; 2]| (luminance - low).abs().max((luminance - high).abs());
         self.interval.filter(|_| luminance.is_finite()).map_or(f64::INFINITY, of)
     }
 
-    /// Whether the pixel is within, wherever in its interval the truth is.
+    /// Returns true if the pixel is within, wherever in its interval the truth is.
     pub fn is_within(&self, luminance: f64, tolerance: &Tolerance) -> bool {
         self.interval
             .is_some_and(|ends| ends.iter().all(|truth| (luminance - truth).abs() <= tolerance.of(*truth)))
@@ -62,17 +62,17 @@ impl AuditedPixel {
     }
 }
 
-/// What a look at a picture found.
+/// Result of an interim analysis of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Look {
-    /// Pixels that are not within.
+    /// Number of pixels that are not within.
     pub outside: u64,
-    /// How far each may be off, over what the map says.
+    /// Largest possible error of each pixel, over its half-width in the map.
     pub ratios: Vec<f64>,
 }
 
 impl Look {
-    /// Holds a picture against truths.
+    /// Compares a picture with truths.
     ///
     /// * `radiance`, `half_widths`: of the window's pixels, row by row.
     pub fn at(
@@ -90,12 +90,13 @@ impl Look {
         Self { outside, ratios: pixels.iter().map(ratio).collect() }
     }
 
-    /// Whether enough pixels are within.
+    /// Returns true if enough pixels are within.
     pub fn is_reached(&self, terms: &AuditTerms) -> bool {
         terms.is_reached(self.outside, self.ratios.len() as u64)
     }
 
-    /// What the half-widths of the map are to be multiplied by; none if the audit cannot tell.
+    /// Factor on the half-widths of the map; `None` if the audit is too small or truths are
+    /// unknown.
     fn factor(&self, terms: &AuditTerms) -> Option<f64> {
         let mut ratios = self.ratios.clone();
         ratios.sort_unstable_by(f64::total_cmp);
@@ -104,20 +105,21 @@ impl Look {
     }
 }
 
-/// What is claimed of a picture by a look.
+/// Claim about a picture by an analysis.
 pub(super) struct Verdict<'l> {
     pub look: &'l Look,
     pub terms: &'l AuditTerms,
     pub tolerance: &'l Tolerance,
-    /// Whether the audited pixels were drawn from a pixel, too: of the window's, row by row.
+    /// For each pixel of the window, row by row: true if it is of the population that audited
+    /// pixels were drawn from.
     pub population: &'l [bool],
-    /// Looks so far, this one too.
+    /// Number of analyses so far, including this one.
     pub looks: u32,
     pub passes: u32,
 }
 
 impl Verdict<'_> {
-    /// What is claimed.
+    /// Returns the claim about the picture.
     pub fn claim(&self) -> PictureClaim {
         let Self { look, terms, .. } = self;
         let (audited, outside) = (look.ratios.len() as u64, look.outside);
@@ -135,7 +137,7 @@ impl Verdict<'_> {
         }
     }
 
-    /// Puts it into the film, with the picture.
+    /// Stores the claim and the picture in the film.
     pub fn store(&self, picture: &Pictured<'_>, film: &mut Film) {
         let (claim, factor) = (self.claim(), self.look.factor(self.terms));
         let metadata = film.metadata_mut();
@@ -164,16 +166,16 @@ pub(super) struct Stated {
 impl Stated {
     /// Statement about a pixel of an unfinished picture.
     pub const NOTHING: Self = Self { claim: Claim::None, factor: f64::NAN, stop: Stop::SampleCount };
-    /// Statement about a pixel of a constant background, of which no light can be missing.
+    /// Statement about a pixel of a constant background, in which no light can be missing.
     pub const BACKGROUND: Self = Self { claim: Claim::Exact, factor: 0.0, stop: Stop::Complete };
 }
 
-/// A picture with all that is foreseen of it, of the pixels of a window, row by row.
+/// A picture with its predicted errors, for the pixels of a window, row by row.
 pub(super) struct Pictured<'f> {
-    /// The estimates that it was made of.
+    /// Estimates that the picture was reconstructed from.
     pub plain: RenderFilm<'f>,
     pub reconstructed: &'f Reconstructed,
-    /// Of the map, not scaled yet (W·m⁻²·sr⁻¹).
+    /// Half-widths of the map before scaling (W·m⁻²·sr⁻¹).
     pub half_widths: &'f [f64],
 }
 
@@ -214,7 +216,7 @@ pub(super) fn describe(pixels: &[AuditedPixel], tolerance: &Tolerance, film: &mu
     film.add_plane(&planes::AUDITED, Samples::F32(samples));
 }
 
-/// Pixels that are not within.
+/// Number of pixels that are not within.
 pub(super) fn outside(
     pixels: &[AuditedPixel],
     tolerance: &Tolerance,

@@ -1,4 +1,4 @@
-//! Snippets that break each rule, so that none is kept only because it sees nothing.
+//! Snippets that break each rule, so that no rule passes for seeing nothing.
 
 use super::rules::*;
 use super::tables::*;

@@ -1,4 +1,4 @@
-//! The rules, each a function from a file to what breaks it, as
+//! The rules, each a function from a file to its violations, as
 //! `path:line: what is wrong; what to do`.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,23 +14,23 @@ fn find(name: &str) -> Option<&'static Module> {
     MODULES.iter().find(|m| m.name == name)
 }
 
-/// Whether the row of one module lets it use another.
+/// Returns true if the row of one module permits the use of another.
 pub(super) fn allows(user: &Module, used: &Module) -> bool {
     let is_lower = used.layer < user.layer && !user.never.contains(&used.name);
     user.name == used.name || is_lower || user.beside.contains(&used.name)
 }
 
-/// The path of what is in the library from its root, as users of `tashika` write it, if it says how
-/// it gets there; empty if it is all of a crate.
+/// Path of a library item from the library's root, as users of `tashika` write it, if the code
+/// gives it from a crate or from `self` or `super`; empty for all of a crate.
 fn in_tashika(file: &File, path: &CodePath) -> Option<Vec<String>> {
-    // Of `tashika` itself no other crate speaks: the word alone is a module of methods.
+    // No other crate names `tashika` itself: the word alone is a module of methods.
     let below = LIBRARY.iter().filter(|(name, _)| *name != "tashika");
     if let Some((_, root)) = below.into_iter().find(|(name, _)| name.replace('-', "_") == path.segments[0]) {
         let rest = path.segments[1..].iter().filter(|s| *s != "self").cloned();
         return Some(root.iter().map(|root| (*root).to_owned()).chain(rest).collect());
     }
     let absolute = path.absolute(file.module.as_deref()?)?;
-    // In a crate that is one module, what its root does not take from others is that module's.
+    // In a crate that is one module, the names of its root that are not imported are that module's.
     let own = LIBRARY.iter().find(|(name, _)| Some(*name) == file.in_library()).and_then(|row| row.1);
     match (own, absolute.first()) {
         (Some(own), Some(first)) if find(first).is_none() => {
@@ -40,7 +40,7 @@ fn in_tashika(file: &File, path: &CodePath) -> Option<Vec<String>> {
     }
 }
 
-/// A module names only what its row allows.
+/// A module names only the modules that its row allows.
 pub(super) fn layers(file: &File) -> Vec<String> {
     let Some(top) = file.top() else { return Vec::new() };
     let Some(row) = find(top) else {
@@ -77,7 +77,7 @@ pub(super) fn side_by_side(file: &File, owner: &File, row: &SideBySide) -> Vec<S
     }
     let mut siblings = file_modules(&owner.all);
     siblings.retain(|sibling| !row.common.contains(&sibling.as_str()));
-    // What the parent passes on is still the sibling's.
+    // Names that the parent passes on are still the sibling's.
     let passed_on: BTreeMap<String, String> = paths(&owner.built)
         .into_iter()
         .filter(|p| siblings.contains(&p.segments[0]))
@@ -129,7 +129,7 @@ pub(super) fn foreign(file: &File) -> Vec<String> {
     wrong
 }
 
-/// Elementary functions come from `math::elementary`.
+/// Elementary functions are those of `math::elementary`, and of no other module.
 pub(super) fn elementary(file: &File) -> Vec<String> {
     if file.in_library().is_none() {
         return Vec::new();
@@ -185,7 +185,7 @@ pub(super) fn unsafe_code(file: &File) -> Vec<String> {
         .collect()
 }
 
-/// Planes and values of the metadata are asked for by their rows in `film/record`, not by name.
+/// Planes and values of the metadata are accessed by their rows in `film/record`, not by name.
 pub(super) fn schema(file: &File) -> Vec<String> {
     if file.path.starts_with(SCHEMA_HOME) {
         return Vec::new();
@@ -193,7 +193,7 @@ pub(super) fn schema(file: &File) -> Vec<String> {
     let is_name = |text: &str| {
         SCHEMA.iter().any(|row| row.spec.name == text) || KEYS.iter().any(|key| key.name == text)
     };
-    // Names that are no words of everyday.
+    // Names that are no everyday words.
     let is_telling = |text: &str| is_name(text) && text.contains(['_', '.']);
     let mut wrong = Vec::new();
     for (i, (token, line)) in file.built.iter().enumerate() {
@@ -218,7 +218,7 @@ pub(super) fn schema(file: &File) -> Vec<String> {
     wrong
 }
 
-/// Every file says what it is, ends in time, and is finished.
+/// Every file has a head, a limited length, and no unfinished work.
 pub(super) fn upkeep(file: &File) -> Vec<String> {
     let mut wrong = Vec::new();
     if !file.starts_with_doc {
@@ -299,7 +299,7 @@ pub(super) fn layers_of(lib: &str) -> BTreeSet<(String, u8)> {
     rows.flat_map(|(layer, modules)| modules.into_iter().map(move |m| (m, layer))).collect()
 }
 
-/// Those of the table of crates: crate and modules.
+/// Rows of the table of crates: crate and modules.
 pub(super) fn crates_of(lib: &str) -> BTreeMap<String, BTreeSet<String>> {
     let rows = table(lib).into_iter().filter_map(|(name, modules)| {
         let name = name.strip_prefix('`')?.strip_suffix('`')?;
@@ -308,7 +308,7 @@ pub(super) fn crates_of(lib: &str) -> BTreeMap<String, BTreeSet<String>> {
     rows.collect()
 }
 
-/// Rows of tables: the first cell, and what the second links to.
+/// Rows of tables: the first cell, and the link targets of the second.
 fn table(lib: &str) -> Vec<(&str, Vec<String>)> {
     let rows = lib.lines().filter_map(|line| line.strip_prefix("//! | ")?.split_once(" | "));
     let names = |rest: &str| {

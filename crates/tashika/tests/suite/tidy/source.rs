@@ -1,9 +1,9 @@
 //! Rust source as far as the rules of `tidy` look at it: words, paths and comments, each with its
 //! line.
 //!
-//! A lexer drops what is not code (comments, characters, lifetimes); nothing is parsed
-//! beyond paths, `use` trees, inline modules and the extent of items under `#[cfg(test)]`. Source
-//! that compiles is assumed. What is not understood panics, so that no code goes unseen.
+//! A lexer separates code from comments, characters and lifetimes; nothing is parsed beyond paths,
+//! `use` trees, inline modules and the extent of items under `#[cfg(test)]`. Source that compiles
+//! is assumed. Unknown constructs panic, so that no code goes unseen.
 
 /// A word, `::`, or any other sign that is not blank.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -14,14 +14,14 @@ pub enum Token {
     Separator,
     /// A sign; `0` stands for a number.
     Sign(char),
-    /// What stands between the quotes of a string, as it is written.
+    /// Content of a string between its quotes, as written.
     Text(String),
 }
 
 /// A token and its line, from 1.
 pub type Placed = (Token, usize);
 
-/// A file, or a snippet, taken apart.
+/// A file, or a snippet, as tokens and comments.
 #[derive(Debug, Default)]
 pub struct Lexed {
     /// The code.
@@ -33,18 +33,19 @@ pub struct Lexed {
 /// A path as written, `use` trees expanded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Path {
-    /// Its segments; a glob is `*`.
+    /// Segments of the path; a glob is `*`.
     pub segments: Vec<String>,
     /// Names of the inline modules around it, outermost first.
     pub inside: Vec<String>,
-    /// Whether it follows `use`, or `extern crate`.
+    /// True if it follows `use`, or `extern crate`.
     pub imported: bool,
-    /// Line of its last segment.
+    /// Line of the last segment.
     pub line: usize,
 }
 
 impl Path {
-    /// The path from the crate's root, if it says how it gets there; `module` is that of the file.
+    /// The path from the crate's root, if it begins with `crate`, `self` or `super`; `module` is
+    /// that of the file.
     pub fn absolute(&self, module: &[String]) -> Option<Vec<String>> {
         let mut place: Vec<String> = module.iter().chain(&self.inside).cloned().collect();
         let mut rest = &self.segments[..];
@@ -73,7 +74,7 @@ impl Path {
 }
 
 impl Token {
-    /// Whether it is that word.
+    /// Returns true if it is that word.
     pub fn is(&self, word: &str) -> bool {
         matches!(self, Self::Word(w) if w == word)
     }
@@ -92,7 +93,7 @@ const KEYWORDS: [&str; 17] = [
     "ref", "return", "where",
 ];
 
-/// Takes `text` apart.
+/// Splits `text` into tokens and comments.
 pub fn lex(text: &str) -> Lexed {
     let chars: Vec<char> = text.chars().collect();
     let mut lexed = Lexed::default();
@@ -189,7 +190,7 @@ fn end_of_block_comment(chars: &[char], from: usize) -> usize {
     panic!("a comment without end")
 }
 
-/// Behind the closing `quote` of what begins at `from`.
+/// Position after the closing `quote` of a text that begins at `from`.
 fn end_of_quoted(chars: &[char], from: usize, quote: char) -> usize {
     let mut i = from;
     while chars[i] != quote {
@@ -198,7 +199,7 @@ fn end_of_quoted(chars: &[char], from: usize, quote: char) -> usize {
     i + 1
 }
 
-/// Whether `##"` with any number of `#` begins at `from`.
+/// Returns true if `##"` with any number of `#` begins at `from`.
 fn is_raw_string(chars: &[char], from: usize) -> bool {
     chars[from..].iter().find(|c| **c != '#') == Some(&'"')
 }
@@ -239,7 +240,7 @@ fn shows(token: &Token, text: &str) -> bool {
     }
 }
 
-/// Behind the item at `from`, which begins with attributes.
+/// Position after the item at `from`, which begins with attributes.
 fn end_of_item(tokens: &[Placed], from: usize) -> usize {
     const ITEMS: [&str; 13] = [
         "pub", "mod", "use", "fn", "impl", "const", "static", "struct", "enum", "trait", "type", "let",
@@ -329,7 +330,7 @@ fn expand(
     out: &mut Vec<(Vec<String>, usize)>,
 ) -> usize {
     let mut segments = prefix.to_vec();
-    // A leading `::` says that what follows is a crate.
+    // A leading `::` makes the next segment a crate.
     let mut i = from + usize::from(tokens[from].0 == Token::Separator);
     loop {
         let (token, line) = &tokens[i];
@@ -360,7 +361,7 @@ fn expand(
         if tokens.get(i + 1).is_none_or(|t| t.0 != Token::Separator) {
             out.push((segments, *line));
             i += 1;
-            // Another name for it.
+            // A renamed import.
             let renamed = import && tokens.get(i).is_some_and(|t| t.0.is("as"));
             return if renamed { i + 2 } else { i };
         }

@@ -1,10 +1,10 @@
-//! What is allowed: the layers, and the lists of exceptions, each entry with its reason.
+//! Permissions: the layers, and the lists of exceptions, each entry with its reason.
 //!
 //! The layers are also in the documentation of `lib.rs`; a test compares the two. Entries of
-//! [`DEPENDENCIES`] and [`HASHED`] that are no longer needed fail a test.
+//! [`DEPENDENCIES`] and [`HASHED`] that are not needed fail a test.
 
-/// The crates that the library is made of: folder below `crates`, and the module that its root is
-/// where it is not several.
+/// Crates of the library: folder below `crates`, and the module of its root, if that is a single
+/// one.
 pub(super) const LIBRARY: &[(&str, Option<&str>)] = &[
     ("tashika-math", None),
     ("tashika-stats", Some("stats")),
@@ -16,14 +16,14 @@ pub(super) const LIBRARY: &[(&str, Option<&str>)] = &[
     ("tashika", None),
 ];
 
-/// A module of the library and what it may use of others: all of lower layers, but for some. That
-/// crates use those below them only is for Cargo to check.
+/// A module of the library and the modules that it may use: all of lower layers, with exceptions.
+/// Cargo ensures that crates use only those below them.
 pub(super) struct Module {
     pub(super) name: &'static str,
     pub(super) layer: u8,
     /// Modules of its own layer that it may use.
     pub(super) beside: &'static [&'static str],
-    /// Modules of lower layers that it knows nothing of.
+    /// Modules of lower layers that it may not use.
     pub(super) never: &'static [&'static str],
 }
 
@@ -68,28 +68,28 @@ pub(super) const MODULES: &[Module] = &[
     module("renderer", 10, &[], &["bounds", "guidance", "cut", "compensation"]),
 ];
 
-/// What integrators are made of, and nobody above them looks into.
+/// Parts of integrators, which modules above them do not use.
 const INNER: &[&str] = &["bounds", "guidance", "tree", "cut", "compensation"];
 
 /// A module whose files are alternatives to each other.
 pub(super) struct SideBySide {
     /// The file of the module.
     pub(super) owner: &'static str,
-    /// Files that are no alternative but what several of them have in common: all may use them.
+    /// Files that are no alternatives but common code: all may use them.
     pub(super) common: &'static [&'static str],
     /// Files that list the alternatives: they may use all.
     pub(super) lists: &'static [&'static str],
 }
 
-/// Modules whose files are alternatives to each other: they share what their `mod.rs` and their
-/// common files offer, and no more.
+/// Modules whose files are alternatives to each other: they share their `mod.rs` and their common
+/// files, and nothing else.
 pub(super) const SIDE_BY_SIDE: &[SideBySide] = &[
     SideBySide {
         owner: "crates/tashika-core/src/integrator/mod.rs",
         common: &["looks", "options", "path_samples", "path_spread", "published"],
         lists: &["method"],
     },
-    // What is left are the readers of scenes.
+    // The other files are the readers of scenes.
     SideBySide {
         owner: "crates/tashika-formats/src/io/mod.rs",
         common: &[
@@ -126,7 +126,7 @@ pub(super) const SIDE_BY_SIDE: &[SideBySide] = &[
     },
 ];
 
-/// Which modules may name a dependency of their crate, where not all of them may.
+/// Dependencies that only some modules of their crate may name.
 pub(super) const DEPENDENCIES: &[(&str, &str, &[&str])] = &[
     ("tashika-math", "libm", &["math"]),
     ("tashika-math", "rand_core", &["rng"]),
@@ -202,11 +202,11 @@ pub(super) const UNSAFE: &[(&str, &str)] = &[
     ("crates/tashika-oidn/src/lib.rs", "the call that loads it"),
 ];
 
-/// Where the names of planes and of values of the metadata are written.
+/// Folder with the names of planes and of values of the metadata.
 pub(super) const SCHEMA_HOME: &str = "crates/tashika-film/src/film/";
 
-/// Strings that look like the name of a plane or of a value of the metadata and mean something else:
-/// file, strings, reason.
+/// Strings that look like the name of a plane or of a value of the metadata and mean something
+/// else: file, strings, reason.
 pub(super) const OTHER_NAMES: &[(&str, &[&str], &str)] = &[
     ("crates/tashika-core/src/request/contradictions.rs", &["max_pairs"], OPTION),
     ("crates/tashika-formats/src/io/mitsuba/known.rs", &["max_depth"], "a parameter of Mitsuba"),
@@ -215,13 +215,13 @@ pub(super) const OTHER_NAMES: &[(&str, &[&str], &str)] = &[
     ("crates/tashika-core/src/vpl/options.rs", &["max_depth"], OPTION),
 ];
 
-/// Why such a name stands elsewhere.
+/// Reason for such a name elsewhere.
 const OPTION: &str = "an option, which a film may name by the same word";
 
-/// Most lines of a file, and of one that holds tests only.
+/// Largest number of lines of a file, and of one that holds tests only.
 pub(super) const MOST_LINES: usize = 700;
 pub(super) const MOST_LINES_OF_TESTS: usize = 900;
 
-/// What marks unfinished work; put together so that this file does not hold them.
+/// Marks of unfinished work, put together so that this file does not hold them.
 pub(super) const UNFINISHED: &[&str] =
     &[concat!("TO", "DO"), concat!("FIX", "ME"), concat!("XX", "X"), concat!("HA", "CK")];

@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 use super::source::{Placed, file_modules, lex, without_tests};
 use super::tables::LIBRARY;
 
-/// A source file.
+/// A source file of the workspace, as tokens and comments.
 pub(super) struct File {
-    /// From the root of the workspace, with `/`.
+    /// Path from the root of the workspace, with `/`.
     pub(super) path: String,
-    /// Its module, by the name that users of `tashika` know it by; of the library's crates only.
+    /// Module, by its name for users of `tashika`; for files of the library's crates only.
     pub(super) module: Option<Vec<String>>,
-    /// All of its code, and that which is there when no test is built.
+    /// All of its code, and the code without tests.
     pub(super) all: Vec<Placed>,
     pub(super) built: Vec<Placed>,
     pub(super) comments: Vec<(String, usize)>,
@@ -38,7 +38,7 @@ impl File {
         }
     }
 
-    /// Its crate, if that is one of the library's and the file is not a test of it.
+    /// Crate of the file, if that is one of the library's and the file is not a test of it.
     pub(super) fn in_library(&self) -> Option<&'static str> {
         LIBRARY.iter().map(|(name, _)| *name).find(|name| {
             let inside = self.path.strip_prefix("crates/").and_then(|path| path.strip_prefix(name));
@@ -46,7 +46,8 @@ impl File {
         })
     }
 
-    /// The library's module that it belongs to; `None` for a `lib.rs` of several, and other crates.
+    /// The library's module that it belongs to; `None` for a `lib.rs` of several modules, and for
+    /// other crates.
     pub(super) fn top(&self) -> Option<&str> {
         self.module.as_ref()?.first().map(String::as_str)
     }

@@ -14,7 +14,7 @@ use super::*;
 
 const SIZE: Vec2<usize> = Vec2(37, 83);
 
-/// A layer as other programs write it: halves, floats and counts; `seed` makes them others.
+/// A layer as other programs write it: halves, floats and counts, which depend on `seed`.
 fn layer(
     name: &str,
     seed: usize,
@@ -41,7 +41,7 @@ fn write(path: &Path, layers: Layers<AnyChannels<FlatSamples>>) {
     Image::from_layers(ImageAttributes::new(display), layers).write().to_file(path).unwrap();
 }
 
-/// Reads a file by `step` rows at a time, from the bottom, and compares with all of it at once.
+/// Reads a file by `step` rows at a time, from the bottom, and compares with the whole film.
 fn assert_same_rows(path: &Path, step: u32) {
     let whole = read_exr(path).unwrap();
     let file = ExrFile::open(path).unwrap();
@@ -202,7 +202,7 @@ fn damaged_files_give_errors_that_name_the_file_and_never_panic() {
             let mut bad = good.clone();
             bad[i] ^= 0x15;
             fs::write(&path, &bad).unwrap();
-            // A wrong sample may go unnoticed by either way; nothing else may tell them apart.
+            // Either reader may miss a wrong sample; they must agree otherwise.
             if let (Ok(rows), Ok(whole)) = (all(&path), read_exr(&path)) {
                 assert_eq!(rows.window(), whole.window());
             }

@@ -23,10 +23,10 @@ pub(super) struct Anisotropy {
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Clearcoat {
     pub clearcoat_factor: f32,
-    /// In red.
+    /// Factor in red.
     pub clearcoat_texture: Option<Info>,
     pub clearcoat_roughness_factor: f32,
-    /// In green.
+    /// Factor in green.
     pub clearcoat_roughness_texture: Option<Info>,
     pub clearcoat_normal_texture: Option<IgnoredAny>,
 }
@@ -36,7 +36,7 @@ pub(super) struct Clearcoat {
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct DiffuseTransmission {
     pub diffuse_transmission_factor: f32,
-    /// In the opacity.
+    /// Factor in the alpha channel.
     pub diffuse_transmission_texture: Option<Info>,
     pub diffuse_transmission_color_factor: [f32; 3],
     pub diffuse_transmission_color_texture: Option<Info>,
@@ -61,7 +61,7 @@ pub(super) struct SpecularGlossiness {
     pub diffuse_texture: Option<Info>,
     pub specular_factor: [f32; 3],
     pub glossiness_factor: f32,
-    /// Reflectance, and glossiness in the opacity.
+    /// Reflectance in the colour, glossiness in the alpha channel.
     pub specular_glossiness_texture: Option<Info>,
 }
 
@@ -84,7 +84,7 @@ pub(super) struct Volume {
     /// In the units of the mesh.
     pub thickness_factor: f32,
     pub thickness_texture: Option<IgnoredAny>,
-    /// Infinite if it is not there (m).
+    /// Distance (m); infinite if absent.
     pub attenuation_distance: Option<f32>,
     pub attenuation_color: [f32; 3],
 }
@@ -107,12 +107,12 @@ pub(super) struct Sheen {
     pub sheen_color_factor: [f32; 3],
     pub sheen_color_texture: Option<Info>,
     pub sheen_roughness_factor: f32,
-    /// In the opacity.
+    /// Factor in the alpha channel.
     pub sheen_roughness_texture: Option<Info>,
 }
 
-/// The strength of `KHR_materials_iridescence` or `KHR_materials_dispersion`: without it they do
-/// nothing.
+/// Strength of `KHR_materials_iridescence` or `KHR_materials_dispersion`; at zero they have no
+/// effect.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Strength {
@@ -121,7 +121,7 @@ pub(super) struct Strength {
 }
 
 impl Strength {
-    /// Whether the extension does anything.
+    /// Returns true if the extension has an effect.
     pub(super) fn is_there(&self) -> bool {
         self.iridescence_factor != 0.0 || self.dispersion != 0.0
     }

@@ -1,16 +1,16 @@
 //! Layers on the opaque surface.
 //!
-//! Sheen lies on it ([`Sheen`](crate::bsdf::Sheen)), and a clear coat over both
-//! ([`CoatModel::Layer`]). Then each layer replaces a share of what is
-//! below it, in the order of glTF, from below, with `m` the metalness:
+//! Sheen lies on the opaque surface ([`Sheen`](crate::bsdf::Sheen)), and a clear coat over both
+//! ([`CoatModel::Layer`]). Each of the following layers then replaces a share of the surface below,
+//! from the lowest up in the order of glTF, with `m` the metalness:
 //!
 //! | extension | share | of |
 //! |---|---|---|
-//! | diffuse transmission | `diffuseTransmissionFactor · (1 − m)` | a surface that only lets light through, diffusely |
-//! | transmission | `transmissionFactor · (1 − m)` | glass: without thickness, or solid where `KHR_materials_volume` gives it one |
+//! | diffuse transmission | `diffuseTransmissionFactor · (1 − m)` | diffuse, transmitting only |
+//! | transmission | `transmissionFactor · (1 − m)` | glass, without thickness or solid |
 //!
-//! The tint of glass without thickness, smooth or rough, is the base colour. Solid glass has at each
-//! crossing the factor
+//! Glass is solid where `KHR_materials_volume` gives it a thickness. The tint of glass without
+//! thickness, smooth or rough, is the base colour. Solid glass has at each crossing the factor
 //!
 //! ```text
 //! baseColorFactor · attenuationColor^(thicknessFactor / (2 · attenuationDistance))
@@ -19,8 +19,8 @@
 //! which is Lambert–Beer's law over the thickness for light that crosses the surface twice.
 //!
 //! # Limits
-//! The tint of solid glass has no texture. What lets light through has no sheen and no coat, and these
-//! do not dim what is emitted below them.
+//! The tint of solid glass has no texture. Transmitting surfaces have no sheen and no coat. Sheen
+//! and coat do not dim the emission below them.
 //!
 //! Held to this by `gltf_materials::transmission_*`, `gltf_materials::clear_coats_*`,
 //! `gltf_materials::sheen_*`,
@@ -38,7 +38,7 @@ use crate::io::textures::{between, product, whole};
 use crate::math::elementary::powf;
 use crate::scene::{Channel, ColorInput, FloatInput, NoteKind, Surface};
 
-/// Roughness up to which a pane counts as smooth: less than the eye makes out through a window.
+/// Largest roughness of a pane that counts as smooth: its blur is not visible through a window.
 /// Chosen.
 const SMOOTH_ROUGHNESS: f32 = 0.1;
 
@@ -164,20 +164,19 @@ fn glass(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result
     reader.mix(below, surface, amount, "glass")
 }
 
-/// Tells which layers of `below` what replaces a share of it does not have.
+/// Notes that the surface that replaces a share of `below` has neither its sheen nor its coat.
 fn bare(reader: &mut Reader<'_, '_>, below: Surface) -> Result<()> {
     if matches!(below, Surface::Clearcoat { .. }) {
         reader.met_field(COAT, "transmissionFactor")?;
     }
-    // It may be below the coat.
+    // Sheen may lie below the coat.
     if reader.extension::<Sheen>(SHEEN)?.is_some_and(|sheen| sheen.sheen_color_factor != [0.0; 3]) {
         reader.met_field(SHEEN, "transmissionFactor")?;
     }
     Ok(())
 }
 
-/// What absorption leaves at each crossing of the surface of something solid; none of something
-/// without thickness.
+/// Transmittance of each crossing of the surface of a solid; none for a surface without thickness.
 fn absorption(reader: &mut Reader<'_, '_>) -> Result<Option<Rgb>> {
     let Some(volume) = reader.extension::<Volume>(VOLUME)? else { return Ok(None) };
     let field = |name: &str| format!("extensions.{VOLUME}.{name}");
@@ -199,12 +198,12 @@ fn absorption(reader: &mut Reader<'_, '_>) -> Result<Option<Rgb>> {
         return Ok(Some(Rgb::WHITE));
     }
     reader.met_field(VOLUME, "attenuationDistance")?;
-    // Finite exponents keep powers of 0 and 1 what they are.
+    // A finite exponent keeps powers of 0 and 1 exact.
     let exponent = (0.5 * thickness / distance).min(f32::MAX);
     Ok(Some(color.map(|c| powf(c, exponent))))
 }
 
-/// `factor · texture · (1 − metalness)`, the texture being that channel of `info`.
+/// `factor · texture · (1 − metalness)`, with the given channel of `info` as the texture.
 fn share(
     reader: &mut Reader<'_, '_>,
     opaque: &Opaque,

@@ -1,13 +1,13 @@
 //! Materials: the core of metallic-roughness, and the layers that extensions put on it.
 //!
-//! | module | what it does |
+//! | module | purpose |
 //! |---|---|
 //! | [`reader`] | fields of one material, brought into range; textures |
 //! | [`fields`] | fields of extensions |
 //! | [`opaque`] | the opaque surface: metallic-roughness, specular-glossiness, unlit |
-//! | [`layers`] | clear coat, diffuse transmission, transmission |
+//! | [`layers`] | sheen, clear coat, diffuse transmission, transmission |
 //!
-//! A material is read when a primitive first wants it. One that primitives want with different
+//! A material is read when a primitive first uses it. One that primitives use with different
 //! vertex colours is read once for each colour, which multiplies the base colour and the opacity.
 //!
 //! # Limits
@@ -44,18 +44,18 @@ use crate::scene::{
 /// A colour of vertices, red, green, blue and opacity, that multiplies those of the material.
 pub(super) type Tint = [f32; 4];
 
-/// Without effect.
+/// Tint without effect.
 pub(super) const NO_TINT: Tint = [1.0; 4];
 
 /// A material in use.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct UsedMaterial {
-    /// The material.
+    /// Id of the material in the scene.
     pub id: MaterialId,
-    /// The set of texture coordinates that it looks up, if it has a texture, or that its facets are
-    /// brushed along.
+    /// Set of texture coordinates for its textures, or for the direction of its brushed facets;
+    /// none if it has neither.
     pub uv_set: Option<u32>,
-    /// Whether its facets are brushed.
+    /// True if its facets are brushed.
     pub is_brushed: bool,
 }
 
@@ -135,8 +135,8 @@ fn emission(reader: &mut Reader<'_, '_>) -> Result<Option<Emission>> {
     Ok(Some(Emission { radiance, two_sided: material.double_sided }))
 }
 
-/// Opacity `factor · A(texture)`; none if that is one everywhere or the file says not to look. A
-/// texture that is `lost`, that is could not be read, tells nothing about opacity.
+/// Opacity `factor · A(texture)`; none if it is one everywhere, if the file declares the material
+/// opaque, or if the texture could not be read (`lost`).
 fn alpha(
     reader: &mut Reader<'_, '_>,
     factor: f32,
@@ -163,8 +163,7 @@ fn alpha(
     Ok(Some(Alpha { value: FloatInput { factor, texture }, mode }))
 }
 
-/// The normal map. glTF's `+y` is up in the image, where `v` runs down, as it is
-/// [here](NormalInput::Map).
+/// The normal map. glTF's `+y` is up in the image, where `v` runs down, as in [`NormalInput::Map`].
 fn normal(reader: &mut Reader<'_, '_>) -> Result<Option<NormalInput>> {
     let Some(map) = &reader.material.normal_texture else { return Ok(None) };
     if !map.scale.is_finite() {

@@ -7,13 +7,14 @@
 //! F₀ = min( ((n − 1) / (n + 1))² · specularColorFactor , 1 ) · specularColorTexture
 //! ```
 //!
-//! and all of its reflection has the factor `s = specularFactor · specularTexture`: a mix of
-//! Lambert and of the whole material, of which the second is chosen with probability
+//! and the factor `s = specularFactor · specularTexture` scales all of its reflection: the surface
+//! is a mix of Lambert and the whole material, which is chosen with probability
 //! `1 − (1 − s)(1 − m)`. Where `m` and `s` are both above zero and one of them is textured, `s`
-//! is a factor on `F₀` alone.
+//! scales `F₀` only.
 //!
-//! What is below sees the brightest channel of the reflection, as there: of a tint, `1 − F` differs
-//! between channels by a factor that is the same at all angles, which the base colour takes.
+//! The base is dimmed by the brightest channel of the reflection, as the extension defines. With a
+//! tint, `1 − F` differs between channels by factors that do not depend on the angle; the base
+//! colour is multiplied by these factors.
 //!
 //! `KHR_materials_anisotropy` of strength `s` has the roughnesses `α_t = α + (1 − α) s²` along its
 //! direction and `α_b = α` across.
@@ -45,18 +46,18 @@ const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
 const SPECULAR: &str = "KHR_materials_specular";
 const ANISOTROPY: &str = "KHR_materials_anisotropy";
 
-/// What all layers of a material refer to.
+/// Opaque surface of a material, and the values that its layers use.
 pub(super) struct Opaque {
-    /// The opaque surface.
+    /// Opaque surface, below all layers.
     pub surface: Surface,
-    /// Whether extensions may add layers: not to unlit surfaces and those of specular-glossiness.
+    /// True if extensions may add layers; false for unlit and specular-glossiness surfaces.
     pub takes_layers: bool,
     pub base_color: ColorInput,
     pub metallic: FloatInput,
     pub roughness: FloatInput,
-    /// Strength of brushing.
+    /// Strength of the anisotropy, 0 to 1.
     pub anisotropy: FloatInput,
-    /// Its direction, if it is brushed.
+    /// Direction of the anisotropy, if its strength is not 0.
     pub tangent: Option<TangentInput>,
     /// Index of refraction; 0 reflects everything.
     pub ior: f32,
@@ -66,12 +67,12 @@ pub(super) struct Opaque {
     pub opacity: f32,
     /// The texture of the base colour.
     pub texture: Option<UsedTexture>,
-    /// Whether there should be a texture of the base colour that could not be read.
+    /// True if the base colour has a texture that could not be read.
     pub texture_lost: bool,
 }
 
 impl Opaque {
-    /// Reads it.
+    /// Reads the opaque surface of the reader's material.
     pub fn read(reader: &mut Reader<'_, '_>) -> Result<Self> {
         let material = reader.material;
         if let Some(glossy) = reader.extension::<SpecularGlossiness>(SPECULAR_GLOSSINESS)? {
@@ -125,7 +126,7 @@ impl Opaque {
         Ok(opaque)
     }
 
-    /// The facets of glass of the same roughness.
+    /// Facets of glass with the roughness of this surface.
     pub fn glass_facets(&self, reader: &mut Reader<'_, '_>) -> Result<FacetInput> {
         let alpha = reader.builder.power(self.roughness, 2.0)?;
         if self.anisotropy == 0.0.into() {
@@ -139,7 +140,7 @@ impl Opaque {
         Ok(FacetInput { alpha: along.into(), across: Some(alpha), model: FacetModel::Ggx })
     }
 
-    /// The base under the reflection of a dielectric, of which there is the share `strength`.
+    /// Surface of the base below a dielectric's reflection, which is scaled by `strength`.
     fn under(&self, reader: &mut Reader<'_, '_>, f0: ColorInput, strength: FloatInput) -> Result<Surface> {
         let of = |base_color, metallic, specular_f0| Surface::MetallicRoughness {
             base_color,
@@ -254,7 +255,7 @@ impl Opaque {
     }
 }
 
-/// The strength and the direction of brushing.
+/// Strength and direction of the anisotropy.
 fn anisotropy(reader: &mut Reader<'_, '_>) -> Result<(FloatInput, Option<TangentInput>)> {
     let even = (0.0.into(), None);
     let Some(anisotropy) = reader.extension::<Anisotropy>(ANISOTROPY)? else { return Ok(even) };
@@ -274,8 +275,8 @@ fn anisotropy(reader: &mut Reader<'_, '_>) -> Result<(FloatInput, Option<Tangent
     Ok((strength, Some(TangentInput { rotation, direction: texture })))
 }
 
-/// The index of refraction. Zero is the extension's way of asking for a reflectance of one, which
-/// the formula gives.
+/// Index of refraction. In the extension, 0 stands for a reflectance of one, which the formula
+/// gives.
 fn ior(reader: &mut Reader<'_, '_>) -> Result<f32> {
     let Some(ior) = reader.material.extensions.as_ref().and_then(|e| e.ior.as_ref()) else {
         return Ok(1.5);

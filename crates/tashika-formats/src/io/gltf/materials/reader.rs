@@ -18,7 +18,7 @@ pub(super) struct Reader<'r, 's> {
     source: &'r Source<'s>,
     pub builder: &'r mut SceneBuilder,
     textures: &'r mut Textures,
-    /// As it stands in the file.
+    /// The material as it stands in the file.
     pub material: &'r json::Material,
     item: String,
     /// Colour of the vertices.
@@ -28,7 +28,7 @@ pub(super) struct Reader<'r, 's> {
 }
 
 impl<'r, 's> Reader<'r, 's> {
-    /// `item` is where the material stands.
+    /// `item` is the place of the material in the file.
     pub fn new(
         source: &'r Source<'s>,
         builder: &'r mut SceneBuilder,
@@ -40,18 +40,18 @@ impl<'r, 's> Reader<'r, 's> {
         Self { source, builder, textures, material, item, tint, uv_set: None }
     }
 
-    /// The material's name, else its place.
+    /// The material's name, else its place in the file.
     pub fn name(&self) -> String {
         let name = self.material.name.as_deref().filter(|n| !n.is_empty());
         name.map_or_else(|| self.item.clone(), shown)
     }
 
-    /// Where a field stands.
+    /// Location of a field.
     pub fn at(&self, field: &str) -> Location {
         self.source.at(format!("{}.{field}", self.item))
     }
 
-    /// An extension that the `gltf` crate does not know.
+    /// Reads an extension that the `gltf` crate does not know.
     pub fn extension<T: DeserializeOwned>(&self, name: &str) -> Result<Option<T>> {
         let Some(value) = self.material.extensions.as_ref().and_then(|e| e.others.get(name)) else {
             return Ok(None);
@@ -66,20 +66,20 @@ impl<'r, 's> Reader<'r, 's> {
         })
     }
 
-    /// Says what the table says about an extension of this material.
+    /// Reports an extension of this material as the table of features prescribes.
     pub fn met_extension(&mut self, name: &str) -> Result<()> {
         let at = self.at(&format!("extensions.{name}"));
         met("extension", name, at, self.builder)
     }
 
-    /// Says what the table says about a field of an extension of this material.
+    /// Reports a field of an extension of this material as the table of features prescribes.
     pub fn met_field(&mut self, extension: &str, field: &str) -> Result<()> {
         let at = self.at(&format!("extensions.{extension}.{field}"));
         met(extension, field, at, self.builder)
     }
 
-    /// A normal texture as other textures are; its extensions are known to the `gltf` crate by name
-    /// only.
+    /// Converts the reference to a normal texture to the common form. The `gltf` crate does not
+    /// parse its extensions.
     pub fn normal_info(&self, map: &json::material::NormalTexture) -> Result<json::texture::Info> {
         let transform = map.extensions.as_ref().and_then(|e| e.others.get("KHR_texture_transform"));
         let transform = match transform {
@@ -131,7 +131,7 @@ impl<'r, 's> Reader<'r, 's> {
         Ok(FloatInput { factor, texture: texture.map(|t| (t.texture, channel)) })
     }
 
-    /// Three numbers in `[0, max]`.
+    /// Colour whose channels are brought into `[0, max]`.
     pub fn color(&mut self, field: &str, value: [f32; 3], max: f32) -> Result<Rgb> {
         let mut color = [0.0; 3];
         for (channel, value) in color.iter_mut().zip(value) {
@@ -156,14 +156,14 @@ impl<'r, 's> Reader<'r, 's> {
         Ok(value.clamp(0.0, max))
     }
 
-    /// The surface as a material of its own, below what is `what`.
+    /// Adds the surface as a material of its own, below the layer `what`.
     pub fn below(&mut self, surface: Surface, what: &str) -> Result<MaterialId> {
         let name = format!("{} below its {what}", self.name());
         self.builder.add_material(Material::new(name, surface))
     }
 
-    /// `first`, but `second` on the share `amount`; parts that never show are left out. `what`
-    /// names the second part.
+    /// Mix of `first` and, with the share `amount`, `second`; a part without a share is omitted.
+    /// `what` names the second part.
     pub fn mix(
         &mut self,
         first: Surface,

@@ -138,8 +138,8 @@ fn openexr_is_padded_and_cropped_to_its_display_window() {
     assert_eq!(said, ["its data window lies outside of its display window: 0 everywhere"]);
 }
 
-/// 300 bytes do not get the 1.2 GB that their display window claims, which the limit of texels
-/// permits; a large file of little data gets a window of the usual size.
+/// A file of 300 bytes does not get the 1.2 GB that its display window claims, although the limit
+/// of texels permits them. A window of 2048 × 2048 is accepted.
 #[test]
 fn an_openexr_display_window_takes_no_more_than_the_file_is_worth() {
     let tiny = |display| parts(vec![part("a", &[("Y", 1.0)], ([5, 5], [1, 1]))], display);

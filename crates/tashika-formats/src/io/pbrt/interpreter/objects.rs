@@ -17,14 +17,14 @@ use crate::io::pbrt::version::Version;
 use crate::math::motion::Track;
 use crate::scene::NoteKind;
 
-/// Most placements of meshes, since a small text can ask for a product of large numbers. A moving
+/// Most placements of meshes, since a small text can request a product of large numbers. A moving
 /// placement counts by its memory, in units of a static one.
 const MAX_INSTANCES: usize = 1 << 22;
 
 /// Approximate memory of a static placement (bytes).
 const INSTANCE_BYTES: usize = 150;
 
-/// Instance of an object.
+/// An `ObjectInstance` directive.
 pub(super) struct Instance {
     name: String,
     to_world: DAffine3,

@@ -1,10 +1,10 @@
 //! The material `disney` of pbrt-v3.
 //!
-//! As [`principled`](crate::io::principled) has it. What pbrt tints of the gloss (`speculartint`) counts
-//! only where the surface is partly metal.
+//! See [`principled`](crate::io::principled) for the mix. The tint of reflection, `speculartint`,
+//! is ignored: in pbrt it counts only where the surface is partly metal.
 //!
-//! Left out, with a note each: see the rows `disney …` of the features table. Tested by the suite's
-//! `formula_materials`, sources: Burley 2012, 2015.
+//! Ignored parameters are noted, see the rows `disney …` of the features table. Tested by the
+//! suite's `formula_materials`, sources: Burley 2012, 2015.
 
 use super::maker::Maker;
 use crate::bsdf::CoatModel;
@@ -13,7 +13,7 @@ use crate::io::pbrt::spectra::{self, Quantity};
 use crate::io::principled::Principled;
 use crate::scene::{FloatInput, Surface};
 
-/// The surface.
+/// Returns the surface of the material's parameters.
 pub(super) fn surface(m: &mut Maker<'_, '_>) -> Result<Surface> {
     let base_color = m.color("color", 0.5)?;
     let ior = m.ior(&["eta"])?;
@@ -26,7 +26,7 @@ pub(super) fn surface(m: &mut Maker<'_, '_>) -> Result<Surface> {
     let (sheen, sheen_tint) = (number("sheen", 0.0), number("sheentint", 0.5));
     let (clearcoat, gloss) = (number("clearcoat", 0.0), number("clearcoatgloss", 1.0));
     let (transmission, anisotropic) = (number("spectrans", 0.0), number("anisotropic", 0.0));
-    // Sheets alone have these.
+    // Only thin sheets have a flatness.
     let flatness = if is_thin { number("flatness", 0.0) } else { 0.0.into() };
     if is_thin && m.float("difftrans").unwrap_or(1.0.into()) != 0.0.into() {
         m.met("disney thin")?;

@@ -1,4 +1,4 @@
-//! Reading the parameters that materials have in common.
+//! Parameters that several materials have.
 
 use crate::bsdf::{ConductorFresnel, FacetModel};
 use crate::color::Rgb;
@@ -15,7 +15,7 @@ use crate::io::pbrt::version::Version;
 use crate::math::elementary::powf;
 use crate::scene::{ColorInput, FacetInput, FloatInput, NormalInput, NoteKind, Texture};
 
-/// Range of complex indices that are rendered; silver has a real part of 0.05.
+/// Range of complex indices of refraction; silver has a real part of 0.05.
 const LEAST_ETA: f32 = 1e-3;
 const MOST_INDEX: f32 = 100.0;
 
@@ -30,12 +30,12 @@ pub(super) struct Maker<'a, 'f> {
 }
 
 impl Maker<'_, '_> {
-    /// A colour, in `[0, 1]`, or a grey.
+    /// Reads a colour in `[0, 1]`, by default a grey.
     pub(super) fn color(&mut self, name: &str, default: f32) -> Result<ColorInput> {
         Ok(self.color_if_there(name)?.unwrap_or(Rgb::gray(default).into()))
     }
 
-    /// A colour, if it is there.
+    /// Reads a colour in `[0, 1]`, if the parameter exists.
     pub(super) fn color_if_there(&mut self, name: &str) -> Result<Option<ColorInput>> {
         let mut found = self.textures.color(self.loading, self.parameters, name)?;
         if let Some(ColorInput { factor, texture: None }) = &mut found
@@ -48,7 +48,7 @@ impl Maker<'_, '_> {
         Ok(found)
     }
 
-    /// A colour without texture.
+    /// Reads a colour; a texture is replaced by its factor, with a note.
     pub(super) fn plain_color(&mut self, name: &str, default: f32) -> Result<Rgb> {
         let color = self.color(name, default)?;
         if color.texture.is_some() {
@@ -58,14 +58,14 @@ impl Maker<'_, '_> {
         Ok(color.factor)
     }
 
-    /// A number or its texture, at least 0.
+    /// Reads a number or its texture, at least 0.
     pub(super) fn float(&mut self, name: &str) -> Option<FloatInput> {
         let value = self.textures.float(self.loading, self.parameters, name)?;
         Some(FloatInput { factor: value.factor.max(0.0), ..value })
     }
 
-    /// The facets of the parameters `roughness` or `uroughness` and `vroughness`, each with `prefix`
-    /// before it.
+    /// Reads facets from the parameters `roughness` or `uroughness` and `vroughness`, each with
+    /// `prefix` before it.
     pub(super) fn facets(&mut self, prefix: &str, default: f32) -> Result<FacetInput> {
         let remap = self.parameters.boolean("remaproughness").unwrap_or(true);
         let both = self.float(&format!("{prefix}roughness")).unwrap_or(default.into());
@@ -76,7 +76,7 @@ impl Maker<'_, '_> {
         Ok(FacetInput { alpha, across, model: FacetModel::Ggx })
     }
 
-    /// `α` of a roughness.
+    /// Converts a roughness to `α`.
     fn alpha(&mut self, roughness: FloatInput, remap: bool) -> Result<FloatInput> {
         let version = self.loading.version;
         let Some((base, channel)) = roughness.texture else {
@@ -98,8 +98,8 @@ impl Maker<'_, '_> {
         Ok(FloatInput { factor, texture: Some((power, channel)) })
     }
 
-    /// The facets, smooth unless the file gives a roughness, though that of none would be mapped to
-    /// one.
+    /// Reads facets that are smooth unless the file gives a roughness above 0: remapping would make
+    /// a roughness of 0 rough.
     pub(super) fn facets_if_rough(&mut self) -> Result<FacetInput> {
         let facets = self.facets("", 0.0)?;
         let is_rough = ["uroughness", "vroughness", "roughness"]
@@ -108,7 +108,7 @@ impl Maker<'_, '_> {
         Ok(if is_rough { facets } else { 0.0.into() })
     }
 
-    /// A refractive index by number, or by the name of a glass.
+    /// Reads a refractive index by number, or by the name of a glass.
     pub(super) fn ior(&mut self, names: &[&str]) -> Result<f32> {
         let mut ior = DEFAULT_IOR;
         for name in names {
@@ -135,8 +135,8 @@ impl Maker<'_, '_> {
         Ok(rendered(ior))
     }
 
-    /// The Fresnel reflectance of a metal by `eta` and `k`, each with `prefix` before it; copper
-    /// without.
+    /// Reads the Fresnel reflectance of a metal from `eta` and `k`, each with `prefix` before it;
+    /// copper by default.
     pub(super) fn conductor(&mut self, prefix: &str) -> Result<ConductorFresnel> {
         let mut values = [Rgb::BLACK; 2];
         for (value, name) in values.iter_mut().zip(["eta", "k"]) {
@@ -172,7 +172,7 @@ impl Maker<'_, '_> {
         })
     }
 
-    /// Bumps and normal maps.
+    /// Reads the bump map or the normal map.
     pub(super) fn normal(&mut self) -> Result<Option<NormalInput>> {
         let version = self.loading.version;
         let name = if version == Version::V3 { "bumpmap" } else { "displacement" };
@@ -189,19 +189,19 @@ impl Maker<'_, '_> {
         Ok(height.filter(|h| h.texture.is_some()).map(|height| NormalInput::Bump { height }))
     }
 
-    /// Tells what the features table says about a part of a material.
+    /// Notes a part of a material by its row in the features table.
     pub(super) fn met(&mut self, name: &str) -> Result<()> {
         self.loading.met("material", name, "left out", &self.parameters.at())
     }
 
-    /// Tells that a material of that name is replaced; see the feature table.
+    /// Adds a note at the material.
     pub(super) fn note(&mut self, kind: NoteKind, message: &str) {
         self.loading.note(kind, message, self.parameters.at());
     }
 }
 
-/// `Au` of `metal-Au-eta`, `metal-Au-k`, `Au`, and of the file `spds/Au.eta.spd` that pbrt-v3's
-/// scenes bring along.
+/// Returns `Au` for `metal-Au-eta`, `metal-Au-k`, `Au`, and for the file `spds/Au.eta.spd` of
+/// pbrt-v3's scenes.
 fn metal_name(name: &str) -> &str {
     let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
     let file = file.strip_suffix(".spd").unwrap_or(file);

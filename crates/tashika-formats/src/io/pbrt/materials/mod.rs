@@ -1,10 +1,10 @@
 //! `Material`, `MakeNamedMaterial`, `NamedMaterial`.
 //!
-//! Emission and alpha belong to shapes in pbrt and to materials here: a material of the file
-//! becomes one of the scene for each light and alpha that it is used with, in the order in which
-//! they are met.
+//! Emission and alpha belong to shapes in pbrt and to materials here. A material of the file
+//! becomes one material of the scene for each pair of light and alpha that it is used with, in the
+//! order of first use.
 //!
-//! Held to this by `suite::pbrt_appearance::materials_*`, and for what the types become, by [`v3`]
+//! Held to this by `suite::pbrt_appearance::materials_*`. For the surface of each type see [`v3`]
 //! and [`v4`].
 
 mod disney;
@@ -33,12 +33,12 @@ use crate::scene::{
 #[derive(Clone, Debug)]
 pub(super) struct Definition {
     name: String,
-    /// Nothing for interfaces between media, which are invisible: boundaries, if there are media.
+    /// None for invisible interfaces, which become boundaries if there are media.
     surface: Option<Surface>,
     normal: Option<NormalInput>,
-    /// Opacity that the material itself has.
+    /// Opacity of the material itself.
     opacity: Option<FloatInput>,
-    /// Whether it depends on texture coordinates.
+    /// True if the material depends on texture coordinates.
     textured: bool,
 }
 
@@ -46,12 +46,13 @@ pub(super) struct Definition {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct DefinitionId(usize);
 
-/// What makes a material of the scene: bits of numbers, to be ordered.
+/// Keys of the scene's materials: definition, light and alpha. Numbers are stored as their bits,
+/// which can be ordered.
 type ColorKey = ([u32; 3], Option<TextureId>);
 type FloatKey = (u32, Option<(TextureId, u8)>);
 type Key = (DefinitionId, Option<(ColorKey, bool)>, Option<FloatKey>);
 
-/// All materials.
+/// Definitions of the file, and materials made of them.
 #[derive(Debug)]
 pub(super) struct Materials {
     definitions: Vec<Definition>,
@@ -61,7 +62,7 @@ pub(super) struct Materials {
 }
 
 impl Materials {
-    /// With the material that shapes have before any is named.
+    /// Starts with the material of shapes before any is named.
     pub(super) fn new() -> Self {
         let surface = Some(grey());
         let first =
@@ -69,7 +70,7 @@ impl Materials {
         Self { definitions: vec![first], named: BTreeMap::new(), made: BTreeMap::new(), boundary: None }
     }
 
-    /// The material that shapes have before any is named.
+    /// Material of shapes before any is named.
     pub(super) fn default_id(&self) -> DefinitionId {
         DefinitionId(0)
     }
@@ -111,17 +112,17 @@ impl Materials {
         self.named.keys().cloned().collect()
     }
 
-    /// The material of that name.
+    /// Returns the material of that name.
     pub(super) fn named(&self, name: &str) -> Option<DefinitionId> {
         self.named.get(name).copied()
     }
 
-    /// Whether the material is one that nobody sees.
+    /// Returns true if the material is an invisible interface.
     pub(super) fn is_interface(&self, id: DefinitionId) -> bool {
         self.definitions[id.0].surface.is_none()
     }
 
-    /// The material of surfaces that are an interface and nothing else.
+    /// Material of surfaces that are only an interface.
     pub(super) fn boundary(&mut self, loading: &mut Loading<'_>) -> Result<MaterialId> {
         if let Some(known) = self.boundary {
             return Ok(known);
@@ -131,7 +132,7 @@ impl Materials {
         Ok(made)
     }
 
-    /// Whether the material depends on texture coordinates.
+    /// Returns true if the material depends on texture coordinates.
     pub(super) fn is_textured(&self, id: DefinitionId) -> bool {
         self.definitions[id.0].textured
     }
@@ -200,12 +201,12 @@ impl Materials {
         Ok(Definition { name: String::new(), surface, normal: None, opacity: None, textured })
     }
 
-    /// A material of the scene that only scatters.
+    /// Material of the scene that only scatters.
     fn plain(&mut self, loading: &mut Loading<'_>, id: DefinitionId) -> Result<MaterialId> {
         self.material(loading, id, None, None)
     }
 
-    /// The material of the scene for a definition with a light and an alpha.
+    /// Material of the scene for a definition with a light and an alpha.
     pub(super) fn material(
         &mut self,
         loading: &mut Loading<'_>,

@@ -2,18 +2,22 @@
 //!
 //! | type | surface |
 //! |---|---|
-//! | `matte` | Lambert; of a roughness `sigma` as bright as it is in light from all around |
+//! | `matte` | Lambert; with a roughness `sigma`, of equal reflectance under uniform light |
 //! | `plastic` | `Plastic`, index 1.5 |
 //! | `metal` | conductor of `eta`, `k` |
 //! | `mirror` | mirror of `Kr` |
 //! | `glass` | glass of `Kr`, `Kt` |
-//! | `uber` | `Plastic`; with `Kr` or `Kt` a mix with a smooth coat or glass, each part divided by its share so that the sum is the material's; `opacity` is alpha |
+//! | `uber` | `Plastic`; with `Kr` or `Kt` mixed with a smooth coat or glass; `opacity` is alpha |
 //! | `substrate` | Ashikhmin and Shirley's formula |
-//! | `translucent` | a mix, as for `uber`, of Lambert on both sides, `reflect · Kd` and `transmit · Kd`, and of glass of the same shares of `Ks` |
+//! | `translucent` | a mix of Lambert on both sides and of glass |
 //! | `disney` | see `disney` |
-//! | `subsurface`, `kdsubsurface` | a coat over the diffuse reflectance of a half-space (Jensen 2001), or `Kd` |
+//! | `subsurface`, `kdsubsurface` | a coat over a half-space's reflectance (Jensen 2001), or `Kd` |
 //! | `hair`, `fourier` | Lambert of the hair's colour; grey |
 //! | `none`, an empty name | invisible |
+//!
+//! In the mixes of `uber` and `translucent` each part is divided by its share, so that the sum is
+//! the material's. In `translucent`, Lambert reflects `reflect · Kd` and transmits `transmit · Kd`;
+//! glass has the same shares of `Ks`.
 //!
 //! Source: the format description of pbrt-v3. Tested by
 //! `suite::pbrt_appearance::materials_of_pbrt_v3_*`.
@@ -31,7 +35,7 @@ use crate::scene::{CoatBase, FloatInput, Surface};
 /// Reflectance of hair without colour: brown.
 const HAIR: Rgb = Rgb::new(0.12, 0.07, 0.04);
 
-/// The surface, none if it is invisible, and the material's own opacity.
+/// Returns the surface, none if it is invisible, and the material's own opacity.
 pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<(Option<Surface>, Option<FloatInput>)> {
     let surface = match class {
         "" | "none" => {
@@ -90,7 +94,8 @@ fn uber(m: &mut Maker<'_, '_>) -> Result<(Surface, Option<FloatInput>)> {
     let opacity = m.textures.color_or_float(m.loading, m.parameters, "opacity")?;
     let opacity = opacity.filter(|o| o.texture.is_some() || o.factor < 1.0);
     let glossy = Surface::Plastic { diffuse, specular, ior, facets };
-    // The smallest that keep all factors of the parts within 1, where those of the whole allow it.
+    // The smallest weights that keep all factors of the parts within 1, if those of the whole allow
+    // it.
     let weights =
         [diffuse.factor + specular.factor, mirror.factor.zip(transmission, f32::max)].map(Rgb::max_channel);
     if weights[1] <= 0.0 {
@@ -117,7 +122,7 @@ fn uber(m: &mut Maker<'_, '_>) -> Result<(Surface, Option<FloatInput>)> {
     Ok((either(&mut m.loading.builder, "uber", [first, clear], amount)?, opacity))
 }
 
-/// Lambert on both sides, and the same shares of `Ks` at facets of glass.
+/// Lambert on both sides, mixed with facets of glass that have the same shares of `Ks`.
 fn translucent(m: &mut Maker<'_, '_>) -> Result<Surface> {
     let (diffuse, specular) = (m.color("Kd", 0.25)?, m.plain_color("Ks", 0.25)?);
     let (reflect, transmit) = (m.color("reflect", 0.5)?, m.color("transmit", 0.5)?);
@@ -143,8 +148,8 @@ fn translucent(m: &mut Maker<'_, '_>) -> Result<Surface> {
     either(&mut m.loading.builder, "translucent", [leaf, glass], amount)
 }
 
-/// A dielectric over a scattering half-space. `reflectance` is the name of its diffuse reflectance
-/// where the format has one.
+/// A dielectric over a scattering half-space. `reflectance` is the name of the diffuse reflectance,
+/// if the format has one.
 pub(super) fn subsurface(m: &mut Maker<'_, '_>, reflectance: Option<&str>) -> Result<Surface> {
     let ior = m.ior(&["eta"])?.max(1.05);
     let given = match reflectance {
@@ -165,8 +170,8 @@ pub(super) fn subsurface(m: &mut Maker<'_, '_>, reflectance: Option<&str>) -> Re
     };
     let facets = m.facets_if_rough()?;
     m.parameters.accept_known();
-    // What leaves is in proportion to the reflectance and to what enters, whatever the boundary
-    // throws back inside.
+    // The light that leaves is proportional to the reflectance and to the light that enters,
+    // whatever the boundary reflects back inside.
     let (base, specular) = (CoatBase::Proportional, Rgb::WHITE.into());
     Ok(Surface::Coated { reflectance: diffuse, base, specular, ior, facets })
 }
@@ -186,7 +191,7 @@ fn diffuse_reflectance(a: f32, s: f32, ior: f32) -> f32 {
     (0.5 * albedo * (1.0 + exp(-4.0 / 3.0 * boundary * root)) * exp(-root)).clamp(0.0, 1.0)
 }
 
-/// Hair by its colour alone.
+/// Hair as a diffuse surface of its colour.
 pub(super) fn hair(m: &mut Maker<'_, '_>) -> Result<Surface> {
     let color = match m.color_if_there("color")? {
         Some(color) => Some(color),

@@ -3,9 +3,9 @@
 //! | type | surface |
 //! |---|---|
 //! | `diffuse` | Lambert |
-//! | `coateddiffuse` | `Coated`; thickness, absorption and scattering in the coat are left out |
+//! | `coateddiffuse` | `Coated`; thickness, absorption and scattering in the coat are ignored |
 //! | `conductor` | conductor of `eta`, `k`, or of `reflectance` as `η = 1`, `k = 2√r / √(1−r)` |
-//! | `coatedconductor` | a conductor that reflects at normal incidence what both together do |
+//! | `coatedconductor` | a conductor with the reflectance of both together at normal incidence |
 //! | `dielectric` | glass |
 //! | `thindielectric` | a pane |
 //! | `diffusetransmission` | Lambert on both sides |
@@ -24,7 +24,7 @@ use crate::error::Result;
 use crate::io::mixes::grey;
 use crate::scene::{CoatBase, ColorInput, NoteKind, Surface};
 
-/// The surface, none if it is invisible.
+/// Returns the surface, none if it is invisible.
 pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<Option<Surface>> {
     Ok(Some(match class {
         "" | "none" | "interface" => {
@@ -33,7 +33,7 @@ pub(super) fn surface(m: &mut Maker<'_, '_>, class: &str) -> Result<Option<Surfa
         }
         "diffuse" => Surface::Lambert { reflectance: m.color("reflectance", 0.5)? },
         "coateddiffuse" => {
-            // How pbrt walks through the coat has no counterpart.
+            // Parameters of pbrt's random walk in the coat have no counterpart.
             m.parameters.accept(&["thickness", "maxdepth", "nsamples", "g"]);
             if m.color("albedo", 0.0)?.factor.max_channel() > 0.0 {
                 m.note(NoteKind::Approximated, "coats that scatter (albedo): clear");
@@ -93,8 +93,8 @@ fn conductor(m: &mut Maker<'_, '_>, prefix: &str, roughness: &str) -> Result<Sur
     Ok(Surface::Conductor { fresnel, specular, facets })
 }
 
-/// Metal that reflects at normal incidence what metal and coat together do:
-/// `F + (1 − F)² R / (1 − F R)`, the metal's constants being relative to the coat.
+/// Metal with the reflectance of metal and coat together at normal incidence,
+/// `F + (1 − F)² R / (1 − F R)`. The metal's constants are relative to the coat.
 fn coated_conductor(m: &mut Maker<'_, '_>) -> Result<Surface> {
     let surface = conductor(m, "conductor.", "conductor.")?;
     let inside = m.ior(&["interface.eta"])?;
@@ -114,10 +114,10 @@ fn coated_conductor(m: &mut Maker<'_, '_>) -> Result<Surface> {
     Ok(Surface::Conductor { fresnel: ConductorFresnel::Schlick { f0 }, specular, facets })
 }
 
-/// A metal of that reflectance at normal incidence.
+/// Metal of the given reflectance at normal incidence.
 fn of_reflectance(reflectance: Rgb) -> ConductorFresnel {
     let k = reflectance.map(|r| {
-        // Beyond, the index exceeds what any metal has, and 100.
+        // For larger reflectances, `k` exceeds that of any metal, and 100.
         let r = r.clamp(0.0, 0.9995);
         2.0 * r.sqrt() / (1.0 - r).sqrt()
     });

@@ -11,7 +11,7 @@ use crate::io::{mesh_files, shapes};
 use crate::math::LocalPlaces;
 use crate::scene::{MeshData, NoteKind};
 
-/// Subdivision stops before it makes more triangles than this; chosen.
+/// Most triangles made by subdivision; chosen.
 const MAX_SUBDIVIDED: usize = 1 << 20;
 
 /// Steps along each side of a patch that is not flat; chosen.
@@ -20,10 +20,11 @@ const PATCH_STEPS: u32 = 8;
 /// Texture coordinates of the corners of triangles that have none.
 const DEFAULT_UVS: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::ONE];
 
-/// Corners in space may differ from a plane by this fraction of their distance.
+/// Largest volume that the corners of a flat patch span, relative to the cube of their largest
+/// distance from the first.
 const FLATNESS: f32 = 1e-4;
 
-/// The triangles of a shape, with pbrt's texture coordinates; nothing if it is left out.
+/// Returns the triangles of a shape, with pbrt's texture coordinates; none if it is ignored.
 pub(super) fn mesh(loading: &mut Loading<'_>, class: &str, p: &Parameters) -> Result<Option<MeshData>> {
     match class {
         "trianglemesh" => triangle_mesh(loading, p),
@@ -38,7 +39,7 @@ pub(super) fn mesh(loading: &mut Loading<'_>, class: &str, p: &Parameters) -> Re
     }
 }
 
-/// Vertex indices, in range.
+/// Reads vertex indices and checks their range.
 fn indices(p: &Parameters, vertices: usize, corners: usize) -> Result<Option<Vec<u32>>> {
     let Some(indices) = p.integers("indices") else { return Ok(None) };
     let at = || p.find(&[Kind::Integer], "indices").map_or_else(|| p.at(), |found| found.at());
@@ -67,7 +68,7 @@ fn points(loading: &mut Loading<'_>, p: &Parameters) -> Option<LocalPlaces> {
     Some(LocalPlaces::of(&points))
 }
 
-/// A value for each vertex, or none.
+/// Returns one value for each vertex; none, with a note, if their number is wrong.
 fn of_vertices<T>(
     loading: &mut Loading<'_>,
     values: Vec<T>,
@@ -83,7 +84,7 @@ fn of_vertices<T>(
     Vec::new()
 }
 
-/// Texture coordinates by any of their names.
+/// Reads texture coordinates under any of their names.
 fn uvs(p: &Parameters) -> Vec<Vec2> {
     ["uv", "st", "UV"].iter().map(|name| p.pairs(name)).find(|uvs| !uvs.is_empty()).unwrap_or_default()
 }
@@ -209,8 +210,8 @@ fn height_field(p: &Parameters) -> Result<Option<MeshData>> {
     shapes::heightfield(size, heights, &p.at()).map(Some)
 }
 
-/// The mesh with the texture coordinates that triangles have without any: corners are parted for
-/// them.
+/// Gives a mesh the default texture coordinates of triangles: each corner becomes a vertex of its
+/// own.
 pub(super) fn with_default_uvs(data: MeshData) -> MeshData {
     let corners = data.triangles.iter().flatten().map(|&i| i as usize);
     let positions: Vec<Vec3> = corners.clone().map(|i| data.positions[i]).collect();

@@ -1,17 +1,19 @@
 //! `Shape`: meshes with their material.
 //!
-//! A shape becomes a mesh in its own space, placed by the transform that was current. Meshes of the
-//! same parameters, material and orientation are kept once, however often a file repeats them.
+//! A shape becomes a mesh in its own space, placed by the current transform. Quadrics and mesh
+//! files of equal parameters, material, orientation and media share one mesh, however often a file
+//! repeats them.
 //!
 //! Light leaves on the side of pbrt's surface normal. For triangles that is the side of the vertex
 //! normals, or else the side from which the corners run counter-clockwise *in the space of the
-//! shape*: the exclusive or with the handedness of the transform in pbrt makes up for its triangles
-//! being in the world. `ReverseOrientation` turns it around, where there are vertex normals only in
-//! pbrt-v4. For quadrics it is the side of their own normals, which it turns around too.
+//! shape*: in pbrt, whose triangles are in world space, an exclusive or with the handedness of the
+//! transform has this effect. `ReverseOrientation` reverses the side, but in pbrt-v3 not that of
+//! triangles with vertex normals. For quadrics it is the side of their own normals, which
+//! `ReverseOrientation` reverses too.
 //!
 //! Alpha textures cut holes in pbrt-v3 (where they are 0) and transmit a fraction in pbrt-v4. An
 //! emitter of alpha 0 is invisible and emits in full; an emitter of fractional alpha emits that
-//! fraction. Area lights of shapes inside objects are left out, as in pbrt.
+//! fraction. Area lights of shapes inside objects are ignored, as in pbrt.
 //!
 //! Source: Pharr et al. 2023, chapter 6. Tested by `suite::pbrt::shapes_*`.
 
@@ -33,14 +35,14 @@ use crate::error::Result;
 use crate::math::motion::Track;
 use crate::scene::{Emission, FloatInput, Interface, MaterialId, MeshData, MeshId, NoteKind};
 
-/// A mesh and where it is in the space of the world, or of the object that it belongs to.
+/// A mesh with its place in the world, or in the object that it belongs to.
 #[derive(Clone, Debug)]
 pub(super) struct Part {
-    /// What is placed.
+    /// Mesh in the space of the shape.
     pub(super) mesh: MeshId,
-    /// Shape to object.
+    /// Transform from shape to object.
     pub(super) to_object: DAffine3,
-    /// The same at all times, if it moves while the shutter is open.
+    /// Motion of `to_object`, if it moves while the shutter is open.
     pub(super) track: Option<Track>,
 }
 
@@ -48,22 +50,22 @@ pub(super) struct Part {
 pub(super) struct Request<'a> {
     /// Type of the shape.
     pub(super) class: &'a str,
-    /// Its parameters.
+    /// Parameters of the directive, defaults included.
     pub(super) parameters: &'a Parameters,
-    /// The state that it is met in.
+    /// Graphics state at the directive.
     pub(super) state: &'a State,
-    /// Whether it belongs to an object.
+    /// True if the shape belongs to an object.
     pub(super) in_object: bool,
-    /// Where it is.
+    /// Transform of the shape to the world.
     pub(super) to_world: &'a DAffine3,
 }
 
-/// How `ReverseOrientation` acts on a shape.
+/// Effect of `ReverseOrientation` on a shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Orientation {
-    /// As on triangles.
+    /// Reversed, but in pbrt-v3 not if there are vertex normals.
     Triangles,
-    /// As on quadrics.
+    /// Always reversed.
     Quadric,
 }
 
@@ -74,15 +76,15 @@ enum Prototype {
     File(String),
 }
 
-/// The meshes that can be met again.
+/// Meshes that may be used again.
 #[derive(Debug, Default)]
 pub(super) struct Shapes {
-    /// By prototype, material, orientation, and what is on either side.
+    /// Meshes by prototype, material, orientation, and media on both sides.
     known: BTreeMap<(Prototype, MaterialId, bool, Option<Interface>), Option<MeshId>>,
 }
 
 impl Shapes {
-    /// The mesh of a shape; nothing if it is invisible or left out.
+    /// Returns the mesh of a shape; none if it is invisible or ignored.
     pub(super) fn make(
         &mut self,
         loading: &mut Loading<'_>,
@@ -179,7 +181,7 @@ impl Shapes {
         Ok(mesh)
     }
 
-    /// The triangles of a shape, oriented, with `v` down.
+    /// Returns the triangles of a shape, oriented, with `v` down.
     fn data(
         &self,
         loading: &mut Loading<'_>,
@@ -202,7 +204,7 @@ impl Shapes {
             data = meshes::with_default_uvs(data);
         }
         data.flip_v();
-        // Vertex normals decide for triangles in pbrt-v3.
+        // In pbrt-v3, vertex normals alone decide the side of triangles.
         let stays = orientation == Orientation::Triangles
             && !data.normals.is_empty()
             && loading.version == Version::V3;
@@ -213,20 +215,20 @@ impl Shapes {
     }
 }
 
-/// The alpha of a shape, if it is not opaque everywhere.
+/// Alpha of a shape, if it is not opaque everywhere.
 fn alpha(loading: &mut Loading<'_>, textures: &Textures, p: &Parameters) -> Option<FloatInput> {
     let mut alpha = textures.float(loading, p, "alpha")?;
     alpha.factor = alpha.factor.max(0.0);
     let opaque = match (alpha.texture, loading.version) {
         (Some(_), _) => false,
-        // pbrt-v3 asks only whether it is 0.
+        // pbrt-v3 tests only if it is 0.
         (None, Version::V3) => alpha.factor > 0.0,
         (None, Version::V4) => alpha.factor >= 1.0,
     };
     (!opaque).then_some(alpha)
 }
 
-/// The light of a shape, if it has one that is black nowhere.
+/// Light of a shape, if it has one that is not black.
 fn light(loading: &mut Loading<'_>, request: &Request<'_>) -> Option<AreaLight> {
     let light = request.state.area_light?;
     if request.in_object {
@@ -237,7 +239,7 @@ fn light(loading: &mut Loading<'_>, request: &Request<'_>) -> Option<AreaLight> 
     (!light.radiance.factor.is_black()).then_some(light)
 }
 
-/// What a light emits from a mesh of that area.
+/// Emission of a light; a light with a power needs the mesh `data` for its area.
 fn emission(light: &AreaLight, data: Option<&MeshData>, to_world: &DAffine3) -> Emission {
     let mut radiance = light.radiance;
     if let (Some(power), Some(data)) = (light.power, data) {
@@ -261,7 +263,7 @@ fn area(data: &MeshData, to_world: &DAffine3) -> f64 {
     0.5 * data.triangles.iter().map(twice).sum::<f64>()
 }
 
-/// Bytes that a mesh holds.
+/// Memory of a mesh (bytes).
 fn bytes(data: &MeshData) -> usize {
     size_of_val(&data.positions[..])
         + size_of_val(&data.normals[..])

@@ -8,7 +8,7 @@ use crate::io::shapes;
 use crate::math::Vec3;
 use crate::scene::{MeshData, NoteKind};
 
-/// Name of a quadric and its parameters with their defaults, in the order of pbrt's documentation.
+/// Names of quadrics and of their parameters, with defaults, in the order of pbrt's documentation.
 const QUADRICS: &[(&str, &[(&str, f32)])] = &[
     // Without bounds the sphere is whole: see `numbers`.
     ("sphere", &[("radius", 1.0), ("zmin", f32::MIN), ("zmax", f32::MAX), ("phimax", 360.0)]),
@@ -19,14 +19,14 @@ const QUADRICS: &[(&str, &[(&str, f32)])] = &[
     ("hyperboloid", &[("phimax", 360.0)]),
 ];
 
-/// The quadric of a shape, if it is one.
+/// Prototype of a shape, if it is a quadric.
 pub(super) fn prototype(class: &str, p: &Parameters) -> Option<Prototype> {
     let (name, _) = QUADRICS.iter().find(|(name, _)| *name == class)?;
     let bits = numbers(class, p).into_iter().map(f32::to_bits).collect();
     Some(Prototype::Quadric(name, bits))
 }
 
-/// The parameters in their order; of hyperboloids the two points after them.
+/// Parameters in the order of the table; for hyperboloids, followed by the two points.
 fn numbers(class: &str, p: &Parameters) -> Vec<f32> {
     let parameters = QUADRICS.iter().find(|(name, _)| *name == class).map_or(&[][..], |q| q.1);
     let mut values: Vec<f32> =
@@ -47,7 +47,7 @@ fn numbers(class: &str, p: &Parameters) -> Vec<f32> {
     values
 }
 
-/// The triangles of a quadric; nothing, with a note, if its parameters give no surface.
+/// Returns the triangles of a quadric; none, with a note, if its parameters give no surface.
 pub(super) fn mesh(loading: &mut Loading<'_>, class: &str, p: &Parameters) -> Result<Option<MeshData>> {
     let at = p.at();
     let n = numbers(class, p);
@@ -73,7 +73,7 @@ pub(super) fn mesh(loading: &mut Loading<'_>, class: &str, p: &Parameters) -> Re
     })
 }
 
-/// An angle of the file, 0 to a whole turn.
+/// Converts an angle of the file to radians, clamped to 0 to a whole turn.
 fn radians(degrees: f32) -> f32 {
     degrees.clamp(0.0, 360.0).to_radians()
 }

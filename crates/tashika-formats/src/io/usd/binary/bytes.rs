@@ -1,22 +1,22 @@
-//! Bytes of a binary file, and what is compressed in them.
+//! Bytes of a binary file, and its compressed parts.
 //!
-//! Integers are coded by their differences `d` from each other, each as the commonest difference or
-//! in 1, 2 or 4 bytes (2, 4 or 8 of the long kind), which two bits say; all of it is a block of
-//! LZ4.[^lz4]
+//! Integers are coded by their successive differences. Two bits for each select the commonest
+//! difference, or one that is stored in 1, 2 or 4 bytes (2, 4 or 8 for long integers). The whole is
+//! a block of LZ4.[^lz4]
 //!
 //! # Guarantee
-//! Nothing is allocated beyond what the compressed bytes can come to, nor beyond the budget.
+//! No allocation exceeds the largest possible size of the uncompressed bytes, or the budget.
 //!
 //! [^lz4]: Collet. "LZ4 Block Format Description." 2022.
 
 use std::cell::Cell;
 use std::rc::Rc;
 
-/// What is wrong with a file.
+/// Description of a fault in a file.
 pub(super) type Wrong = String;
 pub(super) type Read<T> = Result<T, Wrong>;
 
-/// How many times larger a block may become: each byte of it adds at most 255 to a length.
+/// Largest expansion of a block: each of its bytes adds at most 255 to a length.
 const MOST_EXPANSION: usize = 255;
 
 /// Part of the bytes of a file.
@@ -33,12 +33,12 @@ impl Bytes {
     }
 }
 
-/// A place in the bytes.
+/// A position in the bytes.
 #[derive(Clone, Copy)]
 pub(super) struct Cursor<'a> {
     pub bytes: &'a [u8],
     pub at: usize,
-    /// What may still be unpacked.
+    /// Number of bytes that may still be unpacked.
     pub budget: &'a Cell<u64>,
 }
 
@@ -74,7 +74,7 @@ impl<'a> Cursor<'a> {
         self.fixed().map(f64::from_le_bytes)
     }
 
-    /// A number of things of which each takes so many bytes here.
+    /// Reads the number of items that follow, each of at least `size` bytes.
     pub fn count(&mut self, size: usize) -> Read<usize> {
         let count = self.u64()?;
         let left = (self.bytes.len() - self.at.min(self.bytes.len())) as u64;
@@ -84,14 +84,14 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Takes from what may be unpacked.
+    /// Takes bytes from the budget of unpacked bytes.
     pub fn spend(&self, bytes: u64) -> Read<()> {
         let left = self.budget.get().checked_sub(bytes);
         self.budget.set(left.ok_or("more unpacked bytes than a file may have")?);
         Ok(())
     }
 
-    /// Unpacks the next `packed` bytes into at most `most`.
+    /// Unpacks the next `packed` bytes into at most `most` bytes.
     pub fn unpacked(&mut self, packed: usize, most: usize) -> Read<Vec<u8>> {
         let (chunks, mut rest) = match self.take(packed)? {
             [] => return Err("an empty compressed part".to_owned()),
@@ -118,7 +118,7 @@ impl<'a> Cursor<'a> {
         Ok(out)
     }
 
-    /// `count` integers, packed, with their size before them.
+    /// Reads `count` compressed integers, with their size before them.
     pub fn integers(&mut self, count: usize, kind: Kind) -> Read<Vec<i64>> {
         let packed = self.count(1)?;
         if count == 0 {
@@ -129,7 +129,7 @@ impl<'a> Cursor<'a> {
         let codes = count.div_ceil(4);
         let most = codes.saturating_add(width).saturating_add(count.saturating_mul(width));
         let unpacked = self.unpacked(packed, most)?;
-        // Two bits at least for each.
+        // At least two bits for each.
         if unpacked.len() < codes {
             return Err(format!("{count} integers in {} bytes", unpacked.len()));
         }
@@ -138,7 +138,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// How long integers are, and what they wrap at.
+/// Width of integers, and the range in which they wrap around.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Signed,

@@ -3,19 +3,19 @@
 //! A file is a head, a table of sections, and the sections: tokens, strings, fields, sets of
 //! fields, paths, and the specs that join a path to a set of fields.
 //!
-//! | module | what it does |
+//! | module | purpose |
 //! |---|---|
 //! | [`bytes`] | bytes within bounds, compressed parts |
 //! | [`values`] | values by their type |
-//! | [`specs`] | what a layer says, from the sections |
+//! | [`specs`] | a layer from the sections |
 //! | this one | the sections |
 //!
 //! # Guarantee
-//! Any bytes give a layer or an error. All counts are held against the bytes that are there; what
-//! is unpacked stays within the budget that the caller gives.
+//! Any bytes give a layer or an error. All counts are checked against the bytes that are there;
+//! unpacked bytes stay within the budget that the caller gives.
 //!
-//! Held to this by `tests` with files that Pixar's own library wrote (`scripts/usd_samples.py`), and by
-//! `damaged_usd` of the suite.
+//! Held to this by `tests` with files that Pixar's own library wrote (`scripts/usd_samples.py`),
+//! and by `damaged_usd` of the suite.
 
 mod bytes;
 mod specs;
@@ -32,16 +32,16 @@ use super::layer::Layer;
 use super::value::{Text, Value};
 use crate::error::{Error, Location, Result};
 
-/// What a binary file begins with.
+/// First bytes of a binary file.
 pub(super) const MAGIC: &[u8] = b"PXR-USDC";
 
-/// The versions that are read: from the first with compressed sections.
+/// Versions that are read: from the first with compressed sections.
 const VERSIONS: std::ops::RangeInclusive<[u8; 2]> = [0, 4]..=[0, 13];
 
-/// Deepest path (names in each other).
+/// Largest depth of a path (names).
 const MAX_DEPTH: usize = 200;
 
-/// A value's type, flags and place, as the file has them.
+/// Type, flags, and place or value, as stored in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rep(pub u64);
 
@@ -51,13 +51,13 @@ pub(super) struct Binary {
     bytes: Bytes,
     version: [u8; 2],
     tokens: Vec<Text>,
-    /// Of each the index of its token.
+    /// Index of the token of each string.
     strings: Vec<u32>,
     paths: Vec<Text>,
     budget: Cell<u64>,
 }
 
-/// Reads a file; what it unpacks is at most `budget` bytes at a time.
+/// Reads a file, unpacking at most `budget` bytes at a time.
 pub(super) fn parse(bytes: Bytes, name: &Path, budget: u64) -> Result<Layer> {
     let at = || Location::file(name);
     let version: [u8; 2] = match bytes.get().get(8..10) {
@@ -76,13 +76,13 @@ pub(super) fn parse(bytes: Bytes, name: &Path, budget: u64) -> Result<Layer> {
     result.map_err(|wrong| Error::invalid(at(), wrong, "a sound file: is it cut off?"))
 }
 
-/// What specs are made of.
+/// Sections that specs are made of.
 struct Sections {
     /// Name and value of each field.
     fields: Vec<(u32, Rep)>,
-    /// Fields of all sets; [`u32::MAX`] ends one.
+    /// Fields of all sets; [`u32::MAX`] ends a set.
     field_sets: Vec<i64>,
-    /// Path, set of fields, type.
+    /// Path, set of fields, and type of each spec.
     specs: Vec<[i64; 3]>,
 }
 
@@ -141,12 +141,12 @@ fn sections(bytes: Bytes, version: [u8; 2], budget: u64) -> Read<(Binary, Sectio
         let (paths, sets, types) = (paths?, sets?, types?);
         (0..count).map(|i| [paths[i], sets[i], types[i]]).collect()
     };
-    // What follows are values, which are asked for one at a time.
+    // From here on, single values are read on demand.
     binary.budget.set(budget);
     Ok((binary, Sections { fields, field_sets, specs }))
 }
 
-/// A count of what is compressed, which the bytes cannot tell before they are unpacked.
+/// A count of compressed items, which cannot be checked before they are unpacked.
 fn claimed(cursor: &mut Cursor<'_>) -> Read<usize> {
     let count = cursor.u64()?;
     usize::try_from(count).ok().filter(|_| count < 1 << 40).ok_or_else(|| format!("a list of {count}"))
@@ -157,7 +157,7 @@ fn tokens(cursor: &mut Cursor<'_>) -> Read<Vec<Text>> {
     let packed = cursor.count(1)?;
     let text = cursor.unpacked(packed, size)?;
     cursor.spend(32 * text.len() as u64)?;
-    // Each ends with a zero.
+    // Each token ends with a zero.
     let mut all: Vec<Text> = text.split(|b| *b == 0).map(|t| String::from_utf8_lossy(t).into()).collect();
     all.truncate(count);
     if all.len() < count {
@@ -188,7 +188,7 @@ fn paths(cursor: &mut Cursor<'_>, tokens: &[Text]) -> Read<Vec<Text>> {
         return Err(format!("{count} of {total} paths"));
     }
     let mut paths: Vec<Text> = vec![Text::from(""); total];
-    // Where a branch begins, and below what.
+    // Beginning of each branch, the path above it, and its depth.
     let mut branches: Vec<(usize, Option<Text>, usize)> = vec![(0, None, 0)];
     let mut visited = 0;
     while let Some((mut at, mut parent, mut depth)) = branches.pop() {
@@ -227,7 +227,7 @@ fn paths(cursor: &mut Cursor<'_>, tokens: &[Text]) -> Read<Vec<Text>> {
     Ok(paths)
 }
 
-/// A path with one element more: a property, a variant or a prim.
+/// A path with one more element: a property, a variant or a prim.
 fn joined(parent: &str, token: &str, is_property: bool) -> Text {
     if is_property {
         format!("{parent}.{token}").into()
@@ -239,7 +239,7 @@ fn joined(parent: &str, token: &str, is_property: bool) -> Text {
 }
 
 impl Binary {
-    /// A place in the file.
+    /// Cursor at a position in the file.
     fn cursor(&self, at: usize) -> Read<Cursor<'_>> {
         let bytes = self.bytes.get();
         if at > bytes.len() {

@@ -1,4 +1,4 @@
-//! What a layer says, from the sections of a file.
+//! Layers from the sections of a file.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,18 +8,18 @@ use super::super::value::{Text, Value};
 use super::bytes::Read;
 use super::{Binary, Rep, Sections, values};
 
-/// What a spec is of.
+/// Types of specs.
 const ATTRIBUTE: i64 = 1;
 const PRIM: i64 = 6;
 const PSEUDO_ROOT: i64 = 7;
 const RELATIONSHIP: i64 = 8;
 const VARIANT: i64 = 10;
 
-/// The type of values that change with time.
+/// Types of values that change with time.
 const TIME_SAMPLES: u64 = 46;
 const SPLINE: u64 = 59;
 
-/// The layer, without the bytes.
+/// The layer, without the bytes of the file.
 pub(super) fn layer(binary: &Binary, sections: &Sections, name: &Path) -> Read<Layer> {
     let mut layer = Layer {
         name: name.to_owned(),
@@ -29,7 +29,7 @@ pub(super) fn layer(binary: &Binary, sections: &Sections, name: &Path) -> Read<L
     };
     let mut building = Building { binary, sections, by_path: BTreeMap::new(), orders: Vec::new() };
     building.by_path.insert("/".into(), 0);
-    // Prims and variants first: properties are looked up by the prim that they are of.
+    // Prims and variants first: properties are attached to the prim of their path.
     for &[path, set, kind] in &sections.specs {
         let path = binary.path(u32::try_from(path).unwrap_or(u32::MAX))?;
         match kind {
@@ -124,7 +124,7 @@ impl Building<'_> {
         Ok(())
     }
 
-    /// Puts prims below each other, and variants into their sets.
+    /// Links prims to the prims above them, and variants to their sets.
     fn link(&mut self, layer: &mut Layer) {
         let ordered: BTreeMap<u32, BTreeMap<&str, usize>> = self
             .orders
@@ -188,7 +188,7 @@ impl Building<'_> {
     }
 }
 
-/// The path above a prim's, and its name: `/A` and `B` of `/A/B`, `/A{v=x}` and `B` of `/A{v=x}B`.
+/// Path above a prim, and its name: `/A` and `B` of `/A/B`, `/A{v=x}` and `B` of `/A{v=x}B`.
 fn parent(path: &str) -> Option<(&str, &str)> {
     let start = path.rfind(['/', '}'])? + 1;
     let name = path.get(start..).filter(|name| !name.is_empty())?;

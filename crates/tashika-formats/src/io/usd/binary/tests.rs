@@ -23,7 +23,8 @@ fn read(name: &str) -> Layer {
     parse(Bytes { all: Rc::new(bytes), from: 0, to }, &path, 1 << 20).unwrap()
 }
 
-/// Texts have six digits of halves, and of floats those that give them back.
+/// Compares values up to the precision of text: six digits for halves, and for floats as many as
+/// restore them.
 fn alike(a: &Value, b: &Value) -> bool {
     let near = |a: &[f64], b: &[f64]| {
         a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-6 * a.abs())
@@ -83,7 +84,7 @@ fn both_encodings_say_the_same_of_prims() {
             same(a, b, *i, *j);
         }
     }
-    // What the file says of itself is no prim.
+    // Prim 0 stands for the file itself: only its children and metadata are compared.
     for (name, i) in &written.prims[0].children {
         same(&written, &packed, *i, packed.prims[0].by_name[name]);
     }

@@ -1,7 +1,7 @@
 //! Values by their type.
 //!
-//! A value is eight bytes: flags, a type, and 48 bits that are the value itself, if it is small, or
-//! the place where it is.
+//! A value is eight bytes: flags, a type, and 48 bits with the value itself, if it is small, or its
+//! place in the file.
 
 use std::rc::Rc;
 
@@ -9,7 +9,7 @@ use super::super::value::{ListOp, Reference, Text, Value};
 use super::bytes::{Cursor, Kind, Read};
 use super::{Binary, Rep};
 
-/// How deep values may lie in each other.
+/// Largest depth of nested values.
 const MAX_DEPTH: usize = 32;
 
 /// Shortest array that is compressed.
@@ -39,7 +39,7 @@ impl Stored {
         }
     }
 
-    /// The number that the first bytes are.
+    /// The number in the first bytes.
     fn read(self, b: &[u8]) -> f64 {
         let four = || [b[0], b[1], b[2], b[3]];
         let eight = || [b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]];
@@ -57,7 +57,7 @@ impl Stored {
     }
 }
 
-/// `(−1)^s 2^(e − 15) (1 + m / 1024)`, and what the smallest and the largest exponent mean.
+/// `(−1)^s 2^(e − 15) (1 + m / 1024)`, with subnormal numbers, infinities and NaN.
 fn half(bits: u16) -> f64 {
     let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
     let (exponent, mantissa) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023));
@@ -70,8 +70,7 @@ fn half(bits: u16) -> f64 {
     }
 }
 
-/// What numbers of that type are made of: how they are stored, how many are one, and whether they
-/// are a quaternion or a matrix.
+/// Stored type and number of components of a value that consists of numbers.
 fn shape(kind: u8) -> Option<(Stored, usize)> {
     use Stored::{Bool, Double, Float, Half, I8, I32, I64, U32, U64};
     Some(match kind {
@@ -190,7 +189,7 @@ pub(super) fn value(binary: &Binary, rep: Rep, depth: usize) -> Read<Value> {
     })
 }
 
-/// Numbers one after the other.
+/// Consecutive numbers.
 fn raw(cursor: &mut Cursor<'_>, stored: Stored, count: usize) -> Read<Vec<f64>> {
     let size = stored.size();
     let bytes = cursor.take(count.checked_mul(size).ok_or("a size beyond all bytes")?)?;
@@ -198,7 +197,7 @@ fn raw(cursor: &mut Cursor<'_>, stored: Stored, count: usize) -> Read<Vec<f64>> 
     Ok(bytes.chunks_exact(size).map(|b| stored.read(b)).collect())
 }
 
-/// A value in the rep itself.
+/// Numbers in the rep itself.
 fn inlined(kind: u8, stored: Stored, width: usize, payload: u64) -> Vec<f64> {
     let bytes = payload.to_le_bytes();
     match kind {
@@ -272,7 +271,7 @@ fn compressed(cursor: &mut Cursor<'_>, stored: Stored, count: usize) -> Read<Vec
     match cursor.fixed::<1>()? {
         // Whole numbers.
         [b'i'] => cursor.integers(count, Kind::Signed).map(numbers),
-        // Few different ones.
+        // Few different numbers, in a table.
         [b't'] => {
             let size = cursor.u32()? as usize;
             let table = raw(cursor, stored, size)?;
@@ -313,12 +312,12 @@ fn list_op<T>(
     Ok(op)
 }
 
-/// Whether payloads have the offset of their time, and so how long they are.
+/// Returns true if payloads have a time offset, and the size of a payload (bytes).
 fn has_payload_offset(binary: &Binary) -> (bool, usize) {
     if binary.version >= [0, 8] { (true, 24) } else { (false, 8) }
 }
 
-/// A reference, or without the dictionary after it a payload.
+/// A reference, or a payload, which has no dictionary after it (`depth` 64).
 fn reference(binary: &Binary, cursor: &mut Cursor<'_>, has_offset: bool, depth: usize) -> Read<Reference> {
     let (asset, prim) = (binary.string(cursor.u32()?)?, binary.path(cursor.u32()?)?);
     let (offset, scale) = if has_offset { (cursor.f64()?, cursor.f64()?) } else { (0.0, 1.0) };
@@ -341,7 +340,7 @@ fn skip_dictionary(cursor: &mut Cursor<'_>) -> Read<()> {
     Ok(())
 }
 
-/// Times and values of an attribute that changes, by time.
+/// Times and values of an animated attribute, sorted by time.
 pub(super) fn samples(binary: &Binary, rep: Rep) -> Read<Vec<(f64, Rep)>> {
     let mut cursor = binary.cursor((rep.0 & 0xffff_ffff_ffff) as usize)?;
     let jump = |cursor: &mut Cursor<'_>| -> Read<()> {

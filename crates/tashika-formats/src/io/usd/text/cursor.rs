@@ -1,4 +1,4 @@
-//! Where the reading of a text stands, and its smallest parts.
+//! Position in a text, and its smallest parts.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use crate::error::{Error, Location, Result};
 use crate::io::notes::quoted;
 use crate::io::text::utf8_or_latin1;
 
-/// A place in a text; it is never before blanks or comments.
+/// A position in a text, never in front of blanks or comments.
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -19,7 +19,7 @@ impl<'a> Cursor<'a> {
         Self { bytes, at: 0, line: 1, name }
     }
 
-    /// The line, from 1.
+    /// Number of the current line, from 1.
     pub(super) fn line(&self) -> u32 {
         self.line
     }
@@ -33,12 +33,12 @@ impl<'a> Cursor<'a> {
         self.bytes.get(self.at).copied()
     }
 
-    /// What is wrong here.
+    /// An error at the current line.
     pub(super) fn invalid(&self, found: &str, expected: &str) -> Error {
         Error::invalid(Location::line(self.name, self.line), found, expected)
     }
 
-    /// What stands here.
+    /// Text at the position, for messages.
     fn found(&self) -> String {
         match self.bytes.get(self.at..) {
             None | Some([]) => "the end of the file".to_owned(),
@@ -50,7 +50,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Goes on to what is neither blank nor a comment.
+    /// Skips blanks and comments.
     pub(super) fn skip_blank(&mut self) {
         while let Some(&byte) = self.bytes.get(self.at) {
             match byte {
@@ -80,7 +80,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Takes a byte, if it is the next.
+    /// Takes a byte and the blanks after it, if it is the next.
     pub(super) fn eat(&mut self, byte: u8) -> bool {
         let is_there = self.eat_at_once(byte);
         if is_there {
@@ -89,14 +89,14 @@ impl<'a> Cursor<'a> {
         is_there
     }
 
-    /// The same without looking for blanks after it.
+    /// Takes a byte, if it is the next, but no blanks after it.
     pub(super) fn eat_at_once(&mut self, byte: u8) -> bool {
         let is_there = self.peek() == Some(byte);
         self.at += usize::from(is_there);
         is_there
     }
 
-    /// Takes that byte.
+    /// Takes a byte, which must be the next.
     pub(super) fn expect(&mut self, byte: u8) -> Result<()> {
         if self.eat(byte) {
             return Ok(());
@@ -192,7 +192,7 @@ impl<'a> Cursor<'a> {
         self.until(mark, "the name of a file")
     }
 
-    /// What stands between `<` and `>`.
+    /// Text between `<` and `>`.
     pub(super) fn path(&mut self) -> Result<&'a str> {
         self.expect_bytes(b"<")?;
         let start = self.at;
@@ -210,7 +210,7 @@ impl<'a> Cursor<'a> {
         Err(self.invalid(&self.found(), &quoted(&utf8_or_latin1(mark))))
     }
 
-    /// What stands before the mark, in this line.
+    /// Text before the mark, within the line.
     fn until(&mut self, mark: &[u8], what: &str) -> Result<String> {
         let start = self.at;
         while !self.bytes[self.at..].starts_with(mark) {
@@ -225,7 +225,7 @@ impl<'a> Cursor<'a> {
         Ok(text)
     }
 
-    /// Takes what stands in braces, without looking at it.
+    /// Skips the text in braces.
     pub(super) fn skip_block(&mut self) -> Result<()> {
         let first = self.line;
         self.expect(b'{')?;

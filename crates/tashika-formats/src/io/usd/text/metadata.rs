@@ -1,4 +1,4 @@
-//! What stands between parentheses: fields of layers, prims and properties.
+//! Metadata between parentheses: fields of layers, prims and properties.
 
 use super::super::layer::absolute;
 use super::super::value::{Edit, Reference, Text, Value};
@@ -6,7 +6,7 @@ use super::{Parser, edit_of};
 use crate::error::Result;
 
 impl Parser<'_, '_> {
-    /// All fields up to the closing parenthesis; `take` reads the value of one.
+    /// Parses all fields up to the closing parenthesis; `take` reads the value of one.
     pub(super) fn metadata(
         &mut self,
         mut take: impl FnMut(&mut Self, Edit, &str) -> Result<()>,
@@ -47,7 +47,7 @@ impl Parser<'_, '_> {
         Ok(all)
     }
 
-    /// `@file@</prim> (offset = 1)`; of `None` nothing.
+    /// Parses `@file@</prim> (offset = 1)`; none for `None`.
     fn reference(&mut self, prim: &str) -> Result<Option<Reference>> {
         let mut reference = Reference::default();
         let mut is_any = false;
@@ -78,7 +78,7 @@ impl Parser<'_, '_> {
         Ok(Some(reference))
     }
 
-    /// `{ string set = "choice" … }`.
+    /// Parses `{ string set = "choice" … }`.
     pub(super) fn selections(&mut self) -> Result<Vec<(Text, Text)>> {
         let mut all = Vec::new();
         self.cursor.expect(b'{')?;

@@ -1,19 +1,19 @@
 //! `.usda`: layers as text.
 //!
-//! | module | what it does |
+//! | module | purpose |
 //! |---|---|
-//! | [`cursor`] | words, strings, numbers, and where they stand |
+//! | [`cursor`] | position in the text; words, strings, numbers |
 //! | [`values`] | values of attributes |
-//! | [`metadata`] | what stands between parentheses |
+//! | [`metadata`] | fields between parentheses |
 //! | this one | prims, properties, variants |
 //!
 //! # Guarantee
-//! Any bytes give a layer, or an error with its line. Prims and values lie no deeper in each other
-//! than [`MAX_DEPTH`]; memory is in proportion to the text.
+//! Any bytes give a layer, or an error with its line. Prims and values are nested at most
+//! [`MAX_DEPTH`] deep; memory is proportional to the text.
 //!
 //! # Differences from the format
-//! What is no error of syntax is taken as it stands: types are not looked at, and a name may stand
-//! where a string should.
+//! Text without an error of syntax is accepted: types are not checked, and a name may stand where a
+//! string should.
 //!
 //! Held to this by `usd` and `damaged_usd` of the suite.
 
@@ -28,7 +28,7 @@ use super::layer::{Layer, Metadata, PrimSpec, Property, Specifier, Stored, absol
 use super::value::{Edit, Text, Value};
 use crate::error::Result;
 
-/// How deep prims and values may lie in each other.
+/// Largest depth of nested prims and values.
 const MAX_DEPTH: usize = 100;
 
 /// Reads a text.
@@ -54,14 +54,14 @@ pub(super) fn parse(bytes: &[u8], name: &Path) -> Result<Layer> {
     Ok(layer)
 }
 
-/// A text and what was read of it.
+/// A text, and the layer read from it so far.
 struct Parser<'a, 'l> {
     cursor: Cursor<'a>,
     layer: &'l mut Layer,
 }
 
 impl Parser<'_, '_> {
-    /// One statement in the braces of prim `owner`.
+    /// Parses one statement in the braces of prim `owner`.
     fn statement(&mut self, owner: u32, path: &str, depth: usize) -> Result<()> {
         if self.cursor.eat(b';') {
             return Ok(());
@@ -96,7 +96,7 @@ impl Parser<'_, '_> {
         self.body(index, &path, depth)
     }
 
-    /// Metadata and braces of a prim or a variant.
+    /// Parses the metadata and the braces of a prim or a variant.
     fn body(&mut self, index: u32, path: &str, depth: usize) -> Result<()> {
         if depth >= MAX_DEPTH {
             let found = format!("more than {MAX_DEPTH} prims in each other");
@@ -130,7 +130,7 @@ impl Parser<'_, '_> {
         Ok(())
     }
 
-    /// A property that begins with this word.
+    /// Parses a property that begins with `word`.
     fn property(&mut self, owner: u32, path: &str, word: &str, line: u32) -> Result<()> {
         let (mut edit, mut is_custom) = (Edit::Explicit, false);
         let mut word = word.to_owned();
@@ -187,7 +187,7 @@ impl Parser<'_, '_> {
         Ok(())
     }
 
-    /// Paths of a relationship or of connections; those of `None` are none.
+    /// Paths of a relationship or of connections; none for `None`.
     fn paths(&mut self, prim: &str) -> Result<Vec<Text>> {
         let paths = match self.value(0)? {
             Value::Text(path) => vec![path],
@@ -197,7 +197,7 @@ impl Parser<'_, '_> {
         Ok(paths.iter().map(|path| absolute(path, prim)).collect())
     }
 
-    /// `{ time: value, … }`, by time.
+    /// Parses `{ time: value, … }`, sorted by time.
     fn samples(&mut self) -> Result<Vec<(f64, Stored)>> {
         let mut samples = Vec::new();
         self.cursor.expect(b'{')?;
@@ -222,7 +222,7 @@ fn is_whole(type_name: &str) -> bool {
     rest.is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// How a word edits a list.
+/// Edit of a list that a word stands for.
 fn edit_of(word: &str) -> Option<Edit> {
     Some(match word {
         "prepend" => Edit::Prepend,
@@ -235,7 +235,7 @@ fn edit_of(word: &str) -> Option<Edit> {
 
 impl Parser<'_, '_> {
     fn prim_metadata(&mut self, index: u32, path: &str) -> Result<()> {
-        // Taken out while its metadata are read, which push nothing.
+        // Taken out while its metadata are read, which add no prims.
         let mut prim = std::mem::take(&mut self.layer.prims[index as usize]);
         let result = self.metadata(|parser, edit, key| {
             match key {

@@ -1,11 +1,11 @@
-//! Values by their shape: the type that stands before them is not needed.
+//! Values, parsed by their syntax alone: the type before them is not needed.
 
 use super::super::value::{Text, Value};
 use super::{MAX_DEPTH, Parser};
 use crate::error::Result;
 
 impl Parser<'_, '_> {
-    /// One value.
+    /// Parses a value at a depth of nesting.
     pub(super) fn value(&mut self, depth: usize) -> Result<Value> {
         if depth >= MAX_DEPTH {
             let found = format!("more than {MAX_DEPTH} values in each other");
@@ -37,7 +37,7 @@ impl Parser<'_, '_> {
         })
     }
 
-    /// The numbers of a tuple, of tuples in it too.
+    /// Appends the numbers of a tuple, including those of tuples in it.
     fn tuple(&mut self, numbers: &mut Vec<f64>, depth: usize) -> Result<()> {
         self.cursor.expect(b'(')?;
         while !self.cursor.eat(b')') {

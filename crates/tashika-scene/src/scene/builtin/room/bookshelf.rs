@@ -1,4 +1,4 @@
-//! A bookshelf with some two hundred and fifty books of different sizes and colours.
+//! A bookshelf with about 250 books of different sizes and colours.
 
 use std::f32::consts::PI;
 
@@ -20,7 +20,7 @@ const TALL: f32 = 2.10;
 const BOARD: f32 = 0.024;
 const SHELVES: usize = 6;
 
-/// Covers, with their share of gloss and exponent: cloth, card, leather.
+/// Covers of cloth, card and leather: colour, specular share and Phong exponent.
 const COVERS: [(Rgb, f32, f32); 9] = [
     (Rgb::new(0.30, 0.04, 0.03), 0.08, 30.0),
     (Rgb::new(0.04, 0.10, 0.22), 0.10, 60.0),
@@ -72,7 +72,7 @@ pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
             let foot = if leans { book.tall * sin } else { 0.0 };
             let front = DEEP - 0.03 - 0.03 * stream.uniform();
             let place = |shape: Shape| {
-                // Leaning to the left about its lower left edge.
+                // Leaning to the left, around its lower left edge.
                 let turned = shape.turned(rotation(Vec3::Z, angle));
                 turned.at(BOOKSHELF + Vec3::new(x + foot + 0.0005, base + 0.0005, front))
             };
@@ -90,7 +90,7 @@ pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
     ornaments(stage, palette, |k| BOOKSHELF + Vec3::new(WIDTH - 0.17, floor_of(k) + BOARD, 0.16))
 }
 
-/// A book that stands at the origin: spine towards `+z`, thickness along `+x`.
+/// Size of a book (m) that stands at the origin: spine towards `+z`, thickness along `+x`.
 struct Book {
     thick: f32,
     tall: f32,
@@ -98,7 +98,7 @@ struct Book {
 }
 
 impl Book {
-    /// Two boards and a rounded spine.
+    /// Creates two boards and a rounded spine.
     fn cover(&self) -> Shape {
         let Self { thick, tall, deep } = *self;
         const CARD: f32 = 0.0025;
@@ -112,14 +112,14 @@ impl Book {
         Shape::merged([board(0.0), board(thick - CARD), spine])
     }
 
-    /// The block of paper, a little smaller than the cover.
+    /// Creates the block of paper, slightly smaller than the cover.
     fn pages(&self) -> Shape {
         let lo = Vec3::new(0.0026, 0.002, 0.004 - self.deep);
         box_between(lo, Vec3::new(self.thick - 0.0026, self.tall - 0.003, -0.001))
     }
 }
 
-/// A vase, a sphere on a ring and a small urn, in the gaps of shelves 1, 3 and 5.
+/// Adds an urn, a ball and a vase in the gaps of shelves 1, 3 and 5.
 fn ornaments(stage: &mut Stage, palette: &Palette, place: impl Fn(usize) -> Vec3) -> Result<()> {
     let turned = |scale: [f32; 2], shape: &dyn Fn(f32) -> f32| {
         let mut profile = vec![Vec2::ZERO];

@@ -17,7 +17,7 @@ use crate::scene::builtin::shapes::{
 };
 use crate::scene::builtin::stage::Stage;
 
-/// Adds all of it.
+/// Adds rug, plant, mirror and pictures.
 pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
     rug(stage)?;
     plant(stage, palette)?;
@@ -25,7 +25,7 @@ pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
     pictures(stage, palette)
 }
 
-/// A woven rug: threads over and under each other, with fringes at its short ends.
+/// Adds a woven rug: threads over and under each other, with fringes at its short ends.
 fn rug(stage: &mut Stage) -> Result<()> {
     const SIZE: Vec2 = Vec2::new(1.5, 2.3);
     const CELLS: [usize; 2] = [84, 128];
@@ -33,7 +33,7 @@ fn rug(stage: &mut Stage) -> Result<()> {
     let weave = grid(CELLS, [Ends::Open; 2], |i, j| {
         let (s, t) = (i as f32 / CELLS[0] as f32, j as f32 / CELLS[1] as f32);
         let at_edge = i == 0 || j == 0 || i == CELLS[0] || j == CELLS[1];
-        // Each knot of two by two cells is raised or sunk against its neighbours.
+        // Each knot of two by two cells is raised or sunk relative to its neighbours.
         let over = ((i / 2 + j / 2) % 2) as f32;
         let (ripple, _) = sin_cos(TAU * (1.3 * s + 0.8 * t));
         let height = if at_edge { 0.001 } else { 0.007 + 0.0025 * over + 0.0008 * ripple };
@@ -65,7 +65,7 @@ fn rug(stage: &mut Stage) -> Result<()> {
     stage.repeat("fringe", cream, thread, &places)
 }
 
-/// A rubber plant: stems out of a pot, leaves in a spiral around each.
+/// Adds a rubber plant: stems from a pot, with leaves in a spiral around each.
 fn plant(stage: &mut Stage, palette: &Palette) -> Result<()> {
     let at = Vec3::new(0.52, FLOOR, 0.47);
     let pot = [
@@ -101,7 +101,7 @@ fn plant(stage: &mut Stage, palette: &Palette) -> Result<()> {
         for i in 0..leaves {
             let t = 0.22 + 0.78 * (i as f32 + 0.5) / leaves as f32;
             let u = stream.uniform_3();
-            // The golden angle keeps leaves out of each other's shade.
+            // The golden angle prevents leaves from shading each other.
             let turn = rotation(Vec3::Y, 2.4 * i as f32 + around + 0.5 * u[0]);
             let lift = rotation(Vec3::Z, 0.15 + 0.75 * t + 0.3 * (u[1] - 0.5));
             let scale = Vec3::splat((1.15 - 0.45 * t) * (0.8 + 0.35 * u[2]));
@@ -123,12 +123,12 @@ fn plant(stage: &mut Stage, palette: &Palette) -> Result<()> {
     stage.repeat("leaf", green, Shape::merged([leaf.at(Vec3::X * 0.02), stalk]), &places)?;
     let soil = stage.material("soil", matte(Rgb::new(0.05, 0.035, 0.025)))?;
     stage.put("soil", soil, disk(0.172, 48).at(at + Vec3::Y * 0.30))?;
-    // A tray keeps the floor dry.
+    // A tray under the pot.
     let tray = [[0.0, 0.0], [0.2, 0.0], [0.21, 0.02], [0.205, 0.02], [0.195, 0.006], [0.0, 0.006]];
     stage.put("tray", palette.black, lathe(&creased(&tray), 48).at(at + Vec3::Y * 0.0002))
 }
 
-/// A round mirror in a brass ring above the sideboard.
+/// Adds a round mirror in a brass ring above the sideboard.
 fn mirror(stage: &mut Stage, palette: &Palette) -> Result<()> {
     const RADIUS: f32 = 0.40;
     let face =
@@ -138,14 +138,15 @@ fn mirror(stage: &mut Stage, palette: &Palette) -> Result<()> {
     stage.put("mirror frame", palette.brass, torus(RADIUS, 0.016, 96, 16).moved(face))
 }
 
-/// Three framed paintings: one beside the mirror, two on the wall behind the camera, seen in it.
+/// Adds three framed paintings: one beside the mirror, two on the wall behind the camera, visible
+/// in the mirror.
 fn pictures(stage: &mut Stage, palette: &Palette) -> Result<()> {
     let landscape = stage.texture(patterns::landscape())?;
     let landscape = stage.material("landscape", matte(tinted(Rgb::WHITE, landscape)))?;
     let disks = stage.texture(patterns::disks())?;
     let disks = stage.material("disks", matte(tinted(Rgb::WHITE, disks)))?;
 
-    // Pictures hang in the plane z = 0 about the origin, facing +z.
+    // Pictures are made in the plane z = 0, centred at the origin and facing +z.
     let back = |x: f32, y: f32| Affine3A::from_translation(Vec3::new(x, y, 0.0));
     let front =
         |x: f32, y: f32| Affine3A::from_rotation_translation(rotation(Vec3::Y, PI), Vec3::new(x, y, DEPTH));

@@ -14,7 +14,7 @@ use crate::scene::builtin::shapes::{
 };
 use crate::scene::builtin::stage::Stage;
 
-/// Adds all four.
+/// Adds table, chairs, sideboard and armchair.
 pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
     table(stage, palette)?;
     chairs(stage, palette)?;
@@ -22,18 +22,18 @@ pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
     armchair(stage, palette)
 }
 
-/// Grain along `x`, on all faces of a thing made of boards.
+/// Texture coordinates with the grain along `x` on all faces of an object made of boards.
 fn grain_along_x(p: Vec3, n: Vec3) -> Vec2 {
     let across = if n.y.abs() > 0.5 { p.z } else { p.y };
     Vec2::new(0.5 * p.x, 1.3 * across)
 }
 
-/// Grain along `y`.
+/// Texture coordinates with the grain along `y`.
 fn grain_along_y(p: Vec3, _: Vec3) -> Vec2 {
     Vec2::new(0.5 * p.y, 1.3 * (p.x + p.z))
 }
 
-/// A round leg from the origin up to `height`, thicker at the top, leaning towards the top by
+/// Creates a round leg from the origin up to `height`, thicker at the top, which is shifted by
 /// `lean` (m).
 fn leg(height: f32, radii: [f32; 2], lean: Vec2) -> Shape {
     let [foot, top] = radii;
@@ -67,7 +67,7 @@ fn table(stage: &mut Stage, palette: &Palette) -> Result<()> {
     stage.put("table", palette.walnut, Shape::merged(parts).at(TABLE.with_y(0.0)))
 }
 
-/// A chair that faces `+z`, in wood and cloth, at four places around the table.
+/// Adds four chairs of wood and cloth around the table; the model faces `+z`.
 fn chairs(stage: &mut Stage, palette: &Palette) -> Result<()> {
     const SEAT: f32 = 0.43;
     let mut wood = Shape::default();
@@ -77,7 +77,7 @@ fn chairs(stage: &mut Stage, palette: &Palette) -> Result<()> {
             0.0,
             0.20,
         )));
-        // The back leg goes on as the upright of the backrest.
+        // The back leg continues as the upright of the backrest.
         let path: Vec<Vec3> = (0..=20)
             .map(|k| {
                 let t = k as f32 / 20.0;
@@ -128,7 +128,7 @@ fn chairs(stage: &mut Stage, palette: &Palette) -> Result<()> {
     stage.repeat("chair pad", cloth, pad, &places)
 }
 
-/// A low cupboard at the back wall with three doors.
+/// Adds a low cupboard with three doors at the back wall.
 fn sideboard(stage: &mut Stage, palette: &Palette) -> Result<()> {
     const HALF_WIDTH: f32 = 0.85;
     const DEEP: f32 = 0.42;
@@ -173,7 +173,7 @@ fn sideboard(stage: &mut Stage, palette: &Palette) -> Result<()> {
     stage.put("handles", palette.brass, handles)
 }
 
-/// A rounded armchair with two cushions, facing the table.
+/// Adds a rounded armchair with two cushions, facing the table.
 fn armchair(stage: &mut Stage, palette: &Palette) -> Result<()> {
     let place = Affine3A::from_rotation_translation(rotation(Vec3::Y, 0.85), Vec3::new(1.12, FLOOR, 1.25));
     let block = |half: [f32; 3], exponents: [f32; 2], at: [f32; 3], tilt: f32| {

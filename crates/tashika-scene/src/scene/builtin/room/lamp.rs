@@ -21,20 +21,21 @@ const SLATS: usize = 30;
 /// Half the height of the shade (m).
 const HALF_HEIGHT: f32 = 0.17;
 
-/// Radius of the shade (m) at a height from −1 (bottom) to 1 (top).
+/// Radius of the shade (m) at a relative height from −1 (bottom) to 1 (top).
 fn shade_radius(t: f32) -> f32 {
     let round = (1.0 - powf((0.92 * t).abs(), 2.4)).max(0.0).sqrt();
     0.055 + 0.165 * round
 }
 
-/// Adds the lamp at [`LAMP`], the centre of its bulb.
+/// Adds the lamp, with the centre of its bulb at [`LAMP`].
 pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
     let bulb = stage.emissive("bulb", BULB)?;
     stage.put("bulb", bulb, sphere(BULB_RADIUS, 32, 16).at(LAMP))?;
 
     let slat = grid([2, 28], [Ends::Open; 2], |i, j| {
         let (s, t) = (0.5 * i as f32 - 0.5, j as f32 / 14.0 - 1.0);
-        // Narrower where the shade is, so that the gaps keep their share.
+        // Slats are narrower where the shade is narrower, so that the share of the gaps is
+        // constant.
         let radius = shade_radius(t);
         Vec3::new(radius, HALF_HEIGHT * t, -0.5 * TAU * radius / SLATS as f32 * s)
     });

@@ -1,6 +1,6 @@
-//! What the things in the room are made of.
+//! Materials of the room.
 //!
-//! Reflectances stay at or below 0.8, so that paths end and no surface is whiter than paint can be.
+//! Reflectances are at most 0.8, so that paths end and no surface is whiter than paint.
 
 use crate::bsdf::ConductorFresnel;
 use crate::color::Rgb;
@@ -11,15 +11,15 @@ use crate::scene::{CoatBase, ColorInput, MaterialId, Surface, TextureId};
 /// Refractive index of varnish and plastic.
 const COAT_IOR: f32 = 1.5;
 
-/// Materials that more than one thing is made of.
+/// Materials that several objects share.
 pub struct Palette {
     /// Grain of all wooden surfaces; multiplies their colour.
     pub grain: TextureId,
-    /// Three walls.
+    /// Matte paint of three walls.
     pub wall: MaterialId,
-    /// The coloured wall.
+    /// Matte paint of the coloured wall.
     pub accent: MaterialId,
-    /// Ceiling.
+    /// Matte white of the ceiling.
     pub ceiling: MaterialId,
     /// Painted wood: window, skirting, shelves.
     pub paint: MaterialId,
@@ -27,11 +27,11 @@ pub struct Palette {
     pub walnut: MaterialId,
     /// Light oiled wood.
     pub ash: MaterialId,
-    /// Polished rough brass.
+    /// Rough brass: frames, rods, handles.
     pub brass: MaterialId,
-    /// Black lacquer.
+    /// Black lacquer with a sharp lobe.
     pub black: MaterialId,
-    /// White porcelain.
+    /// White porcelain: cups, bowl, radio.
     pub porcelain: MaterialId,
     /// Paper of books and pictures.
     pub paper: MaterialId,
@@ -56,7 +56,7 @@ impl Palette {
     }
 }
 
-/// Reflectance of brass at normal incidence; a usual value of graphics, not measured.
+/// Reflectance of brass at normal incidence; a value common in graphics, not measured.
 const BRASS: ConductorFresnel = ConductorFresnel::Schlick { f0: Rgb::new(0.80, 0.62, 0.33) };
 
 /// Gold: `η` and `k` at wavelengths near those of the sRGB primaries (about 0.61, 0.55 and 0.46
@@ -64,17 +64,17 @@ const BRASS: ConductorFresnel = ConductorFresnel::Schlick { f0: Rgb::new(0.80, 0
 pub const GOLD: ConductorFresnel =
     ConductorFresnel::Exact { eta: Rgb::new(0.21, 0.42, 1.36), k: Rgb::new(3.27, 2.35, 1.85) };
 
-/// Ideal diffuse.
+/// Creates an ideal diffuse surface.
 pub fn matte(color: impl Into<ColorInput>) -> Surface {
     Surface::Lambert { reflectance: color.into() }
 }
 
-/// Diffuse under a Phong lobe that reflects the share `specular` of all colours.
+/// Creates a diffuse surface with a Phong lobe that reflects the share `specular` of all colours.
 pub fn glossy(color: impl Into<ColorInput>, specular: f32, exponent: f32) -> Surface {
     Surface::Phong { diffuse: color.into(), specular: Rgb::gray(specular).into(), exponent }
 }
 
-/// Diffuse under a dielectric coat of GGX roughness `alpha`.
+/// Creates a diffuse surface under a dielectric coat of GGX roughness `alpha`.
 pub fn coated(color: impl Into<ColorInput>, alpha: f32) -> Surface {
     Surface::Coated {
         reflectance: color.into(),
@@ -85,17 +85,17 @@ pub fn coated(color: impl Into<ColorInput>, alpha: f32) -> Surface {
     }
 }
 
-/// Wood of a colour under varnish of GGX roughness `alpha`.
+/// Creates coloured wood under varnish of GGX roughness `alpha`.
 pub fn varnished(color: Rgb, grain: TextureId, alpha: f32) -> Surface {
     coated(tinted(color, grain), alpha)
 }
 
-/// Rough metal of GGX roughness `alpha`.
+/// Creates rough metal of GGX roughness `alpha`.
 pub fn metal(fresnel: ConductorFresnel, alpha: f32) -> Surface {
     Surface::Conductor { fresnel, specular: Rgb::WHITE.into(), facets: alpha.into() }
 }
 
-/// A texture multiplied by a colour.
+/// Multiplies a texture by a colour.
 pub fn tinted(factor: Rgb, texture: TextureId) -> ColorInput {
     ColorInput { factor, texture: Some(texture) }
 }

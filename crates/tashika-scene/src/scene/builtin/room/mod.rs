@@ -1,10 +1,10 @@
 //! The furnished room.
 //!
-//! A room of 6.0 × 2.8 × 4.5 m, closed but for one window. Daylight comes through venetian blinds,
-//! from a panel of luminance about 5 W·m⁻²·sr⁻¹ and from a low sun; a pendant lamp in a shade of
-//! slats adds warm light from inside. Both are seen from most points through gaps only, the floor
-//! is glossy (Phong exponent 90), and exponents from 5 to 1000 stand in a row: many lights matter,
-//! most of them for a few pixels each, which is what makes error estimation hard for glossy
+//! A room of 6.0 × 2.8 × 4.5 m, closed except for one window. Daylight comes through venetian
+//! blinds, from a panel of luminance about 5 W·m⁻²·sr⁻¹ and from a low sun; a pendant lamp in a
+//! shade of slats adds warm light from inside. Most points see both through gaps only, the floor is
+//! glossy (Phong exponent 90), and exponents from 5 to 1000 stand in a row. So there are many
+//! lights, most of them important for few pixels, which makes error estimation hard for glossy
 //! materials (Iwasaki 2019).
 //!
 //! Axes: `x` from the window's wall to the opposite one, `y` up, `z` from the coloured wall towards
@@ -36,7 +36,7 @@ pub const HEIGHT: f32 = 2.8;
 pub const DEPTH: f32 = 4.5;
 /// Thickness of the wall at the window (m).
 pub const WALL: f32 = 0.16;
-/// Upper side of the planks (m); a little above, so that nothing stands *in* the floor's surface.
+/// Height of objects on the floor (m): slightly above the planks, so that surfaces do not coincide.
 const FLOOR: f32 = 0.0122;
 
 /// Hole in the wall `x = 0`.
@@ -47,7 +47,7 @@ pub struct Opening {
     pub along: [f32; 2],
 }
 
-/// The window.
+/// Hole for the window, in the wall `x = 0`.
 pub const WINDOW: Opening = Opening { height: [0.80, 2.45], along: [0.95, 3.05] };
 /// Centre of the table's top (m).
 const TABLE: Vec3 = Vec3::new(3.75, 0.74, 2.25);
@@ -60,7 +60,7 @@ const LAMP: Vec3 = Vec3::new(3.70, 1.72, 2.20);
 
 /// The scene `room`: a furnished glossy room of some 150 000 triangles, 230 000 with all instances.
 ///
-/// Cameras: `main`, the whole room at 640×360 pixels, and `close`, the things on the table with a
+/// Cameras: `main`, the whole room at 640×360 pixels, and `close`, the objects on the table with a
 /// shallow depth of field.
 pub fn room() -> Scene {
     build().expect("the built-in scene room is valid")

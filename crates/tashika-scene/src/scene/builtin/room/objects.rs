@@ -1,4 +1,4 @@
-//! What stands on the table and on the sideboard: the glossiest things of the room.
+//! Objects on the table and on the sideboard: the glossiest of the room.
 
 use std::f32::consts::{PI, TAU};
 
@@ -15,7 +15,7 @@ use crate::scene::builtin::shapes::{
 };
 use crate::scene::builtin::stage::Stage;
 
-/// Phong exponents of the row on the sideboard: from satin to nearly a mirror.
+/// Phong exponents of the row on the sideboard, from satin to nearly a mirror.
 const EXPONENTS: [f32; 5] = [5.0, 20.0, 80.0, 300.0, 1000.0];
 
 /// Adds everything on the table and on the sideboard.
@@ -26,7 +26,7 @@ pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
     row_of_exponents(stage, palette)
 }
 
-/// A smooth profile through `points` (radius, height; m), by Catmull and Rom's splines (1974).
+/// Smooth profile through `points` (radius, height; m), by Catmull and Rom's splines (1974).
 fn spline(points: &[[f32; 2]], steps: usize) -> Vec<Vec2> {
     let p = |i: isize| Vec2::from(points[i.clamp(0, points.len() as isize - 1) as usize]);
     let mut curve = Vec::new();
@@ -43,10 +43,10 @@ fn spline(points: &[[f32; 2]], steps: usize) -> Vec<Vec2> {
     curve
 }
 
-/// The profile of something open at the top: smooth outside and inside, with a flat rim between.
+/// Profile of an open vessel: smooth outside and inside, with a flat rim between.
 fn vessel(outside: &[[f32; 2]], inside: &[[f32; 2]], steps: usize) -> Vec<Vec2> {
     let (mut profile, inner) = (spline(outside, steps), spline(inside, steps));
-    // Points given twice are creases: at the rim, and around the foot.
+    // Points given twice are creases: at the rim and around the foot.
     profile.extend(profile.last().copied());
     profile.insert(0, Vec2::new(0.0, outside[0][1]));
     profile.insert(1, profile[1]);
@@ -55,7 +55,7 @@ fn vessel(outside: &[[f32; 2]], inside: &[[f32; 2]], steps: usize) -> Vec<Vec2> 
     profile
 }
 
-/// A point of the cubic with end points `b[0]`, `b[3]` and handles `b[1]`, `b[2]` (Bézier).
+/// Point of the cubic with end points `b[0]`, `b[3]` and handles `b[1]`, `b[2]` (Bézier).
 fn bezier(b: [Vec3; 4], t: f32) -> Vec3 {
     let s = 1.0 - t;
     b[0] * (s * s * s) + b[1] * (3.0 * s * s * t) + b[2] * (3.0 * s * t * t) + b[3] * (t * t * t)
@@ -95,7 +95,7 @@ fn teapot() -> Shape {
     ])
 }
 
-/// A cup with its saucer.
+/// Creates a cup with its saucer.
 fn cup() -> Shape {
     let (under, upper) = (
         [[0.03, 0.0], [0.055, 0.005], [0.069, 0.0145]],
@@ -125,7 +125,7 @@ fn tea(stage: &mut Stage, palette: &Palette) -> Result<()> {
     stage.repeat("cup", palette.porcelain, cup(), &places)
 }
 
-/// A bowl of plastic apples.
+/// Adds a bowl of plastic apples.
 fn fruit(stage: &mut Stage, palette: &Palette) -> Result<()> {
     let at = TABLE + Vec3::new(-0.38, 0.0, -0.05);
     let outside = [[0.055, 0.0], [0.06, 0.006], [0.12, 0.04], [0.155, 0.085]];
@@ -137,7 +137,7 @@ fn fruit(stage: &mut Stage, palette: &Palette) -> Result<()> {
             .map(|k| {
                 let angle = PI * k as f32 / 28.0;
                 let (sin, cos) = sin_cos(angle);
-                // A sphere drawn in at both ends.
+                // A sphere pulled in at both ends.
                 let radius = if k == 0 || k == 28 { 0.0 } else { 0.04 * powf(sin, 0.8) };
                 Vec2::new(radius, -0.036 * cos * (1.0 - 0.35 * powf(cos.abs(), 6.0)))
             })
@@ -160,7 +160,7 @@ fn fruit(stage: &mut Stage, palette: &Palette) -> Result<()> {
     stage.repeat("green apple", green, apple, &greens)
 }
 
-/// A golden knot, a torus and a glass ball on the table; a pair of books under the ball.
+/// Adds a golden knot, a torus and a glass ball on the table, with two books under the ball.
 fn sculptures(stage: &mut Stage, palette: &Palette) -> Result<()> {
     let gold = stage.material("gold", metal(GOLD, 0.15))?;
     let stand = TABLE + Vec3::new(0.58, 0.0, -0.20);
@@ -191,8 +191,8 @@ fn sculptures(stage: &mut Stage, palette: &Palette) -> Result<()> {
     stage.put("glass ball", glass, sphere(0.055, 56, 28).at(books + Vec3::Y * (0.057 + 0.0555)))
 }
 
-/// Five equal balls that differ in their Phong exponent only, each on a ring, and two vases beside
-/// them.
+/// Adds five balls on rings that differ only in their Phong exponent, between a vase of twigs and a
+/// radio.
 fn row_of_exponents(stage: &mut Stage, palette: &Palette) -> Result<()> {
     const RADIUS: f32 = 0.1;
     let ball = sphere(RADIUS, 48, 24);
@@ -221,7 +221,7 @@ fn row_of_exponents(stage: &mut Stage, palette: &Palette) -> Result<()> {
     stage.put("dial", palette.brass, dial.moved(radio))
 }
 
-/// Dry twigs that fan out of a vase whose inner bottom is at `at`.
+/// Adds dry twigs that fan out of a vase whose inner bottom is at `at`.
 fn twigs(stage: &mut Stage, at: Vec3) -> Result<()> {
     let mut all = Shape::default();
     for k in 0..7 {

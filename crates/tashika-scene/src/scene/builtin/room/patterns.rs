@@ -1,6 +1,6 @@
 //! Images made by formula: wood grain, a woven rug, two paintings.
 //!
-//! All are multiplied or looked up as reflectances, so every texel is a colour in `[0, 1]`.
+//! All are reflectances or factors on them, so every texel is a colour in `[0, 1]`.
 
 use std::f32::consts::TAU;
 
@@ -11,7 +11,7 @@ use crate::math::elementary::sin_cos;
 use crate::rng::{Purpose, Stream};
 use crate::scene::{Image, Pixels};
 
-/// Uniform numbers on a torus of lattice points, interpolated smoothly: value noise of period 1.
+/// Value noise of period 1: uniform numbers on a torus of lattice points, interpolated smoothly.
 struct Noise {
     size: [usize; 2],
     lattice: Vec<f32>,
@@ -40,7 +40,7 @@ impl Noise {
     }
 }
 
-/// An image of linear colours, stored with the sRGB curve.
+/// Creates an image of linear colours, stored with the sRGB curve.
 fn image(name: &str, size: [u32; 2], color: impl Fn(Vec2) -> Rgb) -> Image {
     let [width, height] = size;
     let byte = |v: f32| (srgb_encode(v.clamp(0.0, 1.0)) * 255.0 + 0.5) as u8;
@@ -54,8 +54,8 @@ fn image(name: &str, size: [u32; 2], color: impl Fn(Vec2) -> Rgb) -> Image {
     Image { name: name.into(), width, height, pixels: Pixels::Srgb8(pixels) }
 }
 
-/// Grain along `u`: bands of growth bent by noise, and fine fibres. A factor from about 0.4 to 1,
-/// redder where it is darker.
+/// Creates a grain along `u`: growth bands bent by noise, and fine fibres. Texels are factors from
+/// about 0.4 to 1, redder where they are darker.
 pub fn wood_grain() -> Image {
     let (bend, fibre) = (Noise::new(1, [3, 8]), Noise::new(2, [16, 96]));
     image("wood grain", [256, 256], |uv| {
@@ -66,7 +66,7 @@ pub fn wood_grain() -> Image {
     })
 }
 
-/// Diamonds between borders, in three colours; one period of the rug's field.
+/// Creates the pattern of the whole rug: 4 × 6 diamonds within borders, in three colours.
 pub fn rug() -> Image {
     const CREAM: Rgb = Rgb::new(0.64, 0.57, 0.44);
     const NAVY: Rgb = Rgb::new(0.035, 0.07, 0.16);
@@ -94,7 +94,7 @@ pub fn rug() -> Image {
     })
 }
 
-/// A landscape of hills under a sun, for a wide frame.
+/// Creates a landscape of hills under a sun, for a wide frame.
 pub fn landscape() -> Image {
     let (far, near, brush) = (Noise::new(4, [5, 1]), Noise::new(5, [4, 1]), Noise::new(6, [24, 60]));
     image("landscape", [192, 128], |uv| {
@@ -113,7 +113,7 @@ pub fn landscape() -> Image {
     })
 }
 
-/// Overlapping disks on a pale ground, for a tall frame.
+/// Creates overlapping disks on a pale ground, for a tall frame.
 pub fn disks() -> Image {
     const GROUND: Rgb = Rgb::new(0.72, 0.67, 0.57);
     let brush = Noise::new(7, [40, 40]);
@@ -126,7 +126,7 @@ pub fn disks() -> Image {
     image("disks", [128, 176], |uv| {
         let inside = |center: Vec2, radius: f32| ((uv - center) * Vec2::new(1.0, 1.4)).length() < radius;
         let color = marks.iter().filter(|m| inside(m.0, m.1)).fold(GROUND, |below, m| {
-            // Paint on paint: the upper one covers most of the lower.
+            // Paint on paint: the upper disk covers most of the lower.
             m.2.lerp(below * m.2, 0.25)
         });
         color * (0.88 + 0.12 * brush.at(uv))

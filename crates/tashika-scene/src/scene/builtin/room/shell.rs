@@ -23,14 +23,15 @@ const PLANK_COLORS: [Rgb; 5] = [
     Rgb::new(0.44, 0.27, 0.16),
 ];
 
-/// Adds the shell of the room.
+/// Adds floor, walls, ceiling and skirting.
 pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
     walls(stage, palette)?;
     planks(stage, palette)?;
     skirting(stage, palette)
 }
 
-/// The four pieces of a wall across `x` around the window's hole, at `x`, facing `+x`.
+/// Four pieces of a wall around the window's hole, in the plane at `x` (m) across the `x` axis,
+/// facing `+x`.
 fn holed_wall(x: f32) -> Shape {
     let ([lo_y, hi_y], [lo_z, hi_z]) = (WINDOW.height, WINDOW.along);
     let piece = |y: [f32; 2], z: [f32; 2]| {
@@ -60,8 +61,8 @@ fn walls(stage: &mut Stage, palette: &Palette) -> Result<()> {
         [[low, along, -outwards], [low, -outwards, up], [high, -along, -outwards], [high, -outwards, -up]];
     let reveal = reveal.map(|[corner, e, f]| quad(corner + outwards, [e, f]));
     stage.put("reveal", palette.wall, Shape::merged(reveal))?;
-    // Light that misses the window ends here; no virtual light is spent on the outside of the
-    // house.
+    // Light that misses the window ends here, so that no virtual light is spent on the outside of
+    // the house.
     let facade = stage.material("facade", matte(Rgb::BLACK))?;
     stage.put("facade", facade, holed_wall(-WALL))
 }

@@ -13,24 +13,24 @@ use crate::scene::builtin::shapes::{Ends, Shape, bevelled_box, cylinder, grid, q
 use crate::scene::builtin::stage::Stage;
 use crate::scene::{Emitter, Falloff, FalloffShape};
 
-/// Radiance of the panel that stands for the sky (W·m⁻²·sr⁻¹).
+/// Radiance of the panel that represents the sky (W·m⁻²·sr⁻¹).
 const SKY: Rgb = Rgb::new(3.7, 5.2, 7.4);
 /// Distance of the panel from the inner side of the wall (m).
 const SKY_DISTANCE: f32 = 1.4;
-/// Irradiance of a surface in the window that faces the sun (W·m⁻²).
+/// Irradiance on a surface in the window that faces the sun (W·m⁻²).
 const SUN: Rgb = Rgb::new(44.0, 34.0, 22.5);
 /// Direction from the window to the sun.
 const TO_SUN: Vec3 = Vec3::new(-0.77, 0.64, 0.10);
-/// Distance of the sun (m): far enough for nearly parallel stripes, near enough for a narrow cone.
+/// Distance of the sun (m): far enough for nearly parallel stripes and a narrow cone.
 const SUN_DISTANCE: f32 = 9.0;
-/// Angle between a slat and the horizon (radians), the outer edge up.
+/// Angle between a slat and the horizontal (radians), the outer edge up.
 const SLAT_TILT: f32 = 0.50;
-/// Distance of the slats (m).
+/// Vertical distance between slats (m).
 const SLAT_PITCH: f32 = 0.062;
 /// Width of a slat (m).
 const SLAT_WIDTH: f32 = 0.066;
 
-/// Adds the window and what hangs in front of it.
+/// Adds frame, blinds, curtains and daylight.
 pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
     frame(stage, palette)?;
     blinds(stage)?;
@@ -61,7 +61,7 @@ fn frame(stage: &mut Stage, palette: &Palette) -> Result<()> {
     stage.put("window frame", palette.paint, Shape::merged(parts))
 }
 
-/// Two blinds beside each other: arched slats on cords, between a head rail and a bottom rail.
+/// Adds two blinds beside each other: arched slats on cords, between a head rail and a bottom rail.
 fn blinds(stage: &mut Stage) -> Result<()> {
     const X: f32 = -0.04;
     let ([lo_y, hi_y], [lo_z, hi_z]) = (WINDOW.height, WINDOW.along);
@@ -99,14 +99,15 @@ fn blinds(stage: &mut Stage) -> Result<()> {
     stage.put("rails and cords", white, fittings)
 }
 
-/// Linen on both sides of the window, the second a mirror image of the first, on a rod.
+/// Adds linen on both sides of the window, on a rod; the second curtain is a mirror image of the
+/// first.
 fn curtains(stage: &mut Stage, palette: &Palette) -> Result<()> {
     const ROD: f32 = 2.62;
     const X: f32 = 0.125;
     const LENGTH: f32 = 2.56;
     let cloth = grid([84, 32], [Ends::Open; 2], |i, j| {
         let (s, t) = (i as f32 / 84.0, j as f32 / 32.0);
-        // Folds open downwards and sway a little on the way; the cloth hangs from the rod at t = 1.
+        // Folds open downwards and sway slightly; the cloth hangs from the rod at t = 1.
         let drop = 1.0 - t;
         let depth = 0.016 + 0.028 * drop.sqrt();
         let sway = 0.5 * sin_cos(3.1 * drop + 9.0 * s).0 * drop;
@@ -136,10 +137,10 @@ fn curtains(stage: &mut Stage, palette: &Palette) -> Result<()> {
     stage.put("curtain rod", palette.brass, rod)
 }
 
-/// A sky panel outside and a sun above it, both seen only through the window.
+/// Adds a sky panel outside and a sun above it, both visible only through the window.
 ///
-/// The sun is a spot light whose cone is filled by the window: parallel light would spend nearly
-/// all its light paths on the roof.
+/// The sun is a spot light whose cone the window fills: nearly all light paths of a parallel light
+/// would hit the roof.
 fn daylight(stage: &mut Stage) -> Result<()> {
     let ([lo_y, hi_y], [lo_z, hi_z]) = (WINDOW.height, WINDOW.along);
     let sky = stage.emissive("sky", SKY)?;
@@ -147,7 +148,7 @@ fn daylight(stage: &mut Stage) -> Result<()> {
     let (up, along) = (Vec3::Y * (hi.y - lo.y), Vec3::Z * (hi.z - lo.z));
     stage.put("sky", sky, quad(lo, [up, along]))?;
 
-    // Aim above the sill: below it the panel is in the way.
+    // Aimed above the sill; below it the panel is in the way.
     let target = Vec3::new(-0.5 * WALL, 0.3 * lo_y + 0.7 * hi_y, 0.5 * (lo_z + hi_z));
     let to_sun = TO_SUN.normalize();
     let cone =

@@ -4,7 +4,7 @@ use glam::{Vec2, Vec3};
 
 use super::Shape;
 
-/// The parallelogram `corner + s · edges[0] + t · edges[1]`; its front is the side of
+/// Creates the parallelogram `corner + s · edges[0] + t · edges[1]`; its front is the side of
 /// `edges[0] × edges[1]`.
 pub fn quad(corner: Vec3, edges: [Vec3; 2]) -> Shape {
     let [e, f] = edges;
@@ -16,7 +16,7 @@ pub fn quad(corner: Vec3, edges: [Vec3; 2]) -> Shape {
     }
 }
 
-/// The box from corner `lo` to corner `hi` with sharp edges.
+/// Creates the box from corner `lo` to corner `hi` with sharp edges.
 pub fn box_between(lo: Vec3, hi: Vec3) -> Shape {
     let size = hi - lo;
     Shape::merged((0..3).flat_map(|axis| {
@@ -27,16 +27,15 @@ pub fn box_between(lo: Vec3, hi: Vec3) -> Shape {
     }))
 }
 
-/// The box from `lo` to `hi` with its edges cut at 45° by `bevel` (m), shaded as if they were
-/// rounded.
+/// Creates the box from `lo` to `hi` with edges cut at 45° by `bevel` (m), shaded as if rounded.
 ///
 /// Its volume is `abc − 2β²(a + b + c − 6β) − 20β³/3` for edges `a, b, c` and bevel `β`.
 pub fn bevelled_box(lo: Vec3, hi: Vec3, bevel: f32) -> Shape {
     let center = 0.5 * (lo + hi);
     let half = 0.5 * (hi - lo);
     let mut shape = Shape::default();
-    // Three vertices a corner, one on each face that meets there; bit `k` of the corner is its side
-    // along `k`.
+    // Three vertices per corner, one on each adjacent face; bit `k` of the corner is its side along
+    // `k`.
     let vertex = |corner: usize, axis: usize| (corner * 3 + axis) as u32;
     for corner in 0..8usize {
         let sign = Vec3::from_array([0, 1, 2].map(|k| if corner >> k & 1 == 1 { 1.0 } else { -1.0 }));

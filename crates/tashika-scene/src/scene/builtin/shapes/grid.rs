@@ -1,4 +1,4 @@
-//! The one tessellator: a rectangle of vertices, sewn at its ends where asked.
+//! The only tessellator: a rectangle of vertices, whose opposite ends may be joined.
 //!
 //! Vertex `(i, j)` of `(columns + 1) × (rows + 1)` is `position(i, j)`; its texture coordinates are
 //! `(i / columns, j / rows)`. The front is the side of `∂p/∂i × ∂p/∂j`. A vertex normal is the mean
@@ -9,23 +9,24 @@ use glam::{Vec2, Vec3};
 
 use super::Shape;
 
-/// What becomes of the two ends of a row or column of vertices.
+/// Treatment of the two ends of a row or column of vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ends {
-    /// They are edges of the surface.
+    /// Both ends are edges of the surface.
     Open,
     /// The last vertex is the first again.
     Joined,
 }
 
-/// Tessellates a surface over `cells = [columns, rows]`; `ends` says the same of each direction.
+/// Tessellates a surface over `cells = [columns, rows]`, with `ends` for each of the two
+/// directions.
 ///
 /// Where ends are joined, `position` is not called for the last index. Two equal rows in a sequence
 /// make a crease: the normals on both sides of it are not averaged. A row whose positions are all
 /// equal is a pole.
 pub fn grid(cells: [usize; 2], ends: [Ends; 2], position: impl Fn(usize, usize) -> Vec3) -> Shape {
     let [columns, rows] = cells;
-    // What an index is once joined ends are identified.
+    // Maps an index to itself, or to the first where joined ends are identified.
     let own = |i: usize, n: usize, ends: Ends| if ends == Ends::Joined && i == n { 0 } else { i };
     let at = |i: usize, j: usize| j * (columns + 1) + i;
     let source = |i: usize, j: usize| (own(i, columns, ends[0]), own(j, rows, ends[1]));
@@ -43,7 +44,7 @@ pub fn grid(cells: [usize; 2], ends: [Ends; 2], position: impl Fn(usize, usize) 
         for i in 0..columns {
             let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
             let p = corners.map(|(i, j)| shape.positions[at(i, j)]);
-            // A cell without area, as at a crease, has no say.
+            // A cell without area, as at a crease, does not contribute.
             let normal = (p[2] - p[0]).cross(p[3] - p[1]).normalize_or_zero();
             for (i, j) in corners {
                 let (a, b) = source(i, j);

@@ -1,11 +1,11 @@
-//! Solids and sheets from formulas: what the built-in scenes are made of.
+//! Solids and sheets by formula, of which the built-in scenes are made.
 //!
 //! A [`Shape`] is a triangle mesh with a unit normal and texture coordinates at every vertex.
 //! Lengths in metres, `y` up.
 //!
 //! # Guarantee
 //! * Triangles run counter-clockwise when seen from outside (closed shapes), or from the side named
-//!   by the generator (sheets), and every vertex normal lies on that side of the triangles about
+//!   by the generator (sheets), and every vertex normal lies on that side of the triangles around
 //!   it.
 //! * No two corners of a triangle coincide.
 //!
@@ -31,18 +31,18 @@ use crate::scene::MeshData;
 /// A triangle mesh with one unit normal and one pair of texture coordinates a vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shape {
-    /// Vertex positions (m).
+    /// Positions of the vertices (m).
     pub positions: Vec<Vec3>,
-    /// Unit vertex normals.
+    /// Unit normals of the vertices.
     pub normals: Vec<Vec3>,
-    /// Texture coordinates.
+    /// Texture coordinates of the vertices.
     pub uvs: Vec<Vec2>,
     /// Vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
 }
 
 impl Shape {
-    /// All of `parts` as one shape.
+    /// Joins all of `parts` into one shape.
     pub fn merged(parts: impl IntoIterator<Item = Self>) -> Self {
         let mut all = Self::default();
         for part in parts {
@@ -60,8 +60,7 @@ impl Shape {
         self.triangles.extend(other.triangles.into_iter().map(|t| t.map(|i| i + first)));
     }
 
-    /// The shape under an affine map; a mirror turns the triangles around, so that outside stays
-    /// outside.
+    /// Applies an affine map; a mirror reverses the triangles, so that outside stays outside.
     #[must_use]
     pub fn moved(mut self, map: Affine3A) -> Self {
         // Normals transform with the transposed inverse.
@@ -80,26 +79,26 @@ impl Shape {
         self
     }
 
-    /// The shape shifted by `offset` (m).
+    /// Shifts the shape by `offset` (m).
     #[must_use]
     pub fn at(self, offset: Vec3) -> Self {
         self.moved(Affine3A::from_translation(offset))
     }
 
-    /// The shape rotated about the origin.
+    /// Rotates the shape around the origin.
     #[must_use]
     pub fn turned(self, rotation: Quat) -> Self {
         self.moved(Affine3A::from_quat(rotation))
     }
 
-    /// The shape with texture coordinates computed from positions and normals.
+    /// Replaces the texture coordinates by a function of positions and normals.
     #[must_use]
     pub fn mapped(mut self, uv: impl Fn(Vec3, Vec3) -> Vec2) -> Self {
         self.uvs = self.positions.iter().zip(&self.normals).map(|(&p, &n)| uv(p, n)).collect();
         self
     }
 
-    /// The mesh to be added to a scene.
+    /// Returns the mesh to be added to a scene.
     pub fn into_mesh(self, name: impl Into<String>) -> MeshData {
         MeshData {
             name: name.into(),

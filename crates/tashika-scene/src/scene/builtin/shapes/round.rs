@@ -1,4 +1,4 @@
-//! Surfaces of revolution and their relatives.
+//! Surfaces of revolution and similar shapes.
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -21,7 +21,7 @@ pub fn lathe(profile: &[Vec2], segments: usize) -> Shape {
     })
 }
 
-/// The profile with a crease at every point but its ends.
+/// Returns the profile with a crease at every point except its ends.
 pub fn creased(points: &[[f32; 2]]) -> Vec<Vec2> {
     let last = points.len() - 1;
     points
@@ -31,17 +31,17 @@ pub fn creased(points: &[[f32; 2]]) -> Vec<Vec2> {
         .collect()
 }
 
-/// A closed cylinder about the `y` axis from height 0 to `height`, with sharp rims.
+/// Creates a closed cylinder around the `y` axis from height 0 to `height`, with sharp rims.
 pub fn cylinder(radius: f32, height: f32, segments: usize) -> Shape {
     lathe(&creased(&[[0.0, 0.0], [radius, 0.0], [radius, height], [0.0, height]]), segments)
 }
 
-/// A flat disk about the origin; its front is `+y`.
+/// Creates a flat disk centred at the origin; its front is `+y`.
 pub fn disk(radius: f32, segments: usize) -> Shape {
     lathe(&[Vec2::new(radius, 0.0), Vec2::ZERO], segments)
 }
 
-/// A sphere about the origin.
+/// Creates a sphere centred at the origin.
 pub fn sphere(radius: f32, segments: usize, rows: usize) -> Shape {
     let profile: Vec<Vec2> = (0..=rows)
         .map(|j| {
@@ -53,7 +53,8 @@ pub fn sphere(radius: f32, segments: usize, rows: usize) -> Shape {
     lathe(&profile, segments)
 }
 
-/// A torus about the `y` axis: a circle of radius `minor` around one of radius `major` (m).
+/// Creates a torus around the `y` axis: a circle of radius `minor` around one of radius `major`
+/// (m).
 pub fn torus(major: f32, minor: f32, segments: usize, sides: usize) -> Shape {
     grid([segments, sides], [Ends::Joined; 2], |i, j| {
         let (sin, cos) = sin_cos(-TAU * i as f32 / segments as f32);
@@ -63,12 +64,12 @@ pub fn torus(major: f32, minor: f32, segments: usize, sides: usize) -> Shape {
     })
 }
 
-/// A superellipsoid about the origin (Barr 1981), half axes `half` (m).
+/// Creates a superellipsoid centred at the origin (Barr 1981), half axes `half` (m).
 ///
 /// `exponents` are those of the profile and of the horizontal section: 1 is an ellipse, towards 0 a
 /// rectangle, 2 a rhombus.
 pub fn superellipsoid(half: Vec3, exponents: [f32; 2], segments: usize, rows: usize) -> Shape {
-    // Cosines of right angles come out as tiny numbers, whose small powers are not tiny.
+    // Cosines of right angles are rounded to tiny numbers, whose small powers are not tiny.
     let power = |x: f32, e: f32| if x.abs() < 1e-6 { 0.0 } else { powf(x.abs(), e).copysign(x) };
     grid([segments, rows], [Ends::Joined, Ends::Open], |i, j| {
         let (sin_v, cos_v) = sin_cos(PI * j as f32 / rows as f32 - FRAC_PI_2);

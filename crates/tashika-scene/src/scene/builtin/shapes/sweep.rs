@@ -1,6 +1,6 @@
 //! Outlines swept along curves.
 //!
-//! The frames along the curve turn about it as little as possible (double reflection; Wang,
+//! The frames along the curve rotate around it as little as possible (double reflection; Wang,
 //! Jüttler, Zheng, Liu 2008, "Computation of Rotation Minimizing Frames", ACM TOG 27(1)). On a
 //! closed curve the remaining angle between first and last frame is spread evenly.
 
@@ -11,10 +11,10 @@ use glam::{Vec2, Vec3};
 use super::{Ends, Shape, grid};
 use crate::math::elementary::{atan2, powf, rotation, sin_cos};
 
-/// The outline that is swept, around the curve.
+/// Outline that is swept along a curve.
 #[derive(Clone, Debug)]
 pub struct Section {
-    /// Points counter-clockwise about the origin (m): first coordinate along `up`, second along
+    /// Points counter-clockwise around the origin (m): first coordinate along `up`, second along
     /// `tangent × up`.
     pub outline: Vec<Vec2>,
     /// Direction of the first coordinate at the start of the curve; not along its tangent.
@@ -22,7 +22,8 @@ pub struct Section {
 }
 
 impl Section {
-    /// A superellipse of half axes `half` (m): exponent 1 is an ellipse, towards 0 a rectangle.
+    /// Creates a superellipse of half axes `half` (m): exponent 1 is an ellipse, towards 0 a
+    /// rectangle.
     pub fn superellipse(half: Vec2, exponent: f32, sides: usize, up: Vec3) -> Self {
         let power = |x: f32| if x.abs() < 1e-6 { 0.0 } else { powf(x.abs(), exponent).copysign(x) };
         let outline = (0..sides)
@@ -36,8 +37,8 @@ impl Section {
 }
 
 /// Sweeps `section`, scaled by `scale(t)` with `t` from 0 to 1 by index, along `path` (at least 2
-/// points, no two neighbours equal). Open ends are closed with flat caps; joined ones do not repeat
-/// the first point.
+/// points, no two neighbours equal). Open ends get flat caps; joined ends do not repeat the first
+/// point.
 pub fn sweep(path: &[Vec3], ends: Ends, section: &Section, scale: impl Fn(f32) -> f32) -> Shape {
     let frames = frames(path, ends, section.up);
     let sides = section.outline.len();
@@ -49,7 +50,8 @@ pub fn sweep(path: &[Vec3], ends: Ends, section: &Section, scale: impl Fn(f32) -
     };
     match ends {
         Ends::Joined => grid([sides, count], [Ends::Joined; 2], ring),
-        // Centre, rim, rim again for the crease, the curve, and the same at the end.
+        // Rows are the centre, the rim, the rim again for a crease, the curve, and likewise at the
+        // end.
         Ends::Open => grid([sides, count + 3], [Ends::Joined, Ends::Open], |i, j| match j {
             0 => path[0],
             j if j == count + 3 => path[count - 1],
@@ -58,15 +60,15 @@ pub fn sweep(path: &[Vec3], ends: Ends, section: &Section, scale: impl Fn(f32) -
     }
 }
 
-/// A round tube of `radius(t)` (m), `t` from 0 to 1 by index, along `path`.
+/// Creates a round tube of `radius(t)` (m), `t` from 0 to 1 by index, along `path`.
 pub fn tube(path: &[Vec3], ends: Ends, sides: usize, radius: impl Fn(f32) -> f32) -> Shape {
     let tangent = (path[1] - path[0]).normalize();
     let up = tangent.any_orthonormal_vector();
     sweep(path, ends, &Section::superellipse(Vec2::ONE, 1.0, sides, up), radius)
 }
 
-/// A `(p, q)` torus knot about the `y` axis, as a tube of radius `tube_radius` around a curve on a
-/// torus of radii `major` and `minor` (m).
+/// Creates a `(p, q)` torus knot around the `y` axis: a tube of radius `tube_radius` around a curve
+/// on a torus of radii `major` and `minor` (m).
 pub fn torus_knot(windings: [u32; 2], radii: [f32; 2], tube_radius: f32, cells: [usize; 2]) -> Shape {
     let [p, q] = windings.map(|w| w as f32);
     let [major, minor] = radii;
@@ -82,7 +84,7 @@ pub fn torus_knot(windings: [u32; 2], radii: [f32; 2], tube_radius: f32, cells: 
     tube(&path, Ends::Joined, cells[1], |_| tube_radius)
 }
 
-/// Unit tangent and `up` at each point of `path`.
+/// Returns unit tangent and `up` at each point of `path`.
 fn frames(path: &[Vec3], ends: Ends, up: Vec3) -> Vec<(Vec3, Vec3)> {
     let count = path.len();
     let tangent = |k: usize| {
@@ -108,7 +110,7 @@ fn frames(path: &[Vec3], ends: Ends, up: Vec3) -> Vec<(Vec3, Vec3)> {
     frames
 }
 
-/// The frame moved by `step` to where the tangent is `tangent`, by two reflections.
+/// Moves a frame by `step` to a point with the tangent `tangent`, by two reflections.
 fn transported(step: Vec3, (old_tangent, old_up): (Vec3, Vec3), tangent: Vec3) -> (Vec3, Vec3) {
     let reflect = |v: Vec3, across: Vec3| v - across * (2.0 * v.dot(across) / across.length_squared());
     let (t, up) = (reflect(old_tangent, step), reflect(old_up, step));

@@ -1,4 +1,4 @@
-//! Shapes against their volumes, areas and normals.
+//! Shapes compared with their volumes, areas and normals.
 
 use std::f64::consts::{PI, TAU};
 
@@ -14,13 +14,13 @@ fn signed_volume(shape: &Shape) -> f64 {
     shape.triangles.iter().map(|t| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0).sum()
 }
 
-/// Area of a regular polygon of `n` corners over that of its circle.
+/// Area of a regular polygon of `n` corners relative to its circumscribed circle.
 fn polygon_share(n: usize) -> f64 {
     let angle = TAU / n as f64;
     angle.sin() / angle
 }
 
-/// Volume of the polyhedron that `lathe` makes of `profile`: frusta with regular polygons as
+/// Volume of the polyhedron that `lathe` creates from `profile`: frusta with regular polygons as
 /// sections.
 fn lathe_volume(profile: &[Vec2], segments: usize) -> f64 {
     let frusta = profile.windows(2).map(|w| {
@@ -45,7 +45,7 @@ fn bent_path() -> Vec<Vec3> {
         .collect()
 }
 
-/// Closed shapes with the volume of the *polyhedron*, which is known exactly.
+/// Closed shapes with the exact volume of the *polyhedron*.
 fn polyhedra() -> Vec<(&'static str, Shape, f64)> {
     let (lo, hi) = (Vec3::new(-1.0, 2.0, 0.5), Vec3::new(1.0, 2.75, 3.5));
     let [a, b, c, bevel] = [2.0, 0.75, 3.0, 0.125];
@@ -66,14 +66,15 @@ fn polyhedra() -> Vec<(&'static str, Shape, f64)> {
 }
 
 /// Closed smooth shapes with the volume of the *formula* and the largest relative loss of an
-/// inscribed polyhedron: chords of angle `δ` lie `δ²/12` of the radius below the surface on
+/// inscribed polyhedron. Chords of angle `δ` lie `δ²/12` of the radius below the surface on
 /// average, which is `δ²/6` of the volume of a cylinder and `δ²/4` of that of a ball, once for each
 /// direction.
 fn smooth_solids() -> Vec<(&'static str, Shape, f64, f64)> {
     let loss = |cells: [usize; 2]| cells.iter().map(|&n| (TAU / n as f64).powi(2) / 4.0).sum::<f64>();
     let straight = [Vec3::ZERO, Vec3::new(0.0, 0.0, 2.0)];
     let tilted = Section::superellipse(Vec2::new(0.5, 0.25), 1.0, 64, Vec3::new(0.3, 1.0, 0.5));
-    // Pappus' theorem: a tube about its path's centre of area holds area · length, curved or not.
+    // Pappus' theorem: a tube around the path of its centre of area has the volume area · length,
+    // curved or not.
     let path = bent_path();
     let length: f64 = path.windows(2).map(|w| f64::from((w[1] - w[0]).length())).sum();
     let knot: Vec<Vec3> = (0..=4000)
@@ -171,8 +172,7 @@ fn normals_agree_with_the_winding() {
 #[test]
 fn smooth_normals_are_those_of_the_surface_and_creases_stay_sharp() {
     let ball = sphere(2.0, 48, 24);
-    // A vertex normal averages cells symmetrically; across rows of angle δ it is off by less than
-    // δ².
+    // A vertex normal averages cells symmetrically; across rows of angle δ its error is below δ².
     let tolerance = (TAU as f32 / 48.0).powi(2);
     for (p, n) in ball.positions.iter().zip(&ball.normals) {
         assert!((*n - *p / 2.0).length() < tolerance, "{p} {n}");

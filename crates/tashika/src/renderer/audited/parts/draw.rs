@@ -1,4 +1,4 @@
-//! Which pixels are audited of a picture in parts.
+//! Draw of the pixels that are audited in a picture in parts.
 
 use super::super::looks::is_dear;
 use super::super::truths::{drawn, seed_of};
@@ -7,19 +7,21 @@ use crate::integrator::SamplePaths;
 use crate::request::AuditTerms;
 use crate::rng::{self, Purpose};
 
-/// Pixels that tell how many show more than a constant background.
+/// Pixels from which the share that shows more than a constant background is estimated.
 const PILOTS: u64 = 1024;
-/// Of these so many count as such at least, that few of an image do not have all of it drawn.
+/// Least number of these counted as shown, so that an image that shows little is not drawn as a
+/// whole.
 const FEWEST_SHOWN: u64 = 16;
-/// Paths of each of them.
+/// Paths of each of these pixels.
 const PILOT_PATHS: u32 = 8;
-/// Number of their draw; that of the audit's is 0, those of the stages of its truths follow.
+/// Key of their draw; that of the audit is 0, and those of the stages of its truths follow.
 const OF_PILOTS: u64 = 1 << 32;
-/// Rays of a pixel of a good picture at least: they say from which size on it is dear.
+/// Fewest rays of a pixel of a good picture, by which the size of an expensive picture is
+/// estimated.
 const RAYS_OF_PIXEL: u64 = 256;
 
-/// How many pixels are drawn, so that about as many are audited as the terms say, or [more] of a large
-/// picture.
+/// Number of pixels to draw, so that about as many as the terms require are audited, or [more] of a
+/// large picture.
 ///
 /// [more]: AuditTerms::more_pixels
 pub(super) fn count(sampler: &dyn SamplePaths, window: &Window, terms: &AuditTerms, seed: u64) -> u64 {
@@ -37,7 +39,7 @@ pub(super) fn count(sampler: &dyn SamplePaths, window: &Window, terms: &AuditTer
     wanted.saturating_mul(of).div_ceil(shown.max(FEWEST_SHOWN.min(of))).min(window.area())
 }
 
-/// The first `count` pixels of a random order of those of a window.
+/// First `count` pixels of a random order of those of a window.
 pub(super) fn draw(window: &Window, count: u64, seed: u64) -> Vec<[u32; 2]> {
     drawn(all(window), count.min(window.area()), seed_of(seed))
 }

@@ -1,4 +1,4 @@
-//! What joined parts are worth: the picture that they are of, and one look at it.
+//! Joined parts: the picture that they form, and one analysis of it.
 
 use std::path::Path;
 
@@ -12,16 +12,16 @@ use crate::reconstruction::{Halves, Reconstructed, Smoother};
 use crate::render::Merged;
 use crate::request::{AuditTerms, Method};
 
-/// Does with joined parts what was asked for of the whole: [`Method::finish`], or of an audited picture
-/// the reconstruction and the audit. Nothing while pixels are missing, so that what is joined can be
-/// joined again. Runs on the current thread pool.
+/// Finishes joined parts: by [`Method::finish`], or for an audited picture by reconstruction and
+/// audit. Does nothing while pixels are missing, so that the result can be joined with further
+/// parts. Runs on the current thread pool.
 ///
-/// * `smoother`: the one that the parts were rendered for, if they were rendered for another than our
-///   own; other films do not use it.
+/// * `smoother`: the one that the parts were rendered for, if other than our own; ignored for other
+///   films.
 ///
 /// # Errors
-/// Another smoother than the parts say; parts that are not as this program writes them; what the
-/// smoother fails with.
+/// A smoother other than that of the parts; parts that this program did not write; any error of the
+/// smoother.
 pub fn finish_merged(merged: &mut Merged, smoother: Option<&dyn Smoother>) -> Result<()> {
     if merged.missing_pixels > 0 {
         return Ok(());
@@ -34,22 +34,23 @@ pub fn finish_merged(merged: &mut Merged, smoother: Option<&dyn Smoother>) -> Re
     Ok(())
 }
 
-/// All parts, as they are read.
+/// All parts, as read from the joined film.
 struct Parts<'f> {
     film: &'f Film,
     halves: Halves,
     passes: u32,
     terms: AuditTerms,
     tolerance: Tolerance,
-    /// Whether audited pixels were drawn from a pixel, too: of the window's, row by row.
+    /// For each pixel of the window, row by row: true if it is of the population that audited
+    /// pixels were drawn from.
     population: Vec<bool>,
     audited: Vec<AuditedPixel>,
-    /// For their truths.
+    /// Rays of the truths, in all.
     rays: u64,
 }
 
 impl<'f> Parts<'f> {
-    /// * `name`: of a part, for messages.
+    /// * `name`: path of a part, for messages.
     fn of(film: &'f Film, name: &Path) -> Result<Self> {
         let metadata = film.metadata();
         let number = |key: Key, is_good: &dyn Fn(f64) -> bool, expected: &str| {
@@ -87,7 +88,7 @@ impl<'f> Parts<'f> {
         })
     }
 
-    /// The picture with all that is claimed of it.
+    /// Picture with its claims.
     fn finished(&self, smoother: Option<&dyn Smoother>) -> Result<Film> {
         let asked = self.film.metadata().text(keys::DENOISER);
         let given = smoother.map(Smoother::name);
@@ -101,7 +102,7 @@ impl<'f> Parts<'f> {
         let mut film = Film::new(self.film.size(), self.film.window(), PixelRecord::PLANES)?;
         *film.metadata_mut() = self.film.metadata().clone();
         film.metadata_mut().set(keys::PASSES, self.passes);
-        // Whatever else was asked for, as mattes.
+        // Other requested planes, as mattes.
         let is_for_merging =
             |plane: &Plane| [planes::HALVES.name, planes::TRUTH.name].contains(&plane.name());
         for plane in self.film.planes().iter().filter(|plane| !is_for_merging(plane)) {
@@ -141,7 +142,7 @@ impl<'f> Parts<'f> {
 /// Channels of [`planes::HALVES`]: four of each half, and the passes.
 const CHANNELS: usize = planes::HALVES.channels.len();
 
-/// The samples of a plane that parts have.
+/// Samples of a plane that parts have.
 fn samples<'f>(film: &'f Film, spec: &PlaneSpec, name: &Path) -> Result<&'f [f32]> {
     let plane = film.plane(spec.name).filter(|plane| plane.channels() == spec.channels);
     plane.and_then(Plane::f32_samples).ok_or_else(|| {
@@ -151,7 +152,7 @@ fn samples<'f>(film: &'f Film, spec: &PlaneSpec, name: &Path) -> Result<&'f [f32
     })
 }
 
-/// A half of the picture, with the features of both.
+/// One half of the picture, with the features of both.
 ///
 /// * `first`: its first channel.
 fn half(film: &Film, halves: &[f32], first: usize) -> Result<Film> {
@@ -165,7 +166,7 @@ fn half(film: &Film, halves: &[f32], first: usize) -> Result<Film> {
     Ok(half)
 }
 
-/// The audited pixels, in the order of the draw.
+/// Audited pixels, in the order of the draw.
 fn audited(
     film: &Film,
     truths: &[f32],
@@ -203,7 +204,7 @@ fn audited(
     }
 }
 
-/// The seed of the render.
+/// Seed of the render that made the parts.
 fn seed(metadata: &Metadata, name: &Path) -> Result<u64> {
     let seed = match metadata.get(keys::SEED) {
         Some(Value::Int(seed)) => u64::try_from(*seed).ok(),

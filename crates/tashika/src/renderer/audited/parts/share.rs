@@ -1,4 +1,4 @@
-//! A share of a picture's tiles, and the truths of those of its pixels that are audited.
+//! A share of a picture's tiles, and the truths of its audited pixels.
 
 use super::super::foreseen::{importance_of, share_outside};
 use super::super::truth::{Around, Truth};
@@ -18,19 +18,20 @@ use crate::renderer::observer::{Phase, during};
 use crate::renderer::{Lights, Prepared};
 use crate::request::AuditTerms;
 
-/// A tile is good enough where so much of the share that may be outside is foreseen to be. Chosen: there
-/// is no second look, and of half of it 11 of 600 pixels of a staircase were outside where 16 may be.
+/// Predicted share outside, over the permitted share, up to which a tile is good enough. Chosen:
+/// there is no second analysis, and with half of the permitted share 11 of 600 pixels of a
+/// staircase were outside where 16 may be.
 pub(super) const SPARE: f64 = 0.25;
-/// Passes of a tile at least.
+/// Fewest passes of a tile.
 const FEWEST_PASSES: u32 = 3;
 /// Most paths of a tile, over those that it would have if all had as many.
 const MOST_OF_TILE: u64 = 4;
-/// How far a pixel of the whole picture may be off the tile's, over what the tile foresees to be its
-/// error: where that leaves it open on which side it is, its truth is computed once more.
+/// Assumed distance of a pixel of the whole picture from the tile's, over the error that the tile
+/// predicts. If it is then open on which side the pixel is, its truth is computed once more.
 const NEAR: f64 = 0.5;
 
-/// Renders the share; `begin` takes the film with which it begins, and gives it back with the tiles
-/// that are there.
+/// Renders the share. `begin` receives the film with which the render begins, and returns it with
+/// the finished tiles.
 pub(in crate::renderer::audited) fn render(
     prepared: &Prepared<'_>,
     method: &dyn Integrator,
@@ -65,7 +66,7 @@ pub(in crate::renderer::audited) fn render(
     })
 }
 
-/// What tiles are made with.
+/// Inputs of the tiles.
 struct Work<'p> {
     prepared: &'p Prepared<'p>,
     sampler: &'p dyn SamplePaths,
@@ -73,14 +74,14 @@ struct Work<'p> {
     tolerance: Tolerance,
     seed: u64,
     source: &'p Source<'p>,
-    /// What draws the paths of truths.
+    /// Sampler of the paths of truths.
     of_truths: &'p dyn SamplePaths,
-    /// Whether pixels of the window are drawn for the audit, row by row.
+    /// True for pixels of the window that are drawn for the audit, row by row.
     drawn: Vec<bool>,
 }
 
 impl Work<'_> {
-    /// The film of a tile; none if it was cancelled.
+    /// Film of a tile; `None` if cancelled.
     fn tile(&self, tile: &Window) -> Option<Film> {
         let (picture, reconstructed) = self.picture(tile)?;
         let inside = "tiles are inside of the image";
@@ -91,7 +92,7 @@ impl Work<'_> {
         Some(film)
     }
 
-    /// Passes until the tile is good enough.
+    /// Makes passes until the tile is good enough.
     fn picture(&self, tile: &Window) -> Option<(Picture<'_>, Reconstructed)> {
         let mut picture = Picture::new(self.sampler, *tile, self.seed);
         let mut importance: Option<Vec<f32>> = None;
@@ -117,7 +118,7 @@ impl Work<'_> {
         passes >= PASSES[1] || passes >= FEWEST_PASSES && is_good || is_done
     }
 
-    /// Truths of the pixels of a tile that are audited, as [`planes::TRUTH`] has them.
+    /// Truths of the audited pixels of a tile, in the layout of [`planes::TRUTH`].
     fn truths(&self, picture: &Picture<'_>, film: &Film, reconstructed: &Reconstructed) -> Option<Vec<f32>> {
         let tile = film.window();
         let channels = planes::TRUTH.channels.len();
@@ -134,9 +135,10 @@ impl Work<'_> {
         Some(samples)
     }
 
-    /// The truth of a pixel, in as many stages as it takes; none if it was cancelled.
+    /// Truth of a pixel, in as many stages as it takes; `None` if cancelled.
     ///
-    /// * `around`: what the tile's picture tells; the whole's may be so `near` to it.
+    /// * `around`: estimates from the tile's picture; `near`: assumed distance of the whole
+    ///   picture.
     fn truth(&self, pixel: [u32; 2], around: Around, near: f64) -> Option<[f32; 4]> {
         let luminance = around.luminance;
         let may_be = [luminance, (luminance - near).max(0.0), luminance + near];
@@ -157,7 +159,7 @@ impl Work<'_> {
     }
 }
 
-/// An interval, rounded so that it misses nothing.
+/// Rounds both ends of an interval outwards.
 fn outwards([low, high]: [f64; 2]) -> [f32; 2] {
     let [below, above] = [low, high].map(|end| end as f32);
     [
@@ -166,7 +168,7 @@ fn outwards([low, high]: [f64; 2]) -> [f32; 2] {
     ]
 }
 
-/// The samples of [`planes::HALVES`].
+/// Samples of [`planes::HALVES`].
 fn halves(halves: &Halves, passes: u32) -> Samples {
     let Halves { a, b } = halves;
     let errors = |film: &Film| film.plane(planes::STANDARD_ERROR)?.f32_samples().map(<[f32]>::to_vec);

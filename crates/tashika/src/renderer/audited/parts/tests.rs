@@ -1,4 +1,4 @@
-//! Shares that are joined, what is claimed of them, and faults that merging has to notice.
+//! Joined shares, claims about them, and faults that merging has to notice.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -43,7 +43,7 @@ fn share(number: u32, of: u32) -> TileShare {
     TileShare::new(number, of).unwrap()
 }
 
-/// All parts but those of some shares.
+/// All parts except for those of some shares.
 fn parts(renderer: &Renderer<'_>, of: u32, but: &[u32]) -> Vec<Film> {
     let numbers = (1..=of).filter(|number| !but.contains(number));
     numbers.map(|number| renderer.clone().tiles(share(number, of)).render().unwrap().film).collect()
@@ -81,7 +81,7 @@ fn any_number_of_shares_is_the_same_picture() {
     assert!(two == of(17, 2));
 }
 
-/// Likewise where VPLs are drawn from.
+/// Shares of a picture with drawn VPLs are joined to the same picture as well.
 #[test]
 fn shares_of_a_picture_by_vpls_are_the_same_picture() {
     let request = Request { method: MethodName::default(), vpls: Some(5000), ..request(3, 0.5) };
@@ -92,7 +92,7 @@ fn shares_of_a_picture_by_vpls_are_the_same_picture() {
     assert!(claim(&whole).audited > 30 && whole.metadata().text(keys::METHOD) == Some("tashika"));
 }
 
-/// Of the truths in the parts and the picture, by the formula.
+/// The claim follows by the formula from the truths in the parts and the picture.
 #[test]
 fn the_claim_is_that_of_one_look_at_the_whole() {
     let parts = parts(&renderer(request(1, ERROR)), 3, &[]);
@@ -130,7 +130,7 @@ fn the_claim_is_that_of_one_look_at_the_whole() {
     assert_eq!(verdicts.chunks(3).filter(|pixel| pixel[2] == 2.0).count() as u64, outside);
 }
 
-/// What was asked for beside the picture is in the whole, and what only merging needs is not.
+/// Requested additional planes are in the whole; planes for merging alone are not.
 #[test]
 fn planes_beside_are_kept() {
     let of = |renderer: Renderer<'_>| merged(&parts(&renderer, 2, &[]));
@@ -148,7 +148,8 @@ fn planes_beside_are_kept() {
     assert!(objects > 1, "{objects} objects are seen");
 }
 
-/// What is claimed is true of all pixels, by paths that know nothing of it, and the map holds.
+/// The claim is true of all pixels, by paths that are independent of the picture, and the map
+/// holds.
 #[test]
 fn what_is_claimed_is_so() {
     let renderer = renderer(request(1, ERROR));
@@ -178,7 +179,7 @@ fn what_is_claimed_is_so() {
     assert!(in_map >= TERMS.share, "{in_map} of the half-widths hold");
 }
 
-/// Draws paths as another does, and changes what they found.
+/// Draws paths by another sampler, and changes the results.
 struct Changed<'s, F> {
     sampler: &'s dyn SamplePaths,
     change: F,
@@ -195,7 +196,7 @@ impl<F: Fn([u32; 2], PathSamples) -> PathSamples + Send + Sync> SamplePaths for 
     }
 }
 
-/// Both parts of a picture whose paths are not what they should be.
+/// Both parts of a picture with changed paths.
 fn changed(
     prepared: &Prepared<'_>,
     change: impl Fn([u32; 2], PathSamples) -> PathSamples + Copy + Send + Sync,
@@ -213,7 +214,7 @@ fn changed(
     vec![part(1), part(2)]
 }
 
-/// Where the truths of a film are.
+/// Pixels of a film that have truths.
 fn audited(film: &Film) -> Vec<(u32, u32)> {
     let truths = film.plane(planes::TRUTH).unwrap();
     film.window().pixels().filter(|(x, y)| truths.f32_at(*x, *y)[2] > 0.0).collect()
@@ -224,7 +225,7 @@ fn is_shown(part: &Film, x: u32, y: u32) -> bool {
     record.coverage > 0.0 || record.standard_error > 0.0
 }
 
-/// Truths that were taken from the picture, or of pixels that the picture chose, would not know.
+/// Truths do not depend on the picture, nor does the choice of their pixels.
 #[test]
 fn truths_know_nothing_of_the_picture() {
     let prepared = renderer(request(1, ERROR)).prepare().unwrap();
@@ -290,7 +291,7 @@ fn what_shows_nothing_is_drawn_and_not_audited() {
     assert_eq!(PictureClaim::of(merged(&all_black).metadata()), None, "there is nothing to audit");
 }
 
-/// More of a large picture, where another look would have been dear.
+/// More pixels of a large picture are audited, where another analysis would have been expensive.
 #[test]
 fn large_pictures_have_more_pixels_audited() {
     let prepared = renderer(request(1, ERROR)).prepare().unwrap();
@@ -298,13 +299,13 @@ fn large_pictures_have_more_pixels_audited() {
     let sampler = method.path_sampler(prepared.setting());
     let of = |terms: AuditTerms| count(&sampler, &prepared.window(), &terms, 1);
     let [sixty, seven] = [TERMS, AuditTerms { pixels: 7, ..TERMS }].map(of);
-    // To whole pixels; 2,800 are dear beside seven truths.
+    // To whole pixels; 2,800 are expensive beside seven truths.
     assert!((60.0 * seven as f64 / sixty as f64 - 14.0).abs() < 1.0, "{sixty} {seven}");
     assert!(sixty > 60 && sixty < 180, "{sixty}: about half of the image shows nothing");
     assert_eq!(of(AuditTerms { pixels: 9000, ..TERMS }), prepared.window().area());
 }
 
-/// Whoever chooses the audited pixels, or leaves one out, is found out.
+/// Merging detects truths of chosen pixels, and missing ones.
 #[test]
 fn truths_of_other_pixels_are_refused() {
     let right = joined(&parts(&renderer(request(1, 0.5)), 2, &[]));
@@ -334,14 +335,14 @@ fn truths_of_other_pixels_are_refused() {
     assert!(fewer.contains("a truth at pixel"), "{fewer}");
 }
 
-/// A truth that is not known is no reason to believe in a pixel.
+/// A pixel whose truth is unknown counts as outside.
 #[test]
 fn what_is_not_known_is_outside() {
     let mut unknown = joined(&parts(&renderer(request(1, 0.5)), 2, &[]));
     let mut known = unknown.clone();
     finish_merged(&mut known, None).unwrap();
     for (x, y) in audited(&unknown.film) {
-        // The end that is known is just what the picture has.
+        // The known end is exactly the value of the picture.
         let low = RenderFilm::of(&known.film).at(x, y).radiance.luminance();
         unknown.film.plane_mut(planes::TRUTH).unwrap().set_f32(x, y, &[low, f32::INFINITY, 3.0, 9.0]);
     }
@@ -350,7 +351,7 @@ fn what_is_not_known_is_outside() {
     assert!(unknown.outside == known.audited && known.outside < 6, "{unknown}; {known}");
 }
 
-/// What parts say may be anything.
+/// Metadata and samples of parts may have any values.
 #[test]
 fn parts_that_are_damaged_are_refused_with_what_is_wrong() {
     let right = joined(&parts(&renderer(request(1, 0.5)), 2, &[]));
@@ -381,7 +382,7 @@ fn parts_that_are_damaged_are_refused_with_what_is_wrong() {
         *film = Film::from_planes(film.size(), film.window(), all, film.metadata().clone());
     });
     assert!(without.contains(planes::TRUTH.name), "{without}");
-    // Numbers that are none are pixels that are wrong.
+    // Samples that are NaN make pixels wrong.
     let mut odd = right.clone();
     let halves = odd.film.plane_mut(planes::HALVES).unwrap();
     Window::full(SIZE).pixels().for_each(|(x, y)| halves.set_f32(x, y, &[f32::NAN; 9]));
@@ -427,7 +428,7 @@ fn parts_of_other_renders_are_refused() {
     assert!(Merger::new(Path::new("a.exr"), &first).unwrap().add(Path::new("w.exr"), &whole).is_err());
 }
 
-/// One picture is looked at, that of the smoother which was said before anything was rendered.
+/// Merging accepts only the smoother that was named before the render, and analyses one picture.
 #[test]
 fn there_is_one_smoother_to_choose_and_one_look() {
     let own = joined(&parts(&renderer(request(1, 0.5)), 2, &[]));
@@ -443,7 +444,7 @@ fn there_is_one_smoother_to_choose_and_one_look() {
     assert!(claim(&merged.film).audited > 30);
 }
 
-/// Ends the work after so many tiles, or after it was asked so often whether it is to end.
+/// Ends the work after a number of tiles, or after a number of calls of `cancel`.
 struct Ending {
     tiles: AtomicU32,
     asked: AtomicU32,
@@ -477,7 +478,7 @@ impl Observer for Ending {
     }
 }
 
-/// Tiles that are finished are whole, with their truths, and the others go on from there.
+/// Finished tiles are whole, with their truths, and a later render goes on from there.
 #[test]
 fn what_is_finished_of_a_part_that_is_cancelled_stays() {
     let ending = Ending::new(1, u32::MAX);
@@ -491,7 +492,7 @@ fn what_is_finished_of_a_part_that_is_cancelled_stays() {
     assert_eq!(tiles.len(), 1);
     let part = tiles[0];
     assert!(whole.cropped(part).unwrap().planes() == broken.film.cropped(part).unwrap().planes());
-    // Wherever the work is when it ends: in passes or among truths.
+    // The work may end anywhere: in passes or among truths.
     let mut ended = 0;
     for asked in (2..).step_by(15) {
         let ending = Ending::new(u32::MAX, asked);
