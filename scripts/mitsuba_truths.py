@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Renders Mitsuba scenes with many paths by Mitsuba 3, as truths of `cargo xtask measure seeds --truth FOLDER`.
+"""Renders truths for `cargo xtask measure seeds --truth FOLDER`: Mitsuba scenes, by Mitsuba 3.
 
     pip install mitsuba numpy OpenEXR
     python3 scripts/mitsuba_truths.py 16x9 65536 FOLDER SCENE.xml...
 
-Writes FOLDER/SCENE.exr: the mean of RUNS pictures of independent seeds, which share the given number of
-paths a pixel, and in the layer `standard_error` the standard error of the luminance that the runs show.
-The film's filter is a box. Where LLVM is not found, name its library in `DRJIT_LIBLLVM_PATH`.
+Writes FOLDER/SCENE.exr: the mean of RUNS pictures of independent seeds, which share the given
+number of paths a pixel, and in the layer `standard_error` the standard error of the luminance, by
+the spread of the runs. The film's filter is a box. Where LLVM is not found, name its library in
+`DRJIT_LIBLLVM_PATH`.
 """
 
 import pathlib

@@ -1,9 +1,9 @@
 //! Light that the camera sees straight, projected onto the image.
 //!
 //! A lamp of a thousandth of a pixel, or the focus of a lens, is missed by most choices of a hundred
-//! camera samples, and may outshine all else in the pixel. Points that stand for the light cannot miss
-//! it. Points `i` of intensity `I_i` that are visible (`V_i`) in the pixel, which covers the area `A_i`
-//! at their distance, at right angles to the ray, have the luminance
+//! camera samples, and may outshine all else in the pixel. Points that stand for the light cannot
+//! miss it. Points `i` of intensity `I_i` that are visible (`V_i`) in the pixel, which covers the
+//! area `A_i` at their distance, at right angles to the ray, have the luminance
 //!
 //! ```text
 //! L = Σ_i I_i cos θ_i V_i / A_i
@@ -55,8 +55,8 @@ impl SeenLight {
         pixels.iter().any(|[sum, _]| *sum > 0.0).then_some(Self { pixels, width })
     }
 
-    /// Caustics that the camera sees, and the account of all light on surfaces that it sees. None if the
-    /// camera has a lens or moves, or sees none. Runs on the current thread pool.
+    /// Caustics that the camera sees, and the account of all light on surfaces that it sees. None
+    /// if the camera has a lens or moves, or sees none. Runs on the current thread pool.
     pub(super) fn on_surfaces(
         lights: &[Vpl],
         routes: &[Route],
@@ -127,11 +127,11 @@ fn is_sharp(view: &View<'_>) -> bool {
 
 /// Light of a point in a pixel.
 struct Seen {
-    /// Number of the light.
+    /// Index of the light in the projected list.
     light: usize,
     /// Number of the pixel, row by row.
     pixel: usize,
-    /// Luminance (W·m⁻²·sr⁻¹).
+    /// Luminance that the light adds to the pixel (W·m⁻²·sr⁻¹).
     luminance: f32,
 }
 
@@ -151,8 +151,8 @@ fn project(lights: &[Vpl], tracer: &Tracer, view: &View<'_>) -> Vec<Seen> {
     seen
 }
 
-/// Pixel of a point, as its place in the image, luminance there, and origin of its camera ray; none if
-/// the point is outside the image or turned away.
+/// Pixel of a point, as its place in the image, luminance there, and origin of its camera ray; none
+/// if the point is outside the image or turned away.
 fn from_eye(light: &Vpl, view: &View<'_>) -> Option<(usize, f32, Vec3)> {
     if light.kind != VplKind::Oriented {
         return None;

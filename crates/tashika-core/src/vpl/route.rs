@@ -5,7 +5,7 @@ use super::VplKind;
 /// Kind of an emitter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// A surface that emits.
+    /// An emissive surface, drawn at a point of its area.
     Surface,
     /// A point: an omnidirectional light, a spot light or an image of one.
     Point,
@@ -30,7 +30,7 @@ impl Origin {
 /// Way of light from an emitter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
-    /// Along a straight line.
+    /// Along a straight line, also through thin panes and holes.
     Straight,
     /// Over specular surfaces only, at least one of which bent it.
     Specular,

@@ -25,6 +25,7 @@ use std::fmt;
 use rayon::prelude::*;
 
 use super::alike::{self, Mean};
+use super::conserve::conserve;
 use super::outliers::{self, Tamed};
 use super::pixels::Pixels;
 use crate::color::Rgb;
@@ -206,8 +207,12 @@ impl Read {
             (smoothed[p].lerp(plain, step), error)
         };
         let rows = (0..height).into_par_iter();
-        let (radiance, importance_error) =
+        let (mut radiance, importance_error): (Vec<Rgb>, _) =
             rows.flat_map_iter(|y| (0..width).map(move |x| (x, y))).map(pixel).unzip();
+        let estimates: Vec<Rgb> = of_a.iter().zip(of_b).map(|(a, b)| (*a + *b) * 0.5).collect();
+        let of_both = |(a, b): (&f32, &f32)| 0.25 * (a * a + b * b);
+        let variances: Vec<f32> = errors[0].iter().zip(&errors[1]).map(of_both).collect();
+        conserve(&mut radiance, &estimates, &variances, width);
         Reconstructed { radiance, importance_error }
     }
 }

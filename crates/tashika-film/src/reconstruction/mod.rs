@@ -17,8 +17,8 @@
 //! Outliers are clamped first (module `outliers`): a path in a thousand that is a thousand times
 //! brighter than the others would become a patch of light. The excess is distributed over the
 //! surrounding pixels with the same weights, up to a tenth of their own value. More would be
-//! visible as a patch and is omitted, so that a reconstruction may be darker than the scene by the
-//! contribution of such paths.
+//! visible as a patch. That light, and all other light by which the means differ from the
+//! estimates, is distributed over larger parts of the picture at last (module `conserve`).
 //!
 //! # Guarantee
 //! None: nothing is claimed of a reconstruction. The film keeps the estimates and their claims in
@@ -29,6 +29,7 @@
 //! The tests below. The record of 2026-11-24 (reconstruction) has errors on scenes.
 
 mod alike;
+mod conserve;
 mod halves;
 mod outliers;
 mod pixels;
@@ -36,6 +37,7 @@ mod pixels;
 use crate::color::Rgb;
 use crate::film::{Film, Plane, Samples, planes};
 use alike::Mean;
+use conserve::conserve;
 use pixels::Pixels;
 
 pub use halves::{Halves, LEAST_SIZE, Reconstructed, Smoother};
@@ -64,9 +66,13 @@ pub fn reconstruct(film: &mut Film) {
     let tamed = outliers::tame(&pixels);
     let means = alike::means(&pixels, &tamed, &tamed);
     let Some(estimates) = film.colors() else { return };
-    let of_pixel =
-        |(mean, estimate): (Option<Mean>, Rgb)| mean.map_or(estimate, |mean| mean.radiance).to_array();
-    let samples = means.into_iter().zip(estimates).flat_map(of_pixel).collect();
+    let estimates: Vec<Rgb> = estimates.collect();
+    let of_pixel = |(mean, estimate): (Option<Mean>, &Rgb)| mean.map_or(*estimate, |mean| mean.radiance);
+    let mut radiance: Vec<Rgb> = means.into_iter().zip(&estimates).map(of_pixel).collect();
+    let errors = film.plane(planes::STANDARD_ERROR).and_then(Plane::f32_samples).unwrap_or_default();
+    let variances: Vec<f32> = errors.iter().map(|error| error * error).collect();
+    conserve(&mut radiance, &estimates, &variances, pixels.width);
+    let samples = radiance.into_iter().flat_map(Rgb::to_array).collect();
     film.add_plane(&planes::RECONSTRUCTION, Samples::F32(samples));
 }
 

@@ -15,6 +15,7 @@ use tashika::stats::Moments;
 use tashika::vpl::VplOptions;
 
 use crate::cases::{builder, cuboid, glowing, lambert, luminances, parallelogram, place, tracer, view};
+use crate::light_transport::transport_agrees;
 
 const SIZE: [u32; 2] = [6, 6];
 /// Reflectance of the floor: low, since the closed forms ignore light that the floor sends back to
@@ -112,7 +113,7 @@ fn a_lamp_above_water_is_found() {
     assert_radiance(b, passed * REFLECTANCE / PI * irradiance / (IOR * IOR));
 }
 
-/// The account of a floor that is lit over a mirror alone has all of its light, by its way and emitter.
+/// The account of a floor that is lit over a mirror alone has all of its light, by way and emitter.
 #[test]
 fn the_account_of_light_paths_is_that_of_the_picture() {
     let mut b = builder();
@@ -136,6 +137,25 @@ fn the_account_of_light_paths_is_that_of_the_picture() {
     assert!((account.luminance / mean - 1.0).abs() < 0.05, "{account:?} for {mean}");
 }
 
+/// Lamps just below a mirror: directions to their image meet the lamps themselves, which are drawn as
+/// well.
+#[test]
+fn lamps_before_their_own_image_are_counted_once() {
+    let mut b = builder();
+    let floor = parallelogram(Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0);
+    place(&mut b, floor, Material::new("floor", lambert(0.5)));
+    b.add_camera(Camera::look_at("main", Vec3::Y * 1.5, Vec3::ZERO, Vec3::Z, 0.8)).unwrap();
+    let ceiling = parallelogram(Vec3::new(-5.0, 2.0, -5.0), Vec3::X * 10.0, Vec3::Z * 10.0);
+    place(&mut b, ceiling, Material::new("mirror", Surface::Mirror { reflectance: Rgb::WHITE.into() }));
+    let (corner, side) = (Vec3::new(-0.2, 1.85, -0.2), 0.4);
+    let up = parallelogram(corner + Vec3::Y * 0.01, Vec3::Z * side, Vec3::X * side);
+    let down = parallelogram(corner, Vec3::X * side, Vec3::Z * side);
+    for (name, lamp) in [("up", up), ("down", down)] {
+        place(&mut b, lamp, glowing(name, lambert(0.0), 5.0));
+    }
+    transport_agrees(b, 0.02, "lamps before their image");
+}
+
 /// Returns a paraboloid above the origin with the focus at `(0, focal, 0)`, as seen from there.
 fn paraboloid(focal: f32, radius: f32) -> MeshData {
     const SIDE: u32 = 64;
@@ -156,9 +176,9 @@ fn paraboloid(focal: f32, radius: f32) -> MeshData {
     MeshData { positions, normals, triangles, ..MeshData::default() }
 }
 
-/// A lamp over a concave mirror, whose image of five millimetres lies on a tile and fills less than a
-/// thousandth of the pixel. Most choices of camera samples miss it. The account does not, so that no
-/// pixel claims without it.
+/// A lamp over a concave mirror, whose image of five millimetres lies on a tile and fills less than
+/// a thousandth of the pixel. Most choices of camera samples miss it. The account does not, so that
+/// no pixel claims without it.
 #[test]
 fn a_focus_that_camera_samples_miss_is_known_to_be_missing() {
     const SEEDS: u64 = 8;
@@ -184,8 +204,8 @@ fn a_focus_that_camera_samples_miss_is_known_to_be_missing() {
     let fov = 2.0 * (0.5 * pixel / (image - 0.3)).atan();
     b.add_camera(Camera::look_at("main", eye, Vec3::Y, Vec3::Z, fov as f32)).unwrap();
     let tracer = tracer(b);
-    // All that reaches the square mirror but for the shadow of the tile comes to the focus. Light that the
-    // tile sends to itself over the mirror adds less than a tenth.
+    // All light that reaches the square mirror, except in the shadow of the tile, comes to the
+    // focus. Light that the tile sends to itself over the mirror adds less than a tenth.
     let lit = f64::from(4.0 * radius * radius) - tile * tile;
     let flux = f64::from(radiance * side * side) / (height * height) * lit;
     let expected = 0.5 / PI * flux / (pixel * pixel);

@@ -311,8 +311,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
         self.by_light_paths = if is_unmet { self.common.by_light_paths(seen) } else { 0.0 };
     }
 
-    /// Approximate luminance that the estimate lacks: of caustics, of lamps, and of light that light
-    /// paths find around the pixel or project onto it.
+    /// Approximate luminance that the estimate lacks: of caustics, of lamps, and of light that
+    /// light paths find around the pixel or project onto it.
     fn importance_missing(&self, found: &Finding) -> f64 {
         let most = f64::from(found.mean.total().luminance()) + found.half_width;
         let lacks = |share: f64, there: f64| if most < share * there { there - most } else { 0.0 };

@@ -10,13 +10,13 @@ use crate::film::{Film, Key};
 /// Light of the rendered pixels by estimator, as shares of 1, and the account of light paths alone.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FoundLight {
-    /// Share of emission that the camera sees.
+    /// Share of emission that the camera sees, straight or over specular surfaces, 0 to 1.
     pub emission: f64,
-    /// Share of the sums over VPLs.
+    /// Share of the sums over VPLs, 0 to 1.
     pub vpls: f64,
-    /// Share of paths.
+    /// Share of the means of paths, 0 to 1.
     pub paths: f64,
-    /// Approximate share that estimates lack.
+    /// Approximate share that estimates lack, 0 to 1.
     pub missing: f64,
     /// Account of light paths; none where the camera has a lens or moves.
     pub by_light_paths: Option<Routes>,
@@ -25,23 +25,23 @@ pub struct FoundLight {
 /// Light that surfaces in view send to the camera, by light paths alone; shares of 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Routes {
-    /// Straight from emitters.
+    /// Share that comes straight from emitters.
     pub straight: f64,
-    /// Over mirrors or through glass only.
+    /// Share that comes over mirrors or through glass only.
     pub specular: f64,
-    /// Scattered before by surfaces or media.
+    /// Share that surfaces or media scattered before.
     pub scattered: f64,
-    /// Emitted by surfaces.
+    /// Share that surfaces emit.
     pub of_surfaces: f64,
-    /// Emitted by points.
+    /// Share that point lights emit.
     pub of_points: f64,
-    /// Emitted by environments and directional lights.
+    /// Share that environments and directional lights emit.
     pub of_infinity: f64,
 }
 
 impl FoundLight {
-    /// Reads the planes and the metadata of a film; none if its method has one estimator only, or no
-    /// light is known of.
+    /// Reads the planes and the metadata of a film; none if its method has one estimator only, or
+    /// no light is known of.
     pub fn of(film: &Film) -> Option<Self> {
         let plane = film.plane(planes::LUMINANCE_PARTS)?.f32_samples()?;
         let read = RenderFilm::of(film);

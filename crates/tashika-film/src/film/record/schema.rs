@@ -170,11 +170,12 @@ pub struct HalfWidths {
 pub struct LuminanceParts {
     /// Emission that the camera sees, straight or over specular surfaces, where VPLs are summed.
     pub emission: f32,
-    /// Sum over VPLs.
+    /// Sum over VPLs, at all gather points.
     pub vpls: f32,
-    /// Mean of the paths.
+    /// Mean of paths: of compensation, or of all light where no VPLs are summed.
     pub paths: f32,
-    /// Approximate luminance that the estimate lacks, as light paths know; not a part of the radiance.
+    /// Approximate luminance that the estimate lacks, as light paths show; no part of the
+    /// radiance.
     pub missing: f32,
 }
 
