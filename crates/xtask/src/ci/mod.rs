@@ -16,6 +16,7 @@ pub use python::{environment, pages, python_of_readers, wheel};
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::thread;
 
 use crate::shell::{Outcome, Shell};
 
@@ -24,6 +25,8 @@ pub fn run(shell: &Shell) -> Outcome<()> {
     toolchain(shell)?;
     shell.step("format");
     shell.cargo("fmt --all -- --check").run()?;
+    shell.step("prose");
+    shell.command("python3", "scripts/words.py --check").run()?;
     // One profile for all steps, so that build scripts and macros are built once.
     shell.step("lints");
     shell.cargo("clippy --locked --release --workspace --all-targets -- -D warnings").run()?;
@@ -57,10 +60,15 @@ pub fn run(shell: &Shell) -> Outcome<()> {
     python::seeds(shell, &python, &program)?;
     shell.step("a job of another engine");
     python::job(shell, &python, &program, &room)?;
-    shell.step("pages in a browser");
-    pages(shell, &python, &program, &shell.root().join("target/pages"))?;
+    shell.step("pages in a browser, while the wheel is built");
+    // A browser leaves most of the processor idle.
+    let package = thread::scope(|scope| {
+        let package = scope.spawn(|| python::built(shell, &program));
+        pages(shell, &python, &program, &shell.root().join("target/pages"))?;
+        package.join().expect("it does not panic")
+    })?;
     shell.step("the Python package");
-    python::package(shell, &program)?;
+    python::package(shell, &package, &program)?;
     shell.step("the add-on for Blender");
     blender::check(shell, &program)?;
     scenes::check(shell, &program)

@@ -90,19 +90,30 @@ pub fn wheel(shell: &Shell, python: &Path, program: &Path, folder: &Path) -> Out
     Ok(folder.join(wheel.ok_or("the wheel is not for the stable interface")?))
 }
 
-/// Installs the wheel of the Python package, with the program, and runs its tests.
-pub fn package(shell: &Shell, program: &Path) -> Outcome<()> {
+/// A Python without packages, and the wheel that is built for it.
+pub struct Package {
+    python: PathBuf,
+    wheel: PathBuf,
+}
+
+/// Builds the wheel of the Python package with the program in it.
+pub fn built(shell: &Shell, program: &Path) -> Outcome<Package> {
     let python = environment(shell, "package", "")?;
     let wheel = wheel(shell, &python, program, &shell.folder("wheels")?)?;
-    pip(shell, &python, "install").arg(format!("{}[test]", wheel.display())).run()?;
+    Ok(Package { python, wheel })
+}
+
+/// Installs the Python package, with the program, and runs its tests.
+pub fn package(shell: &Shell, Package { python, wheel }: &Package, program: &Path) -> Outcome<()> {
+    pip(shell, python, "install").arg(format!("{}[test]", wheel.display())).run()?;
     let version = "import tashika; print('tashika', tashika.__version__)";
-    let module = shell.command(&python, "-c").arg(version).output()?;
+    let module = shell.command(python, "-c").arg(version).output()?;
     let program_of_wheel = shell.command(python.with_file_name("tashika"), "--version").output()?;
     if module != program_of_wheel {
         return Err(format!("the wheel has the module {module} and the program {program_of_wheel}"));
     }
     // `pyoidn` has no wheels for some machines; its tests are omitted there.
-    if pip(shell, &python, "install").arg("pyoidn").run_quietly().is_err() {
+    if pip(shell, python, "install").arg("pyoidn").run_quietly().is_err() {
         shell.say("pyoidn cannot be installed here: no test with Open Image Denoise");
     }
     let tests = "-m pytest --quiet -p no:cacheprovider crates/tashika-python";
