@@ -1,9 +1,9 @@
 //! The many-light renderer of [tashika](https://github.com/tashika-render/tashika): from a scene and
 //! a request to a film.
 //!
-//! [`request`] says what is to be done, [`render`] does it tile by tile, by an
-//! [`integrator`]; the other modules are what these are made of. The crate `tashika` has them all,
-//! and the pipeline `tashika::Renderer` that puts them together.
+//! [`request`] describes the work, [`render`] does it tile by tile with an [`integrator`]; the
+//! other modules are their parts. The crate `tashika` re-exports them all, and adds the pipeline
+//! `tashika::Renderer` that joins them.
 #![forbid(unsafe_code)]
 
 pub mod accel;

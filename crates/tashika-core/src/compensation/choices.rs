@@ -1,5 +1,4 @@
-//! What is learned about a view before paths are followed in it: which light to draw on which
-//! surface.
+//! Learned choice of lights: the emitters and VPLs that are worth drawing at each place of a view.
 
 use rayon::prelude::*;
 
@@ -11,36 +10,38 @@ use crate::bsdf::Bsdf;
 use crate::gather::{GatherPoint, View};
 use crate::rng::{self, Purpose, Stream};
 
-/// Camera paths whose surfaces are learned from: so many a pixel, and at least and at most.
+/// Number of camera paths for each pixel from which the choices are learned.
 const PATHS_OF_PIXEL: u64 = 2;
-/// See [`PATHS_OF_PIXEL`].
+/// Least and greatest number of these paths.
 const PATHS: [u64; 2] = [1 << 12, 1 << 17];
 /// Paths followed as one piece of parallel work.
 const CHUNK: u64 = 1024;
 
-/// What was learned about which lights are worth drawing where.
+/// Learned distributions of VPLs and emitters, by place.
 #[derive(Clone, Debug)]
 pub struct Choices {
     pub(super) vpls: Option<VplChoice>,
     pub(super) emitters: EmitterChoice,
 }
 
-/// Surfaces that paths met.
+/// Receivers that paths met, by the kind of light that is drawn for them.
 #[derive(Debug, Default)]
 pub(super) struct Met {
-    /// Those that have a VPL drawn.
+    /// Receivers for which a VPL is drawn.
     pub by_vpls: Vec<Receiver>,
-    /// Those that have an emitter drawn: all.
+    /// Receivers for which an emitter is drawn: all.
     pub by_emitters: Vec<Receiver>,
-    /// Whether VPLs are drawn at gather points, too.
+    /// True if VPLs are drawn at gather points too.
     pub draws_at_points: bool,
 }
 
 impl Choices {
-    /// Learns on the surfaces that paths from a view meet. Runs on the current thread pool.
+    /// Learns the distributions from paths through random pixels of a view. Runs on the current
+    /// thread pool.
     ///
-    /// * `by_vpls`: the BSDF that light of VPLs is scattered with at a gather point.
-    /// * `draws_at_points`: whether VPLs are drawn there, or summed.
+    /// * `by_vpls`: the BSDF with which a gather point scatters light of VPLs.
+    /// * `draws_at_points`: true if VPLs are drawn at gather points, false if they are summed
+    ///   there.
     pub fn learn(
         lit: &LightingContext<'_>,
         view: &View<'_>,
@@ -71,7 +72,7 @@ impl Choices {
             met.by_emitters.extend(of_chunk.by_emitters);
         }
         let compensation = Compensation::new(*lit);
-        // Most are drawn at gather points, if any are there.
+        // If any VPLs are drawn at gather points, most are, so the clamp distance there is used.
         let beyond = compensation.contribution(draws_at_points);
         let learn_vpls = |lights| VplChoice::learn(lights, lit.tracer, beyond, met.by_vpls, seed);
         let vpls = lit.lights.and_then(learn_vpls);

@@ -1,19 +1,21 @@
-//! Drawing one VPL for a surface, about in proportion to what it can give there.
+//! Draws of one VPL for a receiver, approximately in proportion to its unoccluded contribution.
 //!
-//! From the root of the light tree on, one half of a cluster is chosen by
+//! From the root of the light tree down, one child of a cluster is chosen in proportion to its
+//! importance
 //!
 //! ```text
 //! I cos⁺(θ) cos⁺(θ') / max(d² + s², d_c²)
 //! ```
 //!
-//! with its luminance `I`, the distance `d` of the middle of its box, the spread `s` of lights
-//! about it, and the cosines at the surface and at the lights where they are greatest: at the
-//! surface over the box, and 1 in a medium; at the lights over the directions to the ball about the
-//! box and the cone of their normals. Where a cluster is small for its distance and its lights face
-//! about one way, one of them is drawn by its luminance.
+//! with the luminance `I` of the child, the distance `d` of the centre of its box, the spread `s`
+//! of its lights around the centre, and two cosines. At the receiver, the cosine is the greatest
+//! height of the box above the tangent plane over `d`, and 1 in a medium. At the lights, it is the
+//! greatest over the directions to the ball around the box and the cone of their normals. Where a
+//! cluster is small for its distance and its lights face nearly the same way, one of its lights is
+//! drawn by luminance.
 //!
 //! # Guarantee
-//! What can give anything has a probability above zero. Held to this by the tests of
+//! Every light that can contribute has a probability above zero. Held to this by the tests of
 //! [`VplChoice`](super::VplChoice) and by `what_can_give_light_can_be_drawn`.
 
 use super::places::Receiver;
@@ -21,38 +23,39 @@ use crate::bounds::{LightBounds, LightShape, Towards, upper_geometric};
 use crate::math::{Aabb, Cone, Vec3};
 use crate::tree::{LightCluster, LightTree};
 
-/// Root mean square distance of lights from the middle of their box, over its diagonal. Chosen.
+/// Root mean square distance of lights from the centre of their box, as a share of its diagonal.
+/// Chosen.
 const SPREAD: f32 = 0.25;
-/// Diagonal of a box, over its distance, below which it does not matter where in the box lights
-/// are. Chosen.
+/// Ratio of the diagonal of a box to its distance below which the positions of lights in the box do
+/// not matter. Chosen.
 const SMALL: f32 = 0.5;
-/// Cosine of the widest cone of normals that face about one way. Chosen.
+/// Cosine of the widest cone of normals that counts as one direction. Chosen.
 const ONE_WAY: f32 = 0.8;
-/// Of a cosine, far more than it is rounded by.
+/// Allowance for the rounding error of a cosine, far more than the error itself.
 const ROUNDING: f32 = 1e-5;
 
-/// The light tree, as a surface sees it.
+/// Light tree as seen from one receiver.
 pub(super) struct Descent<'a> {
     pub lights: &'a LightTree,
     pub clamp_distance: f32,
     pub receiver: &'a Receiver,
 }
 
-/// What a cluster can give, and whether its lights are about alike.
+/// Importance of a cluster: its approximate unoccluded contribution.
 struct Importance {
     value: f64,
-    /// Whether its lights may be drawn by their luminance.
+    /// True if lights of the cluster may be drawn by luminance.
     is_small: bool,
 }
 
 impl Descent<'_> {
-    /// A light, as its place in the sorted order, with its probability; none if nothing can give
-    /// anything.
+    /// Draws a light. Returns its place in the sorted order and its probability; `None` if no light
+    /// can contribute.
     pub fn draw(&self, u: f64) -> Option<(u32, f64)> {
         self.draw_from(self.lights.root()?, 1.0, u)
     }
 
-    /// A light of a cluster that has been chosen with some probability.
+    /// Draws a light from a cluster that was itself chosen with the given probability.
     pub fn draw_from(
         &self,
         mut cluster: LightCluster,
@@ -84,7 +87,8 @@ impl Descent<'_> {
         Some((light, probability * self.lights.luminance_of(light) / self.lights.luminance(&cluster)))
     }
 
-    /// About what a cluster can give; zero only if it can give nothing.
+    /// Returns the approximate unoccluded contribution of a cluster; zero only if no light of it
+    /// can contribute.
     pub fn importance(&self, cluster: &LightCluster) -> f64 {
         self.of(cluster).value
     }
@@ -107,7 +111,7 @@ impl Descent<'_> {
         let (squared, radius_squared) = (to.length_squared(), half.length_squared());
         let distance = squared.sqrt().max(f32::MIN_POSITIVE);
         let radius = radius_squared.sqrt();
-        // The farthest that the box is in front of the surface.
+        // Greatest height of the box above the tangent plane (m).
         let in_front = |normal: Vec3| normal.dot(to) + normal.abs().dot(half);
         let at_surface = normal.map_or(1.0, |normal| {
             (in_front(normal) / distance + ROUNDING * (1.0 + radius / distance)).clamp(0.0, 1.0)
@@ -122,11 +126,12 @@ impl Descent<'_> {
         }
     }
 
-    /// Of lights of several kinds, of spots and of directions.
+    /// Returns the importance of a cluster of spots, directional lights, volume lights or mixed
+    /// kinds.
     fn of_others(&self, cluster: &LightCluster, bounds: &LightBounds) -> Importance {
         let at = self.receiver.position;
         let towards = Towards::between(bounds, &Aabb { lo: at, hi: at });
-        // Lights are about the middle of their box, seldom at its nearest corner.
+        // Lights are around the centre of their box, seldom at its nearest corner.
         let about = if bounds.reaches_infinity() {
             0.0
         } else {
@@ -140,8 +145,8 @@ impl Descent<'_> {
     }
 }
 
-/// `cos⁺ max(0, θ − α − β)` of angles whose cosine, cosine and sine these are, with `α` at most a
-/// right angle; 1 if there is none such.
+/// Returns `cos⁺ max(0, θ − α − β)`, given the cosines of `θ` and `β`, and the sine of `α`, which
+/// is at most a right angle; 1 for a sine of 1 or more.
 fn upper_cos(cos_theta: f32, cos_beta: f32, sin_alpha: f32) -> f32 {
     if sin_alpha >= 1.0 {
         return 1.0;
@@ -150,7 +155,7 @@ fn upper_cos(cos_theta: f32, cos_beta: f32, sin_alpha: f32) -> f32 {
     let (cos_alpha, sin_beta) = (other(sin_alpha), other(cos_beta));
     let cos = cos_alpha * cos_beta - sin_alpha * sin_beta;
     let sin = sin_alpha * cos_beta + cos_alpha * sin_beta;
-    // Beyond a half turn the sine is negative.
+    // Beyond a half turn, the sine of `α + β` is negative.
     if sin < 0.0 || cos_theta >= cos { 1.0 } else { (cos_theta * cos + other(cos_theta) * sin).max(0.0) }
 }
 
@@ -164,7 +169,7 @@ mod tests {
     use crate::tree::LightTreeBuilder;
     use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
 
-    /// Random lights, many of them on planes that surfaces lie in.
+    /// Random lights, many of them in planes that receivers lie in too.
     fn lights(s: &mut Stream, kind: VplKind) -> LightTree {
         let light = |s: &mut Stream| {
             let at = Vec3::from(s.uniform_3());
@@ -184,7 +189,7 @@ mod tests {
         let (position, normal) = match s.below(4) {
             0 => (at, Some((Vec3::from(s.uniform_3()) - 0.5).normalize())),
             1 => (Vec3::new(at.x, at.y, 0.0), Some(Vec3::Z)),
-            // Just before the lights' plane, and all but in it.
+            // Just in front of a plane of lights, almost in it.
             2 => (Vec3::new(1e-7, at.y, at.z), Some(Vec3::NEG_X)),
             _ => (at, None),
         };
@@ -217,13 +222,13 @@ mod tests {
         assert!(given > 20_000, "{given}");
     }
 
-    /// Of many draws, each light has the share that its probability says.
+    /// The share of each light among many draws is the probability that `draw` returns.
     #[test]
     fn lights_are_drawn_as_often_as_is_said() {
         const DRAWS: usize = 200_000;
         let mut s = Stream::new(2, Purpose::Test, 0);
         let lights = lights(&mut s, VplKind::Oriented);
-        // So far away that clusters are small, and near.
+        // One receiver is so far away that clusters are small, another is near.
         let far = Vec3::new(0.5, 0.5, 4.0);
         for (position, normal) in
             [(far, Some(Vec3::NEG_Z)), (Vec3::splat(0.5), Some(Vec3::NEG_Z)), (far, None)]
@@ -242,7 +247,7 @@ mod tests {
             assert!((0.99..1.000_01).contains(&all), "{all}");
             for (times, said) in found {
                 let error = (said / DRAWS as f64).sqrt();
-                // Of lights that hardly give anything, one may come where 0.02 are expected.
+                // Of lights that hardly contribute, one may be drawn where 0.02 draws are expected.
                 let rare = 3.0 / DRAWS as f64;
                 assert!((times - said).abs() <= 5.0 * error + rare, "{times} ± {error}: {said}");
             }

@@ -1,16 +1,17 @@
-//! Light at gather points where nothing is summed: a few emitters and VPLs are drawn, and a path is
-//! followed.
+//! Estimates of all light at gather points without a sum over VPLs: a few emitters and VPLs are
+//! drawn, and a path is followed.
 //!
 //! ```text
 //! L = Σ_e emitter(e)/E  +  Σ_k VPL(u_k)/V  +  path        u_k = (k + u)/V
 //! ```
 //!
-//! All draws are told the one place of the gather point, so that they are spread evenly over what was
-//! learned of it ([`Choices`](super::Choices)). An emitter is weighted against the path that may meet
-//! it by the balance heuristic of several samples (Veach 1997, section 9.2).
+//! All draws at a gather point use the learned distributions of its place
+//! ([`Choices`](super::Choices)), so that they are spread evenly over these. An emitter is weighted
+//! against the path that may meet it by the balance heuristic of several samples (Veach 1997,
+//! section 9.2).
 //!
-//! How much light varies by which set of VPLs there is, no draw from one set shows. If VPLs are
-//! independent, that is the sum of the squares of what each gives, which draws estimate:
+//! Draws from one set of VPLs do not show the variance over sets. If VPLs are independent, this
+//! variance is at most the sum of their squared contributions, which draws estimate:
 //!
 //! ```text
 //! Σ_i c_i² = E [(c_k/p_k)² p_k]          VPL k is drawn with probability p_k and gives c_k
@@ -24,80 +25,83 @@ use crate::gather::GatherPoint;
 use crate::rng::{self, Purpose, Stream};
 use crate::vpl::LightSample;
 
-/// How many lights are drawn at a gather point.
+/// Numbers of lights that are drawn at a gather point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Draws {
-    /// Of the emitters; at least 1.
+    /// Number of emitter samples; at least 1.
     pub emitters: u32,
-    /// Of the VPLs.
+    /// Number of VPLs that are drawn; may be 0.
     pub vpls: u32,
 }
 
-/// The uniform numbers of one of the gather points of a pixel: an Owen-scrambled Sobol' sequence over
-/// them all (Burley 2020), so that lights are spread evenly over the pixel.
+/// Uniform numbers of one gather point of a pixel, from an Owen-scrambled Sobol' sequence over all
+/// of its gather points (Burley 2020), so that lights are spread evenly over the pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Numbers {
-    /// Which gather point.
+    /// Number of the gather point within the sequence.
     index: u32,
     key: u64,
 }
 
-/// Longest part of a sequence.
+/// Maximum number of gather points of one sequence; further points begin another.
 const LONGEST: u32 = 1 << 12;
-/// What a number of single precision leaves open.
+/// Spacing of uniform numbers in single precision.
 const STEP: f64 = 1.0 / (1u64 << 24) as f64;
 
 impl Numbers {
-    /// Of the gather point `index` of a pixel; pixels are told apart by `key`.
+    /// Returns the numbers of gather point `index` of a pixel; `key` distinguishes pixels.
     pub fn new(index: u32, key: u64) -> Self {
         Self { index: index % LONGEST, key: rng::key(key, Purpose::Cut, u64::from(index / LONGEST)) }
     }
 
-    /// Of draw `k` of so many.
+    /// Returns the numbers of draw `k` of `draws`.
     fn of_draw(&self, k: u32, draws: u32) -> [f32; 4] {
         sobol_burley::sample_4d(self.index * draws + k, 0, self.key as u32)
     }
 
-    /// For the path.
+    /// Returns the numbers with which the path begins.
     fn of_path(&self) -> [f32; 4] {
         sobol_burley::sample_4d(self.index, 1, (self.key >> 32) as u32)
     }
 
-    /// For all VPLs.
+    /// Returns the number from which all VPLs are drawn.
     fn of_vpls(&self) -> f32 {
         sobol_burley::sample(self.index, 0, (self.key >> 32) as u32)
     }
 }
 
-/// With the digits that single precision does not have, of which large sets of lights need some.
+/// Adds random digits below those of single precision: large sets of lights need them.
 fn precise(u: f32, stream: &mut Stream) -> f64 {
     f64::from(u) + STEP * stream.uniform_f64()
 }
 
-/// What was drawn at a gather point.
+/// Light drawn at a gather point, and the numbers with which its path begins.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Drawn {
     pub draws: Draws,
-    /// Radiance that arrived straight, and through panes (W·m⁻²·sr⁻¹).
+    /// Radiance that arrived straight (W·m⁻²·sr⁻¹).
     pub straight: Rgb,
+    /// Radiance that arrived through panes (W·m⁻²·sr⁻¹).
     pub through_panes: Rgb,
-    /// Uniform numbers that the path begins with: of its direction, and by which kernel.
+    /// Uniform numbers with which the path begins: three for its direction, the last for its
+    /// kernel.
     pub of_path: [f32; 4],
 }
 
-/// Light of the draws at a gather point (W·m⁻²·sr⁻¹).
+/// Radiance from the lights drawn at a gather point (W·m⁻²·sr⁻¹).
 struct Arrived {
     straight: Rgb,
     through_panes: Rgb,
-    /// Sum of the squares of the light of each VPL (luminance²).
+    /// Estimated sum of squared contributions of all VPLs (luminance²).
     squares: f64,
 }
 
 impl Compensation<'_> {
-    /// An unbiased estimate of all light at a gather point (W·m⁻²·sr⁻¹), with its weight.
+    /// Returns an unbiased estimate of all light at a gather point (W·m⁻²·sr⁻¹), times the weight
+    /// of the point.
     ///
-    /// * `by_vpls`: the BSDF that light of VPLs is scattered with there; paths have the rest.
-    /// * `key`: of the decisions of rays.
+    /// * `by_vpls`: the BSDF with which light of VPLs is scattered there; paths estimate the rest.
+    /// * `key`: key for the decisions of rays at partly opaque surfaces.
     pub fn whole(
         &mut self,
         point: &GatherPoint,
@@ -132,7 +136,8 @@ impl Compensation<'_> {
         let of_emitters = draws.emitters as f32;
         let mut arrive = Vec::with_capacity((draws.emitters + draws.vpls) as usize);
         let kernels = [Kernel::Carried, Kernel::Rest];
-        // Emitters that may be seen through panes, with the number of what arrives straight.
+        // Emitter samples that may be visible through panes, with the index in `arrive` of their
+        // straight light.
         let mut behind: Vec<(LightSample, Option<usize>)> = Vec::new();
         for k in 0..draws.emitters {
             let [u, v @ .., _] = numbers.of_draw(k, draws.emitters);
@@ -172,7 +177,7 @@ impl Compensation<'_> {
 }
 
 impl Arrives {
-    /// One of so many.
+    /// Divides the light by the number of samples.
     fn share(self, count: f32) -> Self {
         Self { value: self.value / count, ..self }
     }
@@ -182,15 +187,15 @@ impl Arrives {
 mod tests {
     use super::*;
 
-    /// Of so many numbers in `[0, 1)`, each part of the interval has one.
+    /// Returns true if `n` numbers in `[0, 1)` fall into different parts of `n` equal parts.
     fn is_even(numbers: &[f32]) -> bool {
         let mut parts: Vec<usize> = numbers.iter().map(|u| (*u * numbers.len() as f32) as usize).collect();
         parts.sort_unstable();
         parts.into_iter().eq(0..numbers.len())
     }
 
-    /// The draws of all gather points of a pixel are spread evenly, in each number; those of other
-    /// pixels are others.
+    /// The draws of all gather points of a pixel are spread evenly in each dimension; different
+    /// pixels have different numbers.
     #[test]
     fn numbers_are_spread_over_a_pixel() {
         const POINTS: u32 = 16;
@@ -209,7 +214,7 @@ mod tests {
         assert_ne!(first, later, "a sequence that is used up is followed by another");
     }
 
-    /// Digits are added below those that single precision has.
+    /// Random digits are added below those of single precision.
     #[test]
     fn numbers_have_the_digits_of_large_sets() {
         let mut stream = Stream::new(1, Purpose::Test, 0);

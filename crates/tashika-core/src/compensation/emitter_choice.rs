@@ -1,5 +1,5 @@
-//! Which emitter is drawn for a surface on a path: by its power, and by what emitters were seen to
-//! give to surfaces like it.
+//! Choice of an emitter for a surface on a path: by power, and by learned contributions to similar
+//! surfaces.
 //!
 //! The probability of a cluster of emitters, or of directions of the environment, is a mixture
 //!
@@ -7,17 +7,17 @@
 //! P(c) = β q_c + (1 − β) p_c
 //! ```
 //!
-//! of what was learned for the [place](super::places) of the surface (`q_c`, by
-//! [trial](super::trials)) and of the plain distribution (`p_c`); within a cluster lights are drawn
-//! by the latter. So every density is that of the [`EmitterSampler`] times
+//! of the distribution learned for the [place](super::places) of the surface (`q_c`, by
+//! [trial](super::trials)) and of the plain distribution (`p_c`). Within a cluster, lights are
+//! drawn by the plain distribution. So every density is that of the [`EmitterSampler`] times
 //!
 //! ```text
 //! f_c = P(c) / p_c ≥ 1 − β
 //! ```
 //!
 //! # Guarantee
-//! What shines has at least `1 − β` of the probability that it has without, and what was learned
-//! comes from random numbers of its own: the estimate is unbiased whatever that was. Held to this
+//! Every emitter has at least `1 − β` of its plain probability, and the learned distribution comes
+//! from random numbers of its own. So the estimate is unbiased whatever was learned. Held to this
 //! by the test below.
 
 use super::LightingContext;
@@ -28,22 +28,22 @@ use crate::scene::InstanceId;
 use crate::stats::Discrete;
 use crate::vpl::{EmitterClusters, EmitterSampler, LightSample};
 
-/// Lights tried for each place and cluster.
+/// Number of lights tried for each place and cluster.
 const TRIALS: usize = 4;
-/// `β`.
+/// `β`: probability of a draw by the learned distribution.
 const LEARNED: f64 = 0.9;
 
-/// What was learned about which emitters are worth drawing where.
+/// Learned distributions of emitters, by place.
 #[derive(Clone, Debug)]
 pub struct EmitterChoice {
     clusters: EmitterClusters,
     places: Places,
-    /// `q`, by place; none where nothing was seen.
+    /// `q` by place; `None` where no emitter contributes.
     tables: Vec<Option<Discrete>>,
 }
 
 impl EmitterChoice {
-    /// Learns on surfaces that were met. Runs on the current thread pool.
+    /// Learns the distributions from these receivers. Runs on the current thread pool.
     pub(super) fn learn(lit: &LightingContext<'_>, receivers: Vec<Receiver>, seed: u64) -> Self {
         let LightingContext { emitters, tracer, contribution, .. } = *lit;
         let clusters = EmitterClusters::new(emitters);
@@ -59,18 +59,18 @@ impl EmitterChoice {
         Self { clusters, places, tables }
     }
 
-    /// `f_c`.
+    /// Returns `f_c` of a cluster.
     fn factor(&self, table: &Discrete, cluster: usize) -> f32 {
         let plain = self.clusters.probability(cluster);
         (LEARNED * table.probability(cluster) / plain + (1.0 - LEARNED)) as f32
     }
 }
 
-/// How emitters are drawn for a surface.
+/// Distribution of emitter samples for one receiver.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EmittersAt<'a> {
     emitters: &'a EmitterSampler<'a>,
-    /// What was learned about the place.
+    /// Learned distribution `q` of the receiver's place, with its clusters.
     learned: Option<(&'a EmitterChoice, &'a Discrete)>,
 }
 
@@ -87,7 +87,8 @@ impl<'a> EmittersAt<'a> {
         Self { emitters, learned }
     }
 
-    /// The same as [`EmitterSampler::sample`], by the mixture.
+    /// Draws a sample from the mixture, as [`EmitterSampler::sample`] does from the plain
+    /// distribution.
     pub fn sample(&self, u: f64, v: [f32; 2]) -> Option<LightSample> {
         let Some((choice, table)) = self.learned else { return self.emitters.sample(u, v) };
         let EmitterChoice { clusters, .. } = choice;
@@ -103,8 +104,8 @@ impl<'a> EmittersAt<'a> {
         Some(sample)
     }
 
-    /// Density with which [`EmittersAt::sample`] draws a point on one emitting side of a triangle
-    /// (m⁻²).
+    /// Returns the density with which [`EmittersAt::sample`] draws a point on one emitting side of
+    /// a triangle (m⁻²).
     pub fn pdf_on_triangle(&self, instance: InstanceId, triangle: u32) -> f32 {
         let learned = self.learned.and_then(|(choice, table)| {
             let cluster = choice.clusters.of_triangle(self.emitters, instance, triangle)?;
@@ -113,7 +114,8 @@ impl<'a> EmittersAt<'a> {
         self.emitters.pdf_on_triangle(instance, triangle) * learned.unwrap_or(1.0)
     }
 
-    /// Density with which [`EmittersAt::sample`] draws a direction of the environment (sr⁻¹).
+    /// Returns the density with which [`EmittersAt::sample`] draws a direction of the environment
+    /// (sr⁻¹).
     pub fn pdf_of_environment(&self, direction: Vec3) -> f32 {
         let plain = self.emitters.pdf_of_environment(direction);
         let learned = self.learned.filter(|_| plain > 0.0).and_then(|(choice, table)| {
@@ -140,8 +142,8 @@ mod tests {
     use crate::stats::Moments;
     use crate::vpl::VplKind;
 
-    /// A wall at `x = 0`, on either side of which is a lamp, with a bright one on the far side, in
-    /// faint light from all around.
+    /// A wall at `x = 0` with a lamp on either side, the brighter one at `x > 0`, in faint light
+    /// from all around.
     fn two_halves() -> Tracer {
         let mut b = SceneBuilder::new("test", Location::default());
         let mut add = |positions: [Vec3; 3], radiance: f32| {
@@ -163,9 +165,9 @@ mod tests {
         Tracer::new(Arc::new(b.build().unwrap()))
     }
 
-    /// What is drawn stands for all emitters in the mean, at places that were met and at one that
-    /// was not, with the densities that hits are weighted with; and with what was learned it varies
-    /// far less than without, since the bright lamp is behind a wall.
+    /// Draws estimate the light of all emitters without bias, at a receiver in a learned place and
+    /// at one elsewhere, with the densities that weight hits. With the learned distribution, the
+    /// variance is far smaller, since the bright lamp is behind a wall.
     #[test]
     fn emitters_that_are_seen_are_drawn_more_often_and_none_is_left_out() {
         let tracer = two_halves();

@@ -1,11 +1,11 @@
-//! Directions of paths: by the kernel of a vertex, and from caustics that light paths know of.
+//! Directions of paths, from the kernel of a vertex and from caustics learned by light paths.
 //!
 //! ```text
 //! p(ω) = (1 − α) p_kernel(ω) + α p_caustics(ω)        α ≤ ½, by the share of caustics in the light around
 //! ```
 //!
-//! One density, whichever of the two draws the direction: weights against drawn emitters take it as it
-//! is, and estimates are unbiased whatever was learned.
+//! Both strategies form one density. Weights against drawn emitters use this density, so estimates
+//! are unbiased whatever was learned.
 
 use glam::Vec3;
 
@@ -15,7 +15,7 @@ use super::vertex::{Kernel, Vertex};
 use crate::color::Rgb;
 
 impl Compensation<'_> {
-    /// Looks for caustics where light is received.
+    /// Looks up the directions of caustics at a receiver.
     pub(super) fn look_for_caustics(&mut self, receiver: &Receiver) {
         let Some(caustics) = self.lit.caustics else { return };
         self.directions.clear();
@@ -23,14 +23,14 @@ impl Compensation<'_> {
         self.importance_caustic = receiver.normal.map_or(0.0, look);
     }
 
-    /// The share of directions for a kernel that are drawn from those of caustics.
+    /// Returns the share of directions for a kernel that is drawn from caustics.
     fn share_of_caustics(&self, vertex: &Vertex, kernel: Kernel) -> f32 {
         let share = self.directions.share();
         if share > 0.0 && vertex.is_diffuse(kernel) { share } else { 0.0 }
     }
 
-    /// The direction in which a path goes on by a kernel, its density (sr⁻¹), and the kernel over it; none
-    /// if the path ends. Drawn from the kernel and from caustics.
+    /// Draws a direction for a kernel, from the kernel and from caustics. Returns the direction,
+    /// its density (sr⁻¹), and the kernel divided by that density; `None` if the path ends.
     pub(super) fn direction(
         &self,
         vertex: &Vertex,
@@ -51,7 +51,7 @@ impl Compensation<'_> {
         Some((direction, density, value / density)).filter(|_| !value.is_black())
     }
 
-    /// Density with which [`direction`](Self::direction) draws a unit direction (sr⁻¹).
+    /// Returns the density with which [`direction`](Self::direction) draws a unit direction (sr⁻¹).
     pub(super) fn density(&self, vertex: &Vertex, kernel: Kernel, direction: Vec3) -> f32 {
         let of_kernel = vertex.density(kernel, direction);
         match self.share_of_caustics(vertex, kernel) {

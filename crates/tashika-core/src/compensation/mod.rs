@@ -1,55 +1,61 @@
-//! What a set of VPLs does not carry of the light that a gather point receives, estimated by paths.
+//! Estimates, by paths, of the light at a gather point that a set of VPLs does not carry.
 //!
 //! # A partition of path space
-//! Light reaches a gather point `x` along paths `x, y, z, …` to an emitter. At every surface after
-//! `x` scattering is a sum of two kernels, at `x` of two as well:
+//! Light reaches a gather point `x` along paths `x, y, z, …` to an emitter. At `x` and at every
+//! later surface, scattering is the sum of two kernels:
 //!
 //! ```text
 //! f cos = c + g          after x:   c = ρ/π |n_s·ω|  what its VPLs send out (`vpl::carried_cos`),   g = the rest
 //!                        at x:      c = what is summed over VPLs,                                   g = the rest
 //! ```
 //!
-//! The sum over VPLs of the set, with the clamped geometric term, is the light that is scattered at
-//! `x` by `c` and comes straight from
+//! The sum over the VPLs of the set, with the clamped geometric term, is light that arrives
+//! straight at `x` and is scattered there by `c`. Its sources, with the share that the sum has of
+//! each, are
 //!
-//! * the `c` of a surface `y`: its share `κ(d) = min(1, d²/d_c²)` at the distance `d = |x − y|`;
-//!   `d_c` is the clamp distance;
-//! * an emitting surface or a point: the same share; the environment and directional lights: all of
-//!   it.
+//! * the kernel `c` of a surface `y`: `κ(d) = min(1, d²/d_c²)` at the distance `d = |x − y|`, with
+//!   the clamp distance `d_c`;
+//! * an emitting surface or a point light: `κ(d)`;
+//! * the environment and directional lights: 1.
 //!
-//! Every other path is one of these, and each is estimated by its own kind of step:
+//! Every other path belongs to a row of this table, and each row has its own kind of step.
+//! "Weighted" means by the balance heuristic. Directions by `c` and of caustics are drawn from one
+//! density.
 //!
 //! | scattered at `x` by | arrives from | share | step |
 //! |---|---|---|---|
 //! | `c` | `c` of `y` | `1 − κ` | follow `c` of `x` to `y`; go on from `y` by `(1 − κ) c` |
 //! | `c` | `g` of `y` | 1 | follow `c` of `x` to `y`; go on from `y` by `g` |
-//! | `c` | an emitter | `1 − κ` | follow `c` of `x`, or draw from the emitters; weighted by the balance heuristic |
-//! | `c` | light from infinity through [panes](crate::gather::through_panes) | 1 | follow `c` of `x`, or draw from the emitters, weighted |
-//! | `c` | anything else behind specular surfaces | 1 | follow `c` of `x`, or a [direction of caustics](crate::guidance::Caustics), as one density |
+//! | `c` | an emitter | `1 − κ` | follow `c` of `x`, or draw from the emitters, weighted |
+//! | `c` | infinity, through [panes] | 1 | follow `c` of `x`, or draw from the emitters, weighted |
+//! | `c` | all else behind specular surfaces | 1 | follow `c` of `x`, or a [caustic] direction |
 //! | `g` | anything | 1 | follow `g` of `x`, or draw from the emitters, weighted |
 //!
-//! "Go on from `y` by `c`" is the same problem again: what `y` receives is a sum over the VPLs, of
-//! which one is drawn, and what they do not carry, with the table above (Kollig, Keller 2004, for
-//! the clamp). There `d_c` is a few times longer: one drawn VPL near by is far noisier than a sum
-//! that holds it. So shares sum to one over every path: `κ + (1 − κ)` for `c` after `c`, and 1 for
-//! all else, which VPLs do not carry.
+//! "Go on from `y` by `c`" is the same problem again: the light that `y` receives is a sum over the
+//! VPLs, of which one is drawn, plus the light that they do not carry, by the table above (Kollig,
+//! Keller 2004, for the clamp). There `d_c` is `CLAMPED_BEYOND` times as long, since one drawn VPL
+//! near by is far noisier than a sum that contains it. So the shares of every path sum to one:
+//! `κ + (1 − κ)` for `c` after `c`, and 1 for all other paths, which VPLs do not carry.
 //!
-//! Paths fly in media (`media::fly`), and may be scattered there before they meet a surface: of a place
-//! in a medium the phase function is `c`, and `g` is nothing. Segments lose what media take.
+//! [panes]: crate::gather::through_panes
+//! [caustic]: crate::guidance::Caustics
 //!
-//! Where there is no set of VPLs, nothing is carried: the last row is all there is, and the paths
-//! are those of a path tracer.
+//! Paths fly in media (`media::fly`), and may be scattered there before they meet a surface. At a
+//! vertex in a medium, `c` is the whole phase function and `g` is zero. Media attenuate segments.
 //!
-//! Where sums are too dear, a few VPLs are [drawn](Draws) at gather points, too. They are best those
-//! of surfaces alone ([`VplSource`]), so that what comes straight from emitters is not carried: one
-//! drawn emitter is far less noisy than one drawn VPL of many that stand for it.
+//! Without a set of VPLs nothing is carried: only the last row applies, and the paths are those of
+//! a path tracer.
+//!
+//! Where sums are too expensive, a few VPLs are [drawn](Draws) at gather points too. These VPLs
+//! should represent the light of surfaces alone ([`VplSource`]), so that direct light of emitters
+//! is not carried: one drawn emitter is far less noisy than one of many VPLs that represent it.
 //!
 //! # Guarantee
-//! With the sum over a set of VPLs whose expectation is the light by `c` (an unbiased trace, solid
-//! glass that stops segments), the expectation over sets and paths is light transport itself, but
-//! for paths longer than the most surfaces, and for what neither can find: a point or a single
-//! direction of light seen by a bent way only. Held to this by the suite's `light_transport` and
-//! `transport_in_media`.
+//! If the expectation of the sum over VPLs is the light by `c` (an unbiased trace, solid glass that
+//! stops segments), then the expectation over sets and paths is light transport itself. The
+//! exceptions are paths of more than `max_depth` surfaces, and light that neither part can find: a
+//! point or a single direction of light seen by a specular path only. Held to this by the suite's
+//! `light_transport` and `transport_in_media`.
 
 mod choices;
 mod descent;
@@ -86,100 +92,103 @@ use emitter_choice::EmittersAt;
 use places::Receiver;
 use vertex::{Kernel, Vertex};
 
-/// Surfaces after which a path may end however bright it is.
+/// Depth beyond which Russian roulette may end even the brightest path.
 const CERTAIN_DEPTH: u32 = 3;
-/// The same beside VPLs. Were dark paths ended before, the few left would be bright. Chosen.
+/// Depth beyond which Russian roulette may end a dark path if there are VPLs. If it began earlier,
+/// the few surviving dark paths would be bright. Chosen.
 const CERTAIN_BESIDE_VPLS: u32 = 2;
-/// How many times as far as at the gather point, where VPLs are summed, they are clamped beyond it,
-/// where one of them is drawn.
+/// Clamp distance beyond the gather point, where one VPL is drawn, as a multiple of the clamp
+/// distance at the gather point, where VPLs are summed.
 const CLAMPED_BEYOND: f32 = 4.0;
-/// Highest probability of going on beyond these.
+/// Highest survival probability at surfaces beyond [`CERTAIN_DEPTH`].
 const MAX_SURVIVAL: f32 = 0.98;
 
-/// Whose light VPLs stand for.
+/// Sources of the light that VPLs represent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VplSource {
-    /// That of emitters and of surfaces: both are carried.
+    /// Emitters and surfaces: the light of both is carried.
     EmittersAndSurfaces,
-    /// That of surfaces alone.
+    /// Surfaces alone: direct light of emitters is not carried.
     Surfaces,
 }
 
-/// The light in which paths are followed.
+/// Scene, emitters and VPLs that light the paths, and the limits of these paths.
 #[derive(Clone, Copy, Debug)]
 pub struct LightingContext<'a> {
-    /// Rays.
+    /// Tracer of rays and segments.
     pub tracer: &'a Tracer,
-    /// The emitters of its scene.
+    /// Distribution of samples on the emitters of the scene.
     pub emitters: &'a EmitterSampler<'a>,
-    /// The VPLs; if there are none, nothing is carried, and paths have all that there is to do.
+    /// Tree over the VPLs; if `None`, nothing is carried, and paths estimate all light.
     pub lights: Option<&'a LightTree>,
-    /// Whose light they stand for.
+    /// Sources of the light that the VPLs represent.
     pub vpl_source: VplSource,
-    /// What was learned about which emitters and which VPLs to draw: of these `emitters` and
-    /// `lights`, drawn with the same probabilities.
+    /// Learned distributions over `emitters` and `lights`. They must have been learned for these,
+    /// with the same probabilities.
     pub choices: Option<&'a Choices>,
-    /// How they are clamped.
+    /// Contribution kernel of VPLs, with the clamp distance at gather points.
     pub contribution: ContributionKernel<'a>,
-    /// Most surfaces of a path.
+    /// Maximum number of surfaces of a path.
     pub max_depth: u32,
-    /// Caustics, which guide paths; of paths without them little light over specular surfaces is found.
+    /// Caustics that guide paths; without them, paths find little light over specular surfaces.
     pub caustics: Option<&'a Caustics>,
 }
 
-/// Paths of what VPLs do not carry.
+/// Estimator, by paths, of the light that VPLs do not carry.
 #[derive(Debug)]
 pub struct Compensation<'a> {
     lit: LightingContext<'a>,
-    /// How VPLs are clamped beyond the gather point.
+    /// Contribution kernel of VPLs beyond the gather point, with the longer clamp distance there.
     beyond: ContributionKernel<'a>,
     shadows: Shadows,
     rays: u64,
-    /// Of the last path.
+    /// Caustic light of the last path.
     caustic: Caustic,
-    /// Directions of caustics at the last vertex, and about their radiance there.
+    /// Directions of caustics at the last vertex.
     directions: Directions,
+    /// Approximate luminance of caustics at the last vertex, less two standard errors (W·m⁻²·sr⁻¹).
     importance_caustic: f64,
-    /// Of the last gather point at which VPLs were drawn.
+    /// Estimated sum of squared contributions of VPLs at the last gather point that drew VPLs
+    /// (luminance²).
     squares_of_vpls: f64,
-    /// Where surfaces are noted, for which no light is drawn then.
+    /// Receivers met so far, if they are collected; no lights are drawn then.
     met: Option<Met>,
 }
 
-/// Light of emitters over specular surfaces, on a path (luminance, W·m⁻²·sr⁻¹).
+/// Light of emitters over specular surfaces on a path (luminance, W·m⁻²·sr⁻¹).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Caustic {
-    /// Estimate by [`LightingContext::caustics`], at the first surface and at those beyond.
+    /// Estimate from [`LightingContext::caustics`]: at the first vertex, and at the later ones.
     pub expected: [f64; 2],
-    /// Contribution that the path found.
+    /// Contribution that the path itself found.
     pub found: f64,
 }
 
-/// How a path came to where it is.
+/// Last scattering of a path, as needed to weight the light that the path meets next.
 struct Way<'a> {
-    /// Where it was scattered last.
+    /// Position of the last vertex.
     from: Vec3,
-    /// The unit direction in which it was scattered.
+    /// Unit direction into which the path was scattered.
     along: Vec3,
-    /// Density of its direction then (sr⁻¹).
+    /// Density with which this direction was drawn (sr⁻¹).
     density: f32,
-    /// Whether VPLs carry a share of what comes straight.
+    /// True if VPLs carry a share of the light that arrives straight.
     is_carried: bool,
-    /// Whether that was the gather point, whose light from VPLs is summed elsewhere.
+    /// True if the last vertex is the gather point, whose light from VPLs is summed elsewhere.
     sums_vpls: bool,
-    /// How emitters were drawn there.
+    /// Distribution of emitter samples at the last vertex.
     emitters: EmittersAt<'a>,
-    /// And how many.
+    /// Number of emitter samples at the last vertex.
     drawn: f32,
 }
 
-/// Largest channel in size: weights of differences have signs.
+/// Returns the largest channel by absolute value, since weights may be negative.
 fn size(c: Rgb) -> f32 {
     c.map(f32::abs).max_channel()
 }
 
 impl<'a> Compensation<'a> {
-    /// Paths in this light.
+    /// Returns an estimator for this light.
     pub fn new(lit: LightingContext<'a>) -> Self {
         let contribution = lit.contribution;
         let beyond = contribution.clamped(CLAMPED_BEYOND * contribution.clamp_distance());
@@ -196,33 +205,35 @@ impl<'a> Compensation<'a> {
         }
     }
 
-    /// Rays and segments traced.
+    /// Returns the number of rays and segments traced so far.
     pub fn rays(&self) -> u64 {
         self.rays
     }
 
-    /// Caustic light of the last path.
+    /// Returns the caustic light of the last path.
     pub fn caustic(&self) -> Caustic {
         self.caustic
     }
 
-    /// An unbiased estimate, by what was drawn at the last gather point, of the sum of the squares of
-    /// what each VPL gives there (luminance²): the variance over sets of independent VPLs, at most.
+    /// Returns an unbiased estimate of the sum of squared contributions of all VPLs at the last
+    /// gather point (luminance²), from the VPLs drawn there. This sum is at least the variance over
+    /// sets of independent VPLs.
     pub fn squares_of_vpls(&self) -> f64 {
         self.squares_of_vpls
     }
 
-    /// An unbiased estimate of what the sum over VPLs leaves out at a gather point (W·m⁻²·sr⁻¹),
-    /// with its weight; single estimates may be negative.
+    /// Returns an unbiased estimate of the light that the sum over VPLs omits at a gather point
+    /// (W·m⁻²·sr⁻¹), times the weight of the point. Single estimates may be negative.
     ///
-    /// * `summed`: the BSDF that the VPLs are summed with there, if there are any.
-    /// * `key`: of the decisions of rays.
+    /// * `summed`: the BSDF with which VPLs are summed there, if there are any.
+    /// * `key`: key for the decisions of rays at partly opaque surfaces.
     pub fn estimate(&mut self, point: &GatherPoint, summed: &Bsdf, key: u64, stream: &mut Stream) -> Rgb {
         let first = Vertex::first(point, self.lit.lights.map(|_| summed));
         self.from(first, point, None, key, stream)
     }
 
-    /// An estimate by a path from a gather point, and by what was drawn there, if anything was.
+    /// Returns an estimate by a path from a gather point, plus the light drawn there, if any was
+    /// drawn.
     fn from(
         &mut self,
         first: Vertex,
@@ -237,12 +248,12 @@ impl<'a> Compensation<'a> {
         self.caustic = Caustic { found, ..Caustic::default() };
         let lights = self.lit.lights;
         let mut vertex = first;
-        // Decisions of rays so far, at most.
+        // Upper bound on the number of ray keys used so far.
         let mut decided = 0;
         let certain = if lights.is_some() { CERTAIN_BESIDE_VPLS } else { CERTAIN_DEPTH };
-        // A path from a dark surface is worth as much to its pixel as one from a bright one.
+        // A path from a dark surface matters as much to its pixel as one from a bright surface.
         let whole = vertex.importance_albedo();
-        // Where the path was scattered before, and how many surfaces are among these.
+        // Number of earlier vertices, and of surfaces among them.
         let (mut depth, mut surfaces) = (0_u32, 0);
         while surfaces < self.lit.max_depth {
             let Some(rest) = vertex.probability_of_rest() else { break };
@@ -255,7 +266,8 @@ impl<'a> Compensation<'a> {
             if depth > certain {
                 let mut survival = (size(weight) / whole * vertex.importance_albedo()).min(1.0);
                 if lights.is_some() {
-                    // Chosen, as that: by the weight itself few of these paths go on.
+                    // Chosen, as `CERTAIN_BESIDE_VPLS`: by the weight itself few of these paths
+                    // would survive.
                     survival = survival.sqrt();
                 }
                 if depth > CERTAIN_DEPTH {
@@ -326,8 +338,8 @@ impl<'a> Compensation<'a> {
         point.weight * radiance
     }
 
-    /// Follows a ray to where it is scattered, at a surface that is not specular or before, and adds what
-    /// is emitted on the way.
+    /// Follows a ray to the next vertex, a surface that is not specular or a place in a medium, and
+    /// adds the emission met on the way.
     fn follow(
         &mut self,
         mut leg: Leg,
@@ -340,13 +352,13 @@ impl<'a> Compensation<'a> {
         let LightingContext { tracer, max_depth, .. } = self.lit;
         let scene = tracer.scene();
         let mut passage = Passage::Straight;
-        // Specular surfaces that it has met, and boundaries passed since.
+        // Specular surfaces met so far, and boundaries passed since the last of them.
         let (mut step, mut passed) = (0, 0);
         while step < max_depth && passed < MOST_PASSED {
             self.rays += 1;
             let hit = tracer.closest_hit(&leg.ray, key.wrapping_add(step.into()));
             if leg.medium.is_some() {
-                // Weights have signs, chances have none.
+                // Weights have signs; probabilities of flights use magnitudes.
                 let (left, scattering) = leg.fly(scene, hit.as_ref(), weight.map(f32::abs), stream);
                 if left.is_black() {
                     return None;
@@ -420,7 +432,7 @@ impl<'a> Compensation<'a> {
         None
     }
 
-    /// The share that VPLs carry of light that comes to where a way began from a place on it.
+    /// Returns the share that VPLs carry of the light from a place to the last vertex.
     fn carried(&self, way: &Way<'_>, passage: Passage, place: Vec3) -> f32 {
         if passage.is_straight() && way.is_carried {
             self.contribution(way.sums_vpls).share(way.from.distance_squared(place))
@@ -429,24 +441,25 @@ impl<'a> Compensation<'a> {
         }
     }
 
-    /// Whether VPLs stand for light of emitters, too.
+    /// Returns true if VPLs represent the light of emitters too.
     fn carries_emitters(&self) -> bool {
         self.lit.vpl_source == VplSource::EmittersAndSurfaces
     }
 
-    /// How the VPLs that light a vertex are clamped.
+    /// Returns the contribution kernel of VPLs, with the clamp distance at the gather point or
+    /// beyond.
     fn contribution(&self, sums_vpls: bool) -> ContributionKernel<'a> {
         if sums_vpls { self.lit.contribution } else { self.beyond }
     }
 
-    /// What one VPL, drawn for the vertex, gives by what is carried.
+    /// Draws one VPL for a vertex, and returns the light that the vertex scatters from it by `c`.
     fn drawn_light(&mut self, vertex: &Vertex, receiver: &Receiver, stream: &mut Stream) -> Rgb {
         let u = stream.uniform_f64();
         let arrives = self.vpl(vertex, receiver, u);
         arrives.map_or(Rgb::BLACK, |arrives| arrives.value * self.passing(&arrives, vertex))
     }
 
-    /// The same, were nothing in its way, of the VPL that a uniform number draws.
+    /// Returns the unoccluded light, scattered by `c`, of the VPL that a uniform number draws.
     fn vpl(&self, vertex: &Vertex, receiver: &Receiver, u: f64) -> Option<Arrives> {
         let lights = self.lit.lights?;
         let contribution = self.contribution(vertex.sums_vpls());
@@ -460,8 +473,9 @@ impl<'a> Compensation<'a> {
         (!value.is_black()).then(|| Arrives { light, value: value / probability as f32, probability })
     }
 
-    /// Light of one sample of the emitters, straight, as far as VPLs do not carry it, and through
-    /// panes, weighted against following the kernel.
+    /// Returns the light of one emitter sample that arrives straight, as far as VPLs do not carry
+    /// it, and the light that arrives through panes. Both are weighted against directions drawn
+    /// from the kernel.
     fn drawn_emitter(
         &mut self,
         vertex: &Vertex,
@@ -482,8 +496,8 @@ impl<'a> Compensation<'a> {
         [straight, through_panes]
     }
 
-    /// Light of one of `drawn` samples of the emitters that arrives through panes (W·m⁻²·sr⁻¹), scattered
-    /// by these kernels and weighted against directions drawn from them.
+    /// Returns the light of one of `drawn` emitter samples that arrives through panes (W·m⁻²·sr⁻¹).
+    /// It is scattered by the given kernels, and weighted against directions drawn from them.
     fn through_panes(
         &mut self,
         vertex: &Vertex,
@@ -513,7 +527,9 @@ impl<'a> Compensation<'a> {
         passing.map_or(Rgb::BLACK, |passing| value * passing)
     }
 
-    /// The same by these kernels, were nothing in its way, of one sample of so many.
+    /// Returns the unoccluded light of one of `drawn` emitter samples that arrives straight, as far
+    /// as VPLs do not carry it. It is scattered by the given kernels, and weighted against
+    /// directions drawn from them.
     fn emitter(
         &self,
         vertex: &Vertex,
@@ -553,7 +569,7 @@ impl<'a> Compensation<'a> {
         (!value.is_black()).then_some(Arrives { light, value, probability: 0.0 })
     }
 
-    /// The share of it that arrives.
+    /// Traces the segment to a light, and returns its transmittance.
     fn passing(&mut self, arrives: &Arrives, vertex: &Vertex) -> Rgb {
         self.rays += 1;
         let place = (vertex.position(), vertex.medium());
@@ -561,11 +577,11 @@ impl<'a> Compensation<'a> {
     }
 }
 
-/// What a light gives to where a path is scattered if nothing is in its way (W·m⁻²·sr⁻¹).
+/// Unoccluded radiance from a light at a vertex (W·m⁻²·sr⁻¹).
 #[derive(Clone, Copy, Debug)]
 struct Arrives {
     light: Vpl,
     value: Rgb,
-    /// With which it was drawn of the VPLs, if it is one.
+    /// Probability with which a VPL was drawn among all VPLs; 0 for emitters.
     probability: f64,
 }

@@ -1,30 +1,33 @@
-//! Places in a scene: surfaces that are near to each other and face the same way, and parts of media.
+//! Places of a scene: groups of surfaces that are close together and face the same way, and parts
+//! of media.
 //!
-//! A k-d tree (Bentley 1975) over position and normal of what was met, zero in media: always halved at
-//! the median of the coordinate that varies most, where positions are measured in their own spread.
+//! A k-d tree (Bentley 1975) over position and normal of the receivers that paths met; the normal
+//! is zero in media. A node is halved at the median of the coordinate that varies most, with
+//! positions measured in units of their own spread.
 
 use glam::Vec3;
 
 use crate::scene::MediumId;
 
-/// About how many places there are, if enough was met.
+/// Approximate number of places, if there are enough receivers.
 const PLACES: usize = 512;
-/// Surfaces of a place below which it is not divided: they would tell nothing new.
+/// Number of receivers up to which a place is not divided: smaller places would show nothing new.
 const FEWEST: usize = 32;
 
-/// What receives light: a surface, or a place in a medium.
+/// Receiver of light: a surface, or a place in a medium.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
-    /// Position (m).
+    /// Position on the surface or in the medium (m).
     pub position: Vec3,
-    /// Unit normal of a surface on the side that receives. Media receive from all around.
+    /// Unit normal of a surface, on the side that receives light; `None` in media, which receive it
+    /// from all directions.
     pub normal: Option<Vec3>,
-    /// The medium that light comes through at last.
+    /// Medium that light passes last on its way to the receiver, if there is one.
     pub medium: Option<MediumId>,
 }
 
 impl Receiver {
-    /// Cosine by which a surface receives light from a unit direction; in a medium 1.
+    /// Returns the cosine of a unit direction with the normal, at least 0; in a medium 1.
     pub fn cosine(&self, direction: Vec3) -> f32 {
         self.normal.map_or(1.0, |normal| normal.dot(direction).max(0.0))
     }
@@ -34,16 +37,16 @@ impl Receiver {
     }
 }
 
-/// A division of all surfaces into places.
+/// Division of receivers into places.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Places {
-    /// The tree, depth first; empty if there are no places.
+    /// Nodes of the tree, depth first; empty if there are no places.
     nodes: Vec<Node>,
 }
 
 #[derive(Clone, Copy, Debug)]
 enum Node {
-    /// Below a coordinate: the next node; else another.
+    /// Receivers below `at` on the axis are under the next node, others under the node `second`.
     Split {
         axis: u8,
         at: f32,
@@ -53,7 +56,7 @@ enum Node {
 }
 
 impl Places {
-    /// Divides what was met into places, and says what was met in each.
+    /// Divides receivers into places. Also returns the receivers of each place.
     pub(super) fn divide(mut met: Vec<Receiver>) -> (Self, Vec<Vec<Receiver>>) {
         let mut places = Self::default();
         let mut of_places = Vec::new();
@@ -81,7 +84,7 @@ impl Places {
         met.sort_by(|a, b| a.coordinate(axis).total_cmp(&b.coordinate(axis)));
         let half = met.len() / 2;
         let middle = met[half].coordinate(axis);
-        // What is equal stays together, so that `of` finds it.
+        // Equal coordinates stay together, so that `of` finds their receivers.
         let below = met.partition_point(|receiver| receiver.coordinate(axis) < middle);
         let below = if below > 0 { below } else { met.partition_point(|r| r.coordinate(axis) <= middle) };
         let split = met[below].coordinate(axis);
@@ -95,7 +98,7 @@ impl Places {
         self.add(second, spread, most, of_places);
     }
 
-    /// The place that a surface lies in; none if there are none.
+    /// Returns the place of a receiver; `None` if there are no places.
     pub(super) fn of(&self, receiver: &Receiver) -> Option<usize> {
         let mut at = 0;
         loop {
@@ -126,8 +129,8 @@ mod tests {
     use super::*;
     use crate::rng::{Purpose, Stream};
 
-    /// What was met is found in the place that it was put into, each place is small, and what faces
-    /// another way is elsewhere.
+    /// A receiver is found in the place that it was put into, places are small, and no place mixes
+    /// normals.
     #[test]
     fn surfaces_are_found_in_their_places() {
         let mut s = Stream::new(1, Purpose::Test, 0);
@@ -148,7 +151,7 @@ mod tests {
         assert_eq!(Places::default().of(&met[0]), None);
     }
 
-    /// What cannot be told apart stays one place, however much there is of it.
+    /// Equal receivers stay in one place, however many there are.
     #[test]
     fn the_same_surface_many_times_is_one_place() {
         let one = Receiver { position: Vec3::ONE, normal: Some(Vec3::X), medium: None };

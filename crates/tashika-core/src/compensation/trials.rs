@@ -1,13 +1,14 @@
-//! How much clusters of lights give to a place, found by trial.
+//! Contributions of clusters of lights to a place, estimated by trial.
 //!
 //! ```text
 //! q_c ∝ √(m_c v_c)      m_c = mean (I_c G cos θ)²      v_c = (s + Σ V) / (s + n)
 //! ```
 //!
-//! from `n` lights drawn from the cluster `c` and receivers of the place, with the share `V` of their
-//! light that gets there: about the root of the second moment of a cluster, which is the best there
-//! is (least variance: Vévoda, Kondapaneni, Křivánek 2018). `s` says how much that is hoped to be seen
-//! which was not. In media `cos θ` is 1.
+//! A trial is a light drawn from the cluster `c` and a receiver drawn from the place. `m_c` is a
+//! mean over all trials of the cluster. `v_c` is over the `n` trials with an unoccluded
+//! contribution, each of transmittance `V`. So `q_c` approximates the root of the second moment of
+//! the cluster, which is the best choice (least variance: Vévoda, Kondapaneni, Křivánek 2018). `s`
+//! is the weight, in trials, of the assumption that everything is visible. In media `cos θ` is 1.
 
 use rayon::prelude::*;
 
@@ -19,31 +20,31 @@ use crate::rng::{Purpose, Stream};
 use crate::stats::Discrete;
 use crate::vpl::{Vpl, VplKind};
 
-/// `s`.
+/// `s`: weight, in trials, of the assumption that a cluster is visible.
 const HOPE: f64 = 0.25;
 
-/// A light drawn from a cluster.
+/// Light drawn from a cluster.
 pub(super) struct Drawn {
     pub light: Vpl,
-    /// Luminance of its intensity over the probability that it had in the cluster.
+    /// Luminance of its intensity, divided by its probability within the cluster.
     pub luminance: f64,
 }
 
-/// Trials of clusters at places.
+/// Settings for trials of clusters at places.
 pub(super) struct Trials<'a> {
     pub tracer: &'a Tracer,
     pub contribution: ContributionKernel<'a>,
-    /// How many clusters.
+    /// Number of clusters that are tried at each place.
     pub clusters: usize,
-    /// Lights tried for each place and cluster.
+    /// Number of lights tried for each place and cluster.
     pub lights: usize,
     pub seed: u64,
 }
 
 impl Trials<'_> {
-    /// Tries lights of every cluster, drawn by `draw`, on surfaces of each place at random, and
-    /// looks whether they are seen: `q`, by place, none where nothing gives anything. Runs on the
-    /// current thread pool.
+    /// Tests the visibility of lights that `draw` draws from every cluster, from random receivers
+    /// of each place. Returns `q` by place; `None` where no light contributes. Runs on the current
+    /// thread pool.
     pub fn learn(
         &self,
         places: &[Vec<Receiver>],
@@ -62,7 +63,7 @@ impl Trials<'_> {
         draw: &impl Fn(usize, &mut Stream) -> Option<Drawn>,
         stream: &mut Stream,
     ) -> Option<Discrete> {
-        // Light from infinity is drawn through panes, too; other light is not.
+        // Light from infinity is also drawn through panes, other light is not.
         let mut shadows = [self.contribution.glass(), Glass::Passes].map(Shadows::new);
         let batch_of = |light: &Vpl| usize::from(light.kind == VplKind::Directional);
         let mut batches = Vec::with_capacity(self.clusters * self.lights);
@@ -74,7 +75,8 @@ impl Trials<'_> {
                 if let Some(Drawn { light, luminance }) = draw(cluster, stream) {
                     let link = self.contribution.link(receiver.position, &light);
                     value = luminance * f64::from(link.geometric * receiver.cosine(link.towards_light));
-                    // Unclamped, and at the very place of the surface, it is no number.
+                    // Not finite if the light lies at the receiver's own position and nothing is
+                    // clamped.
                     value = if value.is_finite() { value } else { 0.0 };
                     if value > 0.0 {
                         batches.push(batch_of(&light));

@@ -1,6 +1,7 @@
-//! Where a path is scattered, at a surface or in a medium, and the two kernels that do it.
+//! Vertices of paths, on surfaces or in media, and the two kernels of their scattering.
 //!
-//! Of a phase function all is carried: what is scattered in a medium is what its VPLs send out.
+//! If there are VPLs, those of a medium carry all of its scattering, so a phase function has no
+//! rest.
 
 use glam::Vec3;
 
@@ -11,45 +12,46 @@ use crate::gather::GatherPoint;
 use crate::scene::{MediumId, SurfacePoint};
 use crate::vpl::carried_cos;
 
-/// A share of the scattering.
+/// Kernel of the scattering at a vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kernel {
-    /// `c`: what sums over VPLs are made with, or what VPLs send out.
+    /// `c`: the kernel by which VPLs are summed, or by which VPLs send out light.
     Carried,
-    /// `g`: all else.
+    /// `g`: the rest of the scattering.
     Rest,
 }
 
-/// What `c` is.
+/// Definition of `c` at a vertex.
 #[derive(Clone, Copy, Debug)]
 enum Carried {
-    /// At the gather point: what the sum over VPLs evaluates.
+    /// At the gather point: the BSDF of the sum over VPLs.
     Summed(Bsdf),
-    /// At a surface that has VPLs.
+    /// At a surface that sends out light by VPLs.
     BySurface(SurfacePoint),
-    /// In a medium that has VPLs.
+    /// In a medium that sends out light by VPLs.
     ByMedium,
-    /// Where there are no VPLs.
+    /// Without VPLs: zero.
     Nothing,
 }
 
-/// Where a path is scattered.
+/// Vertex of a path, where one of two kernels scatters it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vertex {
     point: GatherPoint,
     carried: Carried,
-    /// How much of `c` is left for paths.
+    /// Share of `c` that is left for paths.
     amplitude: f32,
     has_rest: bool,
 }
 
-/// Cosine between a shading normal and what stands in for it above which they are the same.
+/// Cosine above which two shading normals count as equal.
 const SAME: f32 = 1.0 - 1e-6;
-/// Albedo that a gloss is taken to have at least: what it mirrors may be bright.
+/// Least assumed albedo of a gloss: the light that it mirrors may be bright.
 const LEAST_GLOSS: f32 = 0.04;
 
 impl Vertex {
-    /// The gather point, and the BSDF that VPLs are summed with there, if there are any.
+    /// Returns the vertex of a gather point. `summed` is the BSDF with which VPLs are summed there,
+    /// if there are any.
     pub(super) fn first(point: &GatherPoint, summed: Option<&Bsdf>) -> Self {
         Self {
             point: *point,
@@ -59,23 +61,25 @@ impl Vertex {
         }
     }
 
-    /// A place in a medium after it. If there are VPLs, the share `left` of `c` is left.
+    /// Returns a later vertex in a medium. If there are VPLs, the share `left` of `c` is left for
+    /// paths.
     pub(super) fn next_in_medium(point: &GatherPoint, left: Option<f32>) -> Self {
         let Some(amplitude) = left else { return Self::first(point, None) };
         Self { point: *point, carried: Carried::ByMedium, amplitude, has_rest: false }
     }
 
-    /// A surface after it. If there are VPLs, the share `left` of `c` is left.
+    /// Returns a later vertex on a surface. If there are VPLs, the share `left` of `c` is left for
+    /// paths.
     pub(super) fn next(point: &GatherPoint, surface: &SurfacePoint, left: Option<f32>) -> Self {
         let Some(amplitude) = left else { return Self::first(point, None) };
-        // At silhouettes viewers see another shading normal than light does.
+        // At silhouettes, viewers see a shading normal that differs from the one for light.
         let (_, lit) = surface.normals_towards(point.geometric_normal);
         let same = point.frame.n.dot(lit) > SAME;
         let has_rest = !(same && matches!(point.bsdf, Bsdf::Lambert(_)));
         Self { point: *point, carried: Carried::BySurface(*surface), amplitude, has_rest }
     }
 
-    /// Whether it is the gather point, whose light from VPLs is summed elsewhere.
+    /// Returns true at the gather point, if its light from VPLs is summed elsewhere.
     pub(super) fn sums_vpls(&self) -> bool {
         matches!(self.carried, Carried::Summed(_))
     }
@@ -84,28 +88,29 @@ impl Vertex {
         self.point.position
     }
 
-    /// As a receiver of light.
+    /// Returns the vertex as a receiver of light.
     pub(super) fn receiver(&self) -> Receiver {
         let GatherPoint { position, geometric_normal, medium, phase, .. } = self.point;
         Receiver { position, normal: phase.is_none().then_some(geometric_normal), medium }
     }
 
-    /// Whether it is in a medium, not at a surface.
+    /// Returns true in a medium, false on a surface.
     pub(super) fn is_in_medium(&self) -> bool {
         self.point.phase.is_some()
     }
 
-    /// The medium that it is in, or on the side of its surface that it is scattered to.
+    /// Returns the medium around the vertex; for a surface, the medium on the side to which it
+    /// scatters.
     pub(super) fn medium(&self) -> Option<MediumId> {
         self.point.medium
     }
 
-    /// How much of `c` is left for paths.
+    /// Returns the share of `c` that is left for paths.
     pub(super) fn amplitude(&self) -> f32 {
         self.amplitude
     }
 
-    /// About the albedos of what is left of `c`, and of `g`.
+    /// Returns the approximate albedos of the part of `c` that is left for paths, and of `g`.
     fn importance_albedos(&self) -> [f32; 2] {
         if self.is_in_medium() {
             return if self.has_rest { [0.0, 1.0] } else { [self.amplitude, 0.0] };
@@ -122,12 +127,12 @@ impl Vertex {
         [self.amplitude * carried, rest]
     }
 
-    /// About the albedo of all that is left.
+    /// Returns the approximate albedo of all scattering that is left for paths.
     pub(super) fn importance_albedo(&self) -> f32 {
         self.importance_albedos().iter().sum()
     }
 
-    /// With which probability a path goes on by `g`; none if there is nothing left to go on by.
+    /// Returns the probability with which a path continues by `g`; `None` if no scattering is left.
     pub(super) fn probability_of_rest(&self) -> Option<f32> {
         let [carried, rest] = self.importance_albedos();
         glossy_probability(rest, carried)
@@ -137,7 +142,8 @@ impl Vertex {
         self.is_in_medium() || self.point.geometric_normal.dot(direction) > 0.0
     }
 
-    /// All of its scattering of light from a unit direction, with the cosine of a surface (sr⁻¹).
+    /// Returns the whole scattering of light from a unit direction, with the cosine of a surface
+    /// (sr⁻¹).
     fn scattered(&self, direction: Vec3) -> Rgb {
         let point = &self.point;
         match point.phase {
@@ -146,7 +152,7 @@ impl Vertex {
         }
     }
 
-    /// What is left of `c` for light from a unit direction (sr⁻¹).
+    /// Returns the part of `c` that is left for paths, for light from a unit direction (sr⁻¹).
     pub(super) fn carried_cos(&self, direction: Vec3) -> Rgb {
         if !self.is_above(direction) {
             return Rgb::BLACK;
@@ -154,7 +160,7 @@ impl Vertex {
         self.whole_carried_cos(direction) * self.amplitude
     }
 
-    /// `c`, also as far as it is not left for paths.
+    /// Returns all of `c` for light from a unit direction (sr⁻¹).
     fn whole_carried_cos(&self, direction: Vec3) -> Rgb {
         let point = &self.point;
         match &self.carried {
@@ -166,7 +172,7 @@ impl Vertex {
         }
     }
 
-    /// `g` for light from a unit direction (sr⁻¹).
+    /// Returns `g` for light from a unit direction (sr⁻¹).
     fn rest_cos(&self, direction: Vec3) -> Rgb {
         if !self.is_above(direction) {
             return Rgb::BLACK;
@@ -174,7 +180,7 @@ impl Vertex {
         self.scattered(direction) - self.whole_carried_cos(direction)
     }
 
-    /// A kernel for light from a unit direction (sr⁻¹).
+    /// Returns a kernel for light from a unit direction (sr⁻¹).
     pub(super) fn value(&self, kernel: Kernel, direction: Vec3) -> Rgb {
         match kernel {
             Kernel::Carried => self.carried_cos(direction),
@@ -182,7 +188,7 @@ impl Vertex {
         }
     }
 
-    /// What directions of a kernel are drawn from at a surface.
+    /// Returns the BSDF from which directions for a kernel are drawn at a surface.
     fn drawn_from(&self, kernel: Kernel) -> Bsdf {
         match (kernel, &self.carried) {
             (Kernel::Rest, Carried::Nothing) => self.point.bsdf,
@@ -194,13 +200,13 @@ impl Vertex {
         }
     }
 
-    /// True if the kernel scatters diffusely, so that light from all around matters to it.
+    /// Returns true if the kernel scatters diffusely, so that light from all directions matters.
     pub(super) fn is_diffuse(&self, kernel: Kernel) -> bool {
         let of_all = || !self.point.bsdf.vpl_reflectance(self.point.wo).is_black();
         kernel == Kernel::Carried || (matches!(self.carried, Carried::Nothing) && of_all())
     }
 
-    /// Density with which [`Vertex::sample`] draws a unit direction (sr⁻¹).
+    /// Returns the density with which [`Vertex::sample`] draws a unit direction (sr⁻¹).
     pub(super) fn density(&self, kernel: Kernel, direction: Vec3) -> f32 {
         match self.point.phase {
             Some(phase) => phase.density(self.point.before().dot(direction)),
@@ -208,7 +214,8 @@ impl Vertex {
         }
     }
 
-    /// The direction for a kernel that three uniform numbers draw, its density (sr⁻¹), and the kernel over it; none if the path ends.
+    /// Draws a direction for a kernel from three uniform numbers. Returns the direction, its
+    /// density (sr⁻¹), and the kernel divided by that density; `None` if the path ends.
     pub(super) fn sample(&self, kernel: Kernel, u: [f32; 3]) -> Option<(Vec3, f32, Rgb)> {
         let Self { point, .. } = self;
         let (direction, density) = match point.phase {
@@ -230,8 +237,8 @@ mod tests {
     use crate::math::Frame;
     use crate::rng::{Purpose, Stream};
 
-    /// Beside VPLs the gloss is what is left: hardly a direction may be lost on the diffuse part,
-    /// nor the gloss be left out.
+    /// With VPLs, paths have only the gloss left. Hardly a direction may be wasted on the diffuse
+    /// part, and the gloss must not be omitted.
     #[test]
     fn directions_of_the_gloss_are_drawn_from_the_gloss() {
         let bsdf = Bsdf::Plastic(Plastic {
@@ -265,7 +272,7 @@ mod tests {
             assert!((factor.luminance() * density / value.luminance() - 1.0).abs() < 1e-3);
             in_the_lobe += u32::from(direction.dot(mirrored) > 0.9);
         }
-        // Drawn from the whole, about a fifth would be.
+        // Of directions drawn from the whole BSDF, about a fifth would be in the lobe.
         assert!(in_the_lobe > 700, "{in_the_lobe} of 1000");
     }
 }

@@ -1,22 +1,23 @@
-//! Which VPL is drawn for a surface on a path: by what the VPLs could give to it, and by what VPLs
-//! were seen to give to surfaces like it.
+//! Choice of a VPL for a surface on a path: by possible contributions of VPLs, and by learned
+//! contributions to similar surfaces.
 //!
-//! A path has one VPL drawn for a surface, out of millions, and most of those that could give much
-//! are not seen from there. So the probability of a cluster of VPLs is a mixture, for each
+//! For each surface of a path, one VPL of millions is drawn, and most VPLs that could contribute
+//! much are occluded. So the probability of a cluster of VPLs is a mixture, for each
 //! [place](super::places) of a surface,
 //!
 //! ```text
 //! P(c) = β q_c + ½ (1 − β) (p_c + l_c)          P(i) = P(c) p(i | c)
 //! ```
 //!
-//! of what was learned there by [trial](super::trials) (`q_c`), of what clusters could give to some
-//! of the surfaces that were met there (`p_c`), and of their luminance (`l_c`); within a cluster
-//! the light tree is descended, by what could be given to the surface itself.
+//! of the distribution learned there by [trial](super::trials) (`q_c`), of the possible
+//! contributions of clusters to some receivers of the place (`p_c`), and of the luminance of
+//! clusters (`l_c`). Within a cluster, the light tree is descended by possible contributions to the
+//! surface itself.
 //!
 //! # Guarantee
-//! A VPL that can give anything has at least `½ (1 − β) l_c` times the probability that it has in
-//! its cluster, and what was learned comes from random numbers of its own: the estimate is unbiased
-//! whatever that was. Held to this by the test below.
+//! A VPL that can contribute has a probability of at least `½ (1 − β) l_c` times its probability
+//! within the cluster, and the learned distribution comes from random numbers of its own. So the
+//! estimate is unbiased whatever was learned. Held to this by the test below.
 
 use super::descent::Descent;
 use super::places::{Places, Receiver};
@@ -26,32 +27,33 @@ use crate::contribution::ContributionKernel;
 use crate::stats::Discrete;
 use crate::tree::{LightCluster, LightTree};
 
-/// Clusters of VPLs that are told apart.
+/// Maximum number of clusters into which the VPLs are divided.
 const CLUSTERS: usize = 256;
-/// Surfaces that say which clusters matter.
+/// Maximum number of receivers by whose importance VPLs are divided into clusters.
 const PROBES: usize = 64;
-/// Lights tried for each place and cluster.
+/// Number of lights tried for each place and cluster.
 const TRIALS: usize = 8;
-/// Surfaces of a place that say what clusters could give there.
+/// Maximum number of receivers of a place from which `p_c` is computed.
 const PROBES_OF_PLACE: usize = 4;
-/// `β`. Importance alone knows no visibility; what was learned, nothing smaller than a place.
+/// `β`: weight of the learned distribution. Importance alone ignores visibility; the learned
+/// distribution resolves nothing smaller than a place.
 const LEARNED: f64 = 0.9;
 
-/// What was learned about which VPLs are worth drawing where.
+/// Learned distributions of VPLs, by place.
 #[derive(Clone, Debug)]
 pub struct VplChoice {
     clusters: Vec<LightCluster>,
     places: Places,
-    /// `P`, by place; none where nothing was seen.
+    /// `P` by place; `None` where no VPL contributes.
     tables: Vec<Option<Discrete>>,
 }
 
 impl VplChoice {
-    /// Learns on surfaces that were met. Runs on the current thread pool.
+    /// Learns the distributions from these receivers. Runs on the current thread pool.
     ///
-    /// Nothing is learned (`None`) if there are no lights, or no surfaces.
+    /// Returns `None` if there are no lights, or no receivers.
     ///
-    /// * `contribution`: how VPLs are clamped there.
+    /// * `contribution`: contribution kernel, with the clamp distance at these receivers.
     pub(super) fn learn(
         lights: &LightTree,
         tracer: &Tracer,
@@ -92,7 +94,7 @@ impl VplChoice {
         Some(Self { clusters, places, tables })
     }
 
-    /// The same as [`Descent::draw`], by the mixture.
+    /// Draws a light from the mixture, as [`Descent::draw`] does by importance alone.
     pub(super) fn draw(&self, descent: &Descent<'_>, u: f64) -> Option<(u32, f64)> {
         let Some(table) = self.places.of(descent.receiver).and_then(|place| self.tables[place].as_ref())
         else {
@@ -103,7 +105,7 @@ impl VplChoice {
     }
 }
 
-/// Numbers over their sum; zeros if that is zero.
+/// Divides numbers by their sum; returns zeros if the sum is zero.
 fn shares(numbers: impl Iterator<Item = f64>) -> Vec<f64> {
     let numbers: Vec<f64> = numbers.collect();
     let sum: f64 = numbers.iter().sum();
@@ -125,7 +127,7 @@ mod tests {
     use crate::tree::LightTreeBuilder;
     use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
 
-    /// A floor at `z = 0`, on either side of a wall at `x = 0`.
+    /// A wall at `x = 0`, which divides a floor at `z = 0`.
     fn two_halves() -> Tracer {
         let wall = [Vec3::new(0.0, -9.0, -9.0), Vec3::new(0.0, 9.0, -9.0), Vec3::new(0.0, 0.0, 30.0)];
         let data = MeshData { positions: wall.to_vec(), triangles: vec![[0, 1, 2]], ..MeshData::default() };
@@ -140,7 +142,7 @@ mod tests {
     fn lights(s: &mut Stream) -> LightTree {
         let light = |s: &mut Stream| {
             let [x, y, z] = s.uniform_3();
-            // Those of the far side are the brighter ones.
+            // Lights at `x > 0` are the brighter ones.
             let intensity = Rgb::gray(if x < 0.5 { 1.0 } else { 50.0 });
             let position = Vec3::new(4.0 * x - 2.0, 4.0 * y - 2.0, 1.0 + z);
             Vpl { position, direction: Vec3::NEG_Z, intensity, kind: VplKind::Oriented }
@@ -149,8 +151,8 @@ mod tests {
         LightTree::build(&VplSet::new(lights, Provenance::default()), LightTreeBuilder::default())
     }
 
-    /// What is drawn gives the whole sum in the mean, at places that were met and at one that was
-    /// not; and with what was learned it varies far less than without, since most that could give
+    /// Draws estimate the whole sum without bias, at a receiver in a learned place and at one
+    /// elsewhere. With the learned distribution, the variance is far smaller, since most of the
     /// light is behind a wall.
     #[test]
     fn what_was_learned_is_drawn_more_often_and_nothing_is_left_out() {

@@ -1,17 +1,18 @@
-//! Camera paths: through specular surfaces and media to where light is gathered.
+//! Camera paths: through specular surfaces and media to a gather point.
 //!
-//! A path draws on its way to each surface whether a medium scatters it before ([`Leg::fly`]), and where one
-//! does, gathers there:
+//! A path may be scattered by a medium on its way to each surface ([`Leg::fly`]), and then gathers
+//! there:
 //!
 //! ```text
 //! L(x, ω) = T(d) L_surface + ∫₀^d T(t) σ_s ∫ p(ω·ω') L(x + t ω, ω') dω' dt          (W·m⁻²·sr⁻¹)
 //! ```
 //!
-//! Such a gather point has a phase function in the place of a BSDF, and no cosine; its weight is that of
-//! the flight, the coefficients and transmittances over the probability of what was drawn. Emission
-//! that is seen directly is that of paths that get there. Boundaries that are nothing else are passed.
+//! Such a gather point has a phase function instead of a BSDF, and no cosine. Its weight is that of
+//! the flight: coefficients and transmittances over the probability of the draw. Directly visible
+//! emission counts for the paths that reach it. Surfaces that are only boundaries of media are
+//! passed.
 //!
-//! Distances and what else a flight draws come from a stream of the sample's own.
+//! Distances and other draws of a flight come from a stream of the sample's own.
 //!
 //! # Held to this by
 //! `gather::tests`; the suite's `volume_lights`, against closed forms and the path tracer.
@@ -25,28 +26,28 @@ use crate::media::{Leg, MOST_PASSED};
 use crate::rng::{Purpose, Stream};
 use crate::scene::Camera;
 
-/// Specular surfaces after which a camera path is given up; what it would have seen is missing from
-/// the image.
+/// Number of specular surfaces after which a camera path ends; the light beyond is missing from the
+/// image.
 const MAX_CHAIN: u32 = 32;
 
-/// What media do to camera paths.
+/// Effect of media on camera paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Media {
     /// They scatter and absorb.
     Count,
-    /// Nothing: what is behind them is looked for.
+    /// No effect: paths go on to the surfaces behind media.
     SeenThrough,
 }
 
-/// What a camera path meets first.
+/// First surface of a camera path.
 pub(super) struct First {
-    /// Length of the way there (m).
+    /// Length of the path to the surface (m).
     pub distance: f32,
-    /// Shading normal on the side of the viewer.
+    /// Unit shading normal on the side of the viewer.
     pub normal: Vec3,
 }
 
-/// Where a camera path ends, and what it has seen on the way.
+/// End of a camera path, and the emission seen on the way.
 pub(super) struct End {
     pub point: Option<GatherPoint>,
     /// Emission seen, as basic radiance (W·m⁻²·sr⁻¹).
@@ -55,19 +56,19 @@ pub(super) struct End {
 }
 
 impl End {
-    /// Of a sample that sees nothing.
+    /// End of a sample that sees nothing.
     pub const NOTHING: Self = Self { point: None, background: Rgb::BLACK, first: None };
 }
 
-/// What a camera path is followed with.
+/// Inputs of a camera path.
 #[derive(Clone, Copy)]
 pub(super) struct CameraPath<'a> {
     pub tracer: &'a Tracer,
     pub camera: &'a Camera,
-    /// When it is: a share of the time that the shutter is open, 0 to 1.
+    /// Time as a share of the shutter interval, 0 to 1.
     pub share: f32,
     pub media: Media,
-    /// Of the random decisions.
+    /// Key of the random decisions.
     pub key: u64,
 }
 
@@ -80,10 +81,10 @@ impl CameraPath<'_> {
         let scene = tracer.scene();
         let mut stream = Stream::new(key, Purpose::Gather, 0);
         let mut weight = Rgb::WHITE;
-        // Product over the boundaries of glass that the path has crossed.
+        // Product of the squared index ratios at the boundaries of glass that the path has crossed.
         let mut ratio = 1.0;
         let mut end = End::NOTHING;
-        // Surfaces met, boundaries passed in all, and the way so far (m).
+        // Surfaces met, boundaries passed in all, and length of the path so far (m).
         let (mut bounce, mut passed, mut way) = (0, 0, 0.0);
         while bounce < MAX_CHAIN && passed < MOST_PASSED {
             let hit = tracer.closest_hit_at(&leg.ray, key.wrapping_add(u64::from(bounce)), share);

@@ -1,8 +1,8 @@
-//! Pixel filters: where in and around its pixel a camera sample is.
+//! Pixel filters: distributions of the camera samples in and around a pixel.
 //!
-//! A pixel is the mean of its samples, all of equal weight, whose offsets `x` from the pixel's
-//! centre (pixels, each axis by itself) have the filter as their density `f` (Ernst et al. 2006).
-//! An offset is drawn by the inverse of the cumulative distribution,
+//! A pixel is the mean of its samples, all of equal weight. The offsets `x` of samples from the
+//! pixel's centre (pixels, each axis by itself) have the filter as their density `f` (Ernst et al.
+//! 2006). An offset is drawn by the inverse of the cumulative distribution,
 //!
 //! ```text
 //! F(x(u)) = u        F(x) = ∫_{−∞}^x f        u uniform on [0, 1)
@@ -10,21 +10,21 @@
 //!
 //! | filter | `f(x)` | where | variance (pixels²) |
 //! |---|---|---|---:|
-//! | box | 1 | `|x| ≤ 1/2` | 1/12 |
-//! | tent | `1 − |x|` | `|x| ≤ 1` | 1/6 |
+//! | box | 1 | `\|x\| ≤ 1/2` | 1/12 |
+//! | tent | `1 − \|x\|` | `\|x\| ≤ 1` | 1/6 |
 //! | Gaussian | of standard deviation 1/2 | everywhere; drawn to 2.4 | 1/4 |
-//! | Blackman-Harris | `Σ_k a_k cos(kπx/r) / (2 r a_0)` | `|x| ≤ r = 3/2` | 0.173 |
+//! | Blackman-Harris | `Σ_k a_k cos(kπx/r) / (2 r a_0)` | `\|x\| ≤ r = 3/2` | 0.173 |
 //!
 //! The last is the window of four terms with the least side lobes (Harris 1978), three pixels
 //! across.
 //!
-//! Filters with negative lobes (Mitchell and Netravali, Lanczos) are no densities: their samples
-//! would need weights of both signs, and a pixel would no longer be the mean of samples that its
-//! claim is about. So there are none.
+//! Filters with negative lobes (Mitchell and Netravali, Lanczos) are not densities. Their samples
+//! would need weights of both signs, and a pixel would no longer be a mean of samples, as its claim
+//! requires. So no such filter is offered.
 //!
 //! # Guarantee
-//! `F(x(u))` is `u` to within 2⁻²⁴ for all but the Gaussian, for which it is within 5·10⁻⁴; the
-//! same bits on every machine.
+//! `F(x(u))` is `u` to within 2⁻²⁴ for all filters except the Gaussian, for which it is within
+//! 5·10⁻⁴; the same bits on every machine.
 //!
 //! # Held to this by
 //! The tests below; the suite's `filters`, by edges and constants that are rendered.
@@ -38,25 +38,25 @@ use crate::error::{Error, Result};
 use crate::math::elementary::{ln, sin_cos_f64};
 use crate::warp;
 
-/// The pixel filter, sampled so that all points of a pixel have equal weight.
+/// Pixel filter, sampled so that all points of a pixel have equal weight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Filter {
-    /// Equal weight over the pixel. What other renderers' box-filtered references use.
+    /// Equal weight over the pixel, as in box-filtered references of other renderers.
     #[default]
     Box,
-    /// The tent of radius one pixel.
+    /// Tent of radius one pixel.
     Tent,
-    /// A Gaussian of standard deviation half a pixel.
+    /// Gaussian of standard deviation half a pixel.
     Gaussian,
-    /// The Blackman-Harris window of four terms, of radius one pixel and a half.
+    /// Blackman-Harris window of four terms, of radius one pixel and a half.
     BlackmanHarris,
 }
 
 impl Filter {
-    /// All, as users choose among them.
+    /// All filters, in the order in which they are offered to users.
     pub const ALL: [Self; 4] = [Self::Box, Self::Tent, Self::Gaussian, Self::BlackmanHarris];
 
-    /// The name that it is chosen by.
+    /// Returns the name by which users choose the filter.
     pub fn name(self) -> &'static str {
         match self {
             Self::Box => "box",
@@ -66,12 +66,12 @@ impl Filter {
         }
     }
 
-    /// Largest offset from the pixel's centre (pixels).
+    /// Returns the largest offset from the pixel's centre (pixels).
     pub(super) fn reach(self) -> f32 {
         self.warp(0.0).abs().max(self.warp(1.0_f32.next_down()).abs())
     }
 
-    /// Offset from the pixel's centre (pixels) for a uniform number.
+    /// Returns the offset from the pixel's centre (pixels) for a uniform number.
     pub(super) fn warp(self, u: f32) -> f32 {
         match self {
             Self::Box => u - 0.5,
@@ -99,7 +99,7 @@ impl FromStr for Filter {
     }
 }
 
-/// Inverse error function to about 2·10⁻³ (Winitzki 2008), ample for a filter.
+/// Returns the inverse error function to about 2·10⁻³ (Winitzki 2008), ample for a filter.
 fn inverse_erf(x: f32) -> f32 {
     const A: f32 = 0.147;
     let l = ln(1.0 - x * x);
@@ -109,10 +109,10 @@ fn inverse_erf(x: f32) -> f32 {
 
 /// Radius of the Blackman-Harris window (pixels).
 const RADIUS: f64 = 1.5;
-/// Its coefficients (Harris 1978, the minimum of four terms, −92 dB).
+/// Coefficients of the window (Harris 1978, the minimum of four terms, −92 dB).
 const WINDOW: [f64; 4] = [0.358_75, 0.488_29, 0.141_28, 0.011_68];
 
-/// The offset below which the share `u` of the window is.
+/// Returns the offset below which the share `u` of the window lies.
 ///
 /// With the angle `θ = π|x|/r` in `[0, π]` this is the root of
 ///
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
     use crate::math::elementary::erfc;
 
-    /// Simpson's sum of the window from its centre to `x`, over that of all of it: an error below
+    /// Returns the share of the window below `x`, by Simpson's sums from the centre: an error below
     /// 10⁻¹².
     fn share_of_window(x: f64) -> f64 {
         let integral = |to: f64| -> f64 {
@@ -177,7 +177,7 @@ mod tests {
 
     #[test]
     fn offsets_are_the_inverse_of_the_cumulative_distribution() {
-        // Ends, the numbers next to them and to the middle, powers of two, and all between.
+        // Ends, the numbers next to them and to the middle, powers of two, and numbers between.
         let small = (1..=24).map(|k| 1.0 / (1_u32 << k) as f32);
         let edges = small.flat_map(|v| [v, 1.0 - v, 0.5 - 0.5 * v, 0.5 + 0.5 * v]);
         let between = (0..2048).map(|k| (k as f32 + 0.37) / 2048.0);
@@ -185,10 +185,10 @@ mod tests {
             for filter in Filter::ALL {
                 let x = filter.warp(u);
                 let error = (cumulative(filter, x.into()) - f64::from(u)).abs();
-                // Rounding of offsets below 1 is at most 2⁻²⁵, and no density is above 1; what is
-                // left of the search is below 2⁻²⁶. The Gaussian: Winitzki's function is the
-                // inverse of one that is within 1.3·10⁻⁴ of erf, and of half of that in the share;
-                // near the centre a square root is of the difference of two numbers above 4, each
+                // Rounding of offsets below 1 is at most 2⁻²⁵, and no density is above 1; the
+                // residual of the search is below 2⁻²⁶. The Gaussian: Winitzki's function is the
+                // inverse of one that is within 1.3·10⁻⁴ of erf, and so within half of that in the
+                // share. Near the centre, the root is of a difference of two numbers above 4, each
                 // rounded by 2.4·10⁻⁷, which is 4·10⁻⁴ of the share.
                 let tolerance = if filter == Filter::Gaussian { 5e-4 } else { 1.0 / f64::from(1 << 24) };
                 assert!(error <= tolerance, "{filter} {u:e}: {x}, {error:e}");
@@ -220,8 +220,9 @@ mod tests {
             let offsets = || (0..parts).map(|k| f64::from(filter.warp((k as f32 + 0.5) / parts as f32)));
             let mean = offsets().sum::<f64>() / f64::from(parts);
             let found = offsets().map(|x| x * x).sum::<f64>() / f64::from(parts);
-            // A middle is within the change over its part: of x that adds up to twice the reach, of
-            // x² to twice its square. Offsets are rounded to less than 10⁻⁶.
+            // The value in the middle of a part is off by at most the change over the part. Changes
+            // add up to twice the reach for `x`, and to twice its square for `x²`. Offsets are
+            // rounded to less than 10⁻⁶.
             let (of_mean, of_square) = (2.0 * reach, 2.0 * reach * reach);
             assert!(mean.abs() <= of_mean / f64::from(parts) + 1e-6, "{filter}: mean {mean}");
             let tolerance = of_square / f64::from(parts) + approximation * variance + 1e-6;

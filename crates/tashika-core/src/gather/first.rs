@@ -1,6 +1,6 @@
-//! What camera rays meet first: the surfaces that [`Features`](super::Features) are of, by the
-//! instance that they belong to, how they move over the film, when they are in front, and what media
-//! leave of their light.
+//! First surfaces along camera rays: their instance, their motion over the film, the time at which
+//! they are in front, and the transmittance of the media before them. [`Features`](super::Features)
+//! describe the same surfaces.
 
 use glam::{Vec2, Vec3};
 
@@ -12,31 +12,32 @@ use crate::media::{MOST_PASSED, along_segment};
 use crate::rng::{self, Purpose, Stream};
 use crate::scene::{InstanceId, Seen, Surface};
 
-/// The middle of the time that the shutter is open, as a share of it.
+/// Middle of the shutter interval, as a share of it.
 const MIDDLE: f32 = 0.5;
 
-/// What a camera sample meets first.
+/// First surface along the ray of a camera sample, if there is one.
 struct Look {
     ray: Ray,
     key: u64,
-    /// When it is: a share of the time that the shutter is open; 0 where no instance moves.
+    /// Time as a share of the shutter interval; 0 where no instance moves.
     share: f32,
     hit: Option<Hit>,
 }
 
 impl View<'_> {
-    /// The instance that camera sample `index` of pixel `(x, y)` meets first; none where it meets
-    /// nothing. The ray is that of [`Self::pixel`], with the same random decisions about surfaces with
-    /// holes. Boundaries of media are no surfaces that are seen: it goes on through them.
+    /// Returns the instance that camera sample `index` of pixel `(x, y)` meets first; `None` if it
+    /// meets nothing. The ray is that of [`Self::pixel`], with the same random decisions about
+    /// surfaces with holes. It passes boundaries of media, which are not visible.
     pub fn first_instance(&self, tracer: &Tracer, pixel: [u32; 2], index: u32) -> Option<InstanceId> {
         self.look(tracer, pixel, index)?.hit.map(|hit| hit.instance)
     }
 
-    /// When what is in front is there: the mean time, as a share of the time that the shutter is open,
-    /// of those of the pixel's first `samples` camera samples that meet the instance of which a sample
-    /// meets the nearest place. None where all meet nothing.
+    /// Returns the time at which the frontmost instance is there, as a share of the shutter
+    /// interval; `None` where all samples meet nothing. Of the instances that the pixel's first
+    /// `samples` camera samples meet, the frontmost has the nearest hit. The time is the mean over
+    /// the samples that meet this instance.
     ///
-    /// What stands before a camera that stands has 1/2.
+    /// The time is 1/2 if neither the camera nor the instance moves.
     pub fn time_in_front(&self, tracer: &Tracer, pixel: [u32; 2], samples: u32) -> Option<f32> {
         let met: Vec<(f32, InstanceId, f32)> = (0..samples)
             .filter_map(|index| {
@@ -54,12 +55,12 @@ impl View<'_> {
         Some(times.clone().sum::<f32>() / times.count() as f32)
     }
 
-    /// What media leave of the light of the first surface, or of what is infinitely far away, on its
-    /// way to the camera: the mean over the pixel's first `samples` camera samples that there are, by
-    /// channel in `[0, 1]`; black where the film shows nothing.
+    /// Returns the transmittance of the media before the first surface, or before infinity where
+    /// there is no surface. It is the mean, by channel in `[0, 1]`, over those of the pixel's first
+    /// `samples` camera samples for which the film shows anything; black if there are none.
     ///
-    /// An unbiased estimate of the mean over the pixel, exact for each ray but where the density of a
-    /// medium varies.
+    /// It is an unbiased estimate of the mean over the pixel, and exact for each ray except where
+    /// the density of a medium varies.
     pub fn transmittance(&self, tracer: &Tracer, pixel: [u32; 2], samples: u32) -> Rgb {
         let mut sum = Rgb::BLACK;
         let mut looks = 0;
@@ -77,20 +78,21 @@ impl View<'_> {
         sum / looks.max(1) as f32
     }
 
-    /// What camera sample `index` of a pixel meets; none where the film shows nothing.
+    /// Returns the first surface of camera sample `index` of a pixel; `None` where the film shows
+    /// nothing.
     fn look(&self, tracer: &Tracer, pixel: [u32; 2], index: u32) -> Option<Look> {
         let (ray, key) = self.camera_ray(pixel, index);
         let (ray, share) = (ray?, if tracer.scene().moves() { self.time(pixel, index) } else { 0.0 });
         Some(Look { ray, key, share, hit: first_hit(tracer, ray, key, share) })
     }
 
-    /// How far what pixel `(x, y)` shows goes on the film while the shutter is open (pixels: to the
-    /// right, down): of the surface that its centre shows, through the lens' centre and in the middle
-    /// of the time, from where it is when the shutter opens to where it is when that closes. Where
-    /// there is no surface, of what is infinitely far away.
+    /// Returns the motion over the film of the surface that pixel `(x, y)` shows at its centre
+    /// (pixels: to the right, down). The surface is seen through the lens' centre in the middle of
+    /// the shutter interval; the motion is from its position when the shutter opens to that when
+    /// the shutter closes. Where there is no surface, it is the motion of a point at infinity.
     ///
-    /// Zero where the film shows nothing, or where it does not show one of the two ends, behind the
-    /// camera.
+    /// Zero where the film shows nothing, or where it does not show one of the two positions,
+    /// behind the camera.
     pub fn motion(&self, tracer: &Tracer, pixel: [u32; 2]) -> Vec2 {
         let scene = tracer.scene();
         if self.camera.motion.is_none() && !scene.moves() {
@@ -107,13 +109,13 @@ impl View<'_> {
     }
 }
 
-/// Where what was hit is after a share of the time that the shutter is open.
+/// Returns the position of a hit after a share of the shutter interval.
 fn place(tracer: &Tracer, hit: &Hit, share: f32) -> Vec3 {
     tracer.scene().surface_point_at(share, hit.instance, hit.triangle, hit.barycentric).position
 }
 
-/// The first surface that is one, after a share of the time that the shutter is open. Holes are the same
-/// along the whole ray.
+/// Returns the first surface that is no boundary of media, after a share of the shutter interval.
+/// Holes are the same along the whole ray.
 fn first_hit(tracer: &Tracer, mut ray: Ray, key: u64, share: f32) -> Option<Hit> {
     let scene = tracer.scene();
     for _ in 0..MOST_PASSED {

@@ -1,19 +1,20 @@
-//! Gather points: where the light that a pixel sees was last reflected, or scattered in a medium.
+//! Gather points: the points where light that a pixel sees was last reflected, or scattered in a
+//! medium.
 //!
-//! A pixel is the sum over its gather points (Walter et al. 2006), each
-//! weighted by pixel filter, lens and the specular surfaces on the way:
+//! A pixel is the sum over its gather points (Walter et al. 2006), each weighted by pixel filter,
+//! lens and the specular surfaces on the way:
 //!
 //! ```text
 //! L = B + Σ_j w_j Σ_i M_ji G_ji V_ji I_i        B = background: emission seen directly or through mirrors and glass
 //! ```
 //!
 //! Camera samples are an Owen-scrambled Sobol' sequence keyed by (seed, pixel) (Burley 2020,
-//! `sobol_burley`): film and lens in the first four dimensions, four more at each surface. When a
-//! sample is seen by a camera that moves is a sequence of its own. Output is a function of scene,
-//! camera, size, options, seed and pixel.
+//! `sobol_burley`): film and lens in the first four dimensions, four more at each surface. Their
+//! times are a sequence of their own. Output is a function of scene, camera, size, options, seed
+//! and pixel.
 //!
 //! A surface that both gathers and is specular, scatters to both sides, or is one of two materials,
-//! does one of these at random ([`Scatter`]): the last of the four numbers chooses.
+//! does one of these at random ([`Scatter`]), by the last of the four numbers.
 
 mod camera_path;
 mod filter;
@@ -43,7 +44,7 @@ use crate::media::{Leg, Scattering};
 use crate::rng::{self, Purpose};
 use crate::scene::{Camera, CameraSample, MediumId};
 
-/// A point that gathers light from all VPLs: on a surface, or in a medium.
+/// Point that gathers light from all VPLs: on a surface, or in a medium.
 #[derive(Clone, Copy, Debug)]
 pub struct GatherPoint {
     /// Position (m), already moved off its surface to the side of the viewer.
@@ -54,21 +55,23 @@ pub struct GatherPoint {
     pub frame: Frame,
     /// Unit direction to the viewer, in the frame.
     pub wo: Vec3,
-    /// How the surface scatters; black in a medium.
+    /// BSDF of the surface; black in a medium.
     pub bsdf: Bsdf,
     /// Weight `w_j` (unitless). The weights of a pixel's points sum to at most the squared index of
     /// refraction around the camera, in expectation.
     pub weight: Rgb,
-    /// The medium that it gathers light from; nothing is vacuum.
+    /// Medium through which light reaches the point; `None` is vacuum.
     pub medium: Option<MediumId>,
-    /// How the medium scatters, of a point that lies in it, and not on a surface.
+    /// Phase function of the medium, for a point in a medium; `None` on a surface.
     pub phase: Option<HenyeyGreenstein>,
-    /// Number of the instant that it is of, and so the lights that light it ([`Instants`]).
+    /// Number of the point's instant ([`Instants`]); only lights of this instant illuminate the
+    /// point.
     pub instant: u16,
 }
 
 impl GatherPoint {
-    /// A point in a medium, where light is scattered into a path that came from the viewer.
+    /// Makes a gather point in a medium, where light is scattered into a path that came from the
+    /// viewer.
     pub fn in_medium(&Scattering { place, before, medium, phase }: &Scattering, weight: Rgb) -> Self {
         Self {
             position: place,
@@ -83,14 +86,14 @@ impl GatherPoint {
         }
     }
 
-    /// The unit direction in which the path from the viewer came to a point in a medium.
+    /// Returns the unit direction in which the path from the viewer reached a point in a medium.
     #[inline]
     pub fn before(&self) -> Vec3 {
         -self.geometric_normal
     }
 
-    /// A rough overall reflectance, each channel in `[0, 1]`: white in a medium, where the weight has
-    /// what is absorbed.
+    /// Returns a rough overall reflectance, each channel in `[0, 1]`; white in a medium, where the
+    /// weight contains the absorption.
     pub fn albedo(&self) -> Rgb {
         if self.phase.is_some() { Rgb::WHITE } else { self.bsdf.albedo() }
     }
@@ -103,13 +106,14 @@ pub struct Features {
     pub depth: f32,
     /// Mean shading normal of the first surface (world), over the samples that met one.
     pub normal: Vec3,
-    /// Mean rough reflectance of what gathers; white of media.
+    /// Mean rough reflectance over all samples: white in media, black for samples without a gather
+    /// point.
     pub albedo: Rgb,
     /// Share of samples that met a surface.
     pub coverage: f32,
 }
 
-/// The record of a pixel of which nothing else is known.
+/// Record of a pixel with these features alone.
 impl From<Features> for PixelRecord {
     fn from(features: Features) -> Self {
         let Features { depth, normal, albedo, coverage } = features;
@@ -117,66 +121,67 @@ impl From<Features> for PixelRecord {
     }
 }
 
-/// The finite sum of one pixel, before any light is looked at.
+/// Finite sum of one pixel, before any VPL contributes.
 #[derive(Clone, Debug, Default)]
 pub struct PixelSum {
-    /// Points that gather.
+    /// Gather points, one for each sample that reached one.
     pub points: Vec<GatherPoint>,
-    /// Weighted emission that is seen without any VPL (W·m⁻²·sr⁻¹).
+    /// Weighted emission that is visible without any VPL (W·m⁻²·sr⁻¹).
     pub background: Rgb,
-    /// The camera samples that these come from.
+    /// Camera samples of the pixel, in order.
     pub samples: Vec<SeenSample>,
-    /// For denoisers and compositing.
+    /// Averages over the samples, for denoisers and compositing.
     pub features: Features,
 }
 
-/// What a camera sample has seen.
+/// Result of one camera sample.
 #[derive(Clone, Copy, Debug)]
 pub struct SeenSample {
-    /// Where it went through the pixel: two uniform numbers that the filter takes.
+    /// Position within the pixel: the two uniform numbers that the filter takes.
     pub place: [f32; 2],
-    /// Weighted emission that is seen without any VPL (W·m⁻²·sr⁻¹).
+    /// Weighted emission that is visible without any VPL (W·m⁻²·sr⁻¹).
     pub background: Rgb,
-    /// Its place among the points, if it met one.
+    /// Index of the sample's gather point, if it reached one.
     pub point: Option<u32>,
 }
 
 /// Everything that defines the gather points of an image.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
-    /// The camera.
+    /// Camera that sees the image.
     pub camera: &'a Camera,
     /// Size of the full image (pixels).
     pub size: [u32; 2],
-    /// How many points, and how they are spread.
+    /// Number of gather points of a pixel, and the pixel filter.
     pub gather: GatherOptions,
     /// Seed of the camera samples.
     pub seed: u64,
 }
 
 impl View<'_> {
-    /// The camera ray of sample `index` of pixel `(x, y)`, if the film shows anything there, and
-    /// the key of the sample's random decisions.
+    /// Returns the camera ray of sample `index` of pixel `(x, y)`, if the film shows anything
+    /// there, and the key of the sample's random decisions.
     pub fn camera_ray(&self, pixel: [u32; 2], index: u32) -> (Option<Ray>, u64) {
         self.camera_ray_at(pixel, index, || self.time(pixel, index))
     }
 
-    /// The same at a time that is asked for if the camera moves.
+    /// Returns [`camera_ray`](Self::camera_ray) at a given time, which is computed only if the
+    /// camera moves.
     fn camera_ray_at(&self, pixel: [u32; 2], index: u32, time: impl FnOnce() -> f32) -> (Option<Ray>, u64) {
         let key = self.pixel_key(pixel);
         let u = sobol_burley::sample_4d(index, 0, key as u32);
         (self.ray_through(pixel, u, time), rng::key(key, Purpose::Gather, u64::from(index)))
     }
 
-    /// When sample `index` of pixel `(x, y)` is: a share of the time that the shutter is open, 0 to 1.
+    /// Returns the time of sample `index` of pixel `(x, y)`, from 0 to 1 of the shutter interval.
     pub fn time(&self, pixel: [u32; 2], index: u32) -> f32 {
         let of_shutter = rng::key(self.pixel_key(pixel), Purpose::Shutter, 0);
         sobol_burley::sample_4d(index, 0, of_shutter as u32)[0]
     }
 
-    /// The camera ray of pixel `(x, y)` for four uniform numbers: two for the filter, two for the
-    /// lens; and one for the time, which a camera that stands does not ask for. `None` where the film
-    /// shows nothing: there it is black.
+    /// Returns the camera ray of pixel `(x, y)` for four uniform numbers, two for the filter and
+    /// two for the lens, and a time, which is computed only if the camera moves. `None` where the
+    /// film shows nothing and is black.
     pub fn ray_through(&self, pixel: [u32; 2], u: [f32; 4], time: impl FnOnce() -> f32) -> Option<Ray> {
         let offset = Vec2::new(self.gather.filter.warp(u[0]), self.gather.filter.warp(u[1]));
         let film = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + offset;
@@ -188,36 +193,37 @@ impl View<'_> {
         rng::key(self.seed, Purpose::Gather, u64::from(pixel[1]) << 32 | u64::from(pixel[0]))
     }
 
-    /// The view by so many camera samples of another seed.
+    /// Returns the view with `count` camera samples a pixel, of another seed.
     #[must_use]
     pub fn by(&self, count: u32, seed: u64) -> Self {
         Self { gather: GatherOptions { points: count, ..self.gather }, seed, ..*self }
     }
 
-    /// The sum of one pixel over so many camera samples of another seed.
+    /// Returns the sum of one pixel over `count` camera samples of another seed.
     pub fn samples(&self, tracer: &Tracer, pixel: [u32; 2], count: u32, seed: u64) -> PixelSum {
         self.by(count, seed).pixel(tracer, pixel)
     }
 
-    /// What the first surfaces of one pixel are, over so many camera samples of another seed: of those
-    /// that are seen through all media.
+    /// Returns the features of the first surfaces of one pixel, as seen through all media, over
+    /// `count` camera samples of another seed.
     pub fn features(&self, tracer: &Tracer, pixel: [u32; 2], count: u32, seed: u64) -> Features {
         self.by(count, seed).sum(tracer, pixel, Media::SeenThrough, None).features
     }
 
-    /// The sum of one pixel of a scene that stands.
+    /// Returns the sum of one pixel of a scene without motion.
     pub fn pixel(&self, tracer: &Tracer, pixel: [u32; 2]) -> PixelSum {
         self.sum(tracer, pixel, Media::Count, None)
     }
 
-    /// The sum of one pixel, each of whose samples is at one of some instants; where nothing moves and
-    /// there is one instant, the camera goes on at all times.
+    /// Returns the sum of one pixel, with each sample at one of the given instants. If the scene
+    /// does not move and there is a single instant, samples of a moving camera still have times of
+    /// their own.
     pub fn pixel_at(&self, tracer: &Tracer, pixel: [u32; 2], instants: &Instants) -> PixelSum {
         let is_still = instants.is_single() && !tracer.scene().moves();
         self.sum(tracer, pixel, Media::Count, (!is_still).then_some(instants))
     }
 
-    /// The sum of one pixel; without instants, each sample is at a time of its own.
+    /// Returns the sum of one pixel; without instants, each sample has a time of its own.
     fn sum(&self, tracer: &Tracer, pixel: [u32; 2], media: Media, instants: Option<&Instants>) -> PixelSum {
         let n = self.gather.points;
         let mut sum = PixelSum::default();

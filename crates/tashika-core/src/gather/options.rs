@@ -1,12 +1,13 @@
-//! How many gather points a pixel has, and how they are spread.
+//! Number of gather points of a pixel, and the pixel filter.
 
 use super::Filter;
 use crate::error::{Error, Result};
 
-/// How many gather points a pixel has, and how they are spread.
+/// Number of gather points of a pixel, and their distribution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GatherOptions {
-    /// Points a pixel, 1 to 1024. Higher: smoother edges, depth of field and mirrors. Default: 4.
+    /// Gather points for each pixel, 1 to 1024. Higher: smoother edges, depth of field and mirrors.
+    /// Default: 4.
     pub points: u32,
     /// The pixel filter. Default: the box.
     pub filter: Filter,
@@ -19,6 +20,8 @@ impl Default for GatherOptions {
 }
 
 impl GatherOptions {
+    /// Checks that the options are in range.
+    ///
     /// # Errors
     /// Names the option that is out of range, and the range.
     pub fn validate(&self) -> Result<()> {

@@ -1,20 +1,21 @@
 //! Light from infinitely far away through panes of solid glass.
 //!
-//! A body of glass with parallel faces shifts a path and leaves its direction as it was. From a point
-//! towards a light in the direction `d` a path that is refracted at every face therefore arrives:
+//! A body of glass with parallel faces shifts a path and keeps its direction. So a path that starts
+//! at a point `x` towards a light in the direction `d`, and is refracted at every face, reaches the
+//! light:
 //!
 //! ```text
 //! L(x, d) = Π_k (1 − F_k) τ_k · L_∞(d)          over the faces k that it meets, for light that no face reflects
 //! ```
 //!
 //! with the Fresnel reflectance `F` and the tint `τ` of a face. The solid angle is the same on both
-//! sides, so there is no other factor. Light that faces reflect, and glass that bends light, are left
-//! to paths that draw their directions.
+//! sides, so there is no other factor. Light that faces reflect, and light through glass that bends
+//! it, are left to paths that draw their directions.
 //!
 //! # Two strategies
-//! A direction towards a light and a direction by a BSDF lead to the same path. Both are weighted by
-//! the densities of their directions at `x` ([`balance`](crate::warp::balance)). So a path that meets
-//! the environment has to know whether it came [through panes](Passage).
+//! A direction towards a light and a direction by a BSDF lead to the same path. Both are weighted
+//! by the densities of their directions at `x` ([`balance`](crate::warp::balance)). So a path
+//! records whether it reached the environment [through panes](Passage).
 //!
 //! # Held to this by
 //! The suite's `panes`.
@@ -27,23 +28,23 @@ use crate::rng::Stream;
 
 use super::{Scatter, SpecularPoint};
 
-/// Largest difference between unit directions that are taken for the same: rounding of the normals of
-/// two faces is a hundredth of this.
+/// Largest difference between unit directions that count as equal: rounding of the normals of two
+/// faces is a hundredth of this.
 const SAME: f32 = 1e-4;
 
 /// Passage of a path through surfaces, since its direction was drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passage {
-    /// Its direction is unchanged, perhaps through thin glass.
+    /// The direction is unchanged, perhaps through thin glass.
     Straight,
-    /// Smooth faces of glass have refracted it, and nothing else.
+    /// Smooth faces of glass, and nothing else, have refracted the path.
     Refracted,
-    /// It was reflected, or refracted by rough glass.
+    /// The path was reflected, or refracted by rough glass.
     Bent,
 }
 
 impl Passage {
-    /// The passage beyond a specular surface that the path leaves along `direction`.
+    /// Returns the passage beyond a specular surface that the path leaves along `direction`.
     #[must_use]
     pub fn beyond(self, surface: &SpecularPoint, direction: Vec3) -> Self {
         match self {
@@ -53,25 +54,25 @@ impl Passage {
         }
     }
 
-    /// Whether the direction is unchanged.
+    /// Returns true if the direction is unchanged.
     pub fn is_straight(self) -> bool {
         self == Self::Straight
     }
 
-    /// Whether a path of the unit direction `drawn` came through panes: refraction has given it the same
-    /// direction, `direction`.
+    /// Returns true if a path came through panes: after refractions, its unit `direction` equals
+    /// the direction `drawn` at its start.
     pub fn is_through_panes(self, drawn: Vec3, direction: Vec3) -> bool {
         self == Self::Refracted && drawn.distance_squared(direction) < SAME * SAME
     }
 }
 
-/// Transmittance of the faces and media on the way from the beginning of `leg` along its ray to a
-/// light that is infinitely far away; none if it meets no pane, or something else is in the way.
+/// Returns the transmittance of the faces and media along the ray of `leg` to a light that is
+/// infinitely far away; `None` if the ray meets no pane, or is blocked.
 ///
-/// * `key`: of the decisions of rays, and `share`, the time as a share of that while the shutter is
-///   open.
-/// * `most`: the number of specular surfaces that a path may meet, and one more.
-/// * `rays`: is increased by the number of rays traced.
+/// * `key`, `share`: key for the decisions of rays at partly opaque surfaces, and time as a share
+///   of the shutter interval.
+/// * `most`: one more than the number of specular surfaces that a path may meet.
+/// * `rays`: increased by the number of rays traced.
 ///
 /// The transmittance of media is an unbiased estimate ([`Leg::fly`]).
 pub fn through_panes(

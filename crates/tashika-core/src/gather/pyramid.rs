@@ -7,8 +7,8 @@ use crate::accel::Pyramid;
 use crate::scene::{CameraSample, Projection};
 
 impl View<'_> {
-    /// The pyramid of all camera rays of pixel `(x, y)`; `None` for cameras whose rays are no pyramid: with
-    /// a lens, in motion, or of another projection than perspective.
+    /// Returns the pyramid of all camera rays of pixel `(x, y)`; `None` for cameras whose rays form
+    /// no pyramid: with a lens, in motion, or with a projection other than perspective.
     pub fn pyramid(&self, pixel: [u32; 2]) -> Option<Pyramid> {
         let camera = self.camera;
         let is_pyramid = matches!(camera.projection, Projection::Perspective { .. });
@@ -48,7 +48,7 @@ mod tests {
     use crate::rng::{Purpose, Stream};
     use crate::scene::{Camera, Material, MeshData, SceneBuilder, Surface};
 
-    /// Small triangles about the origin, some of which are placed twice, turned and scaled.
+    /// Small triangles around the origin, some of which are placed twice, turned and scaled.
     fn scattered_triangles(s: &mut Stream) -> Tracer {
         let mut b = SceneBuilder::new("test", Location::default());
         let lambert = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };
@@ -70,7 +70,8 @@ mod tests {
         Tracer::new(Arc::new(b.build().unwrap()))
     }
 
-    /// No ray meets anything in pixels that are said to be empty, which most are that rays miss.
+    /// No ray meets anything in pixels that are reported as empty. Most pixels that all rays miss
+    /// are reported.
     #[test]
     fn what_is_said_to_be_empty_is_met_by_no_ray() {
         const SIZE: [u32; 2] = [24, 16];

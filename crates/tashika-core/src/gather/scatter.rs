@@ -13,11 +13,11 @@ use crate::scene::{Part, Scene, SurfacePoint};
 pub enum Scatter {
     /// Gathers light; the weight is one over the probability of the choice.
     Gathers(GatherPoint),
-    /// Goes on in one direction.
+    /// Sends the path on in one direction.
     Specular(SpecularPoint),
 }
 
-/// A surface that sends light on in one direction.
+/// Surface that sends light on in one direction.
 #[derive(Clone, Copy, Debug)]
 pub struct SpecularPoint {
     surface: SurfacePoint,
@@ -27,15 +27,15 @@ pub struct SpecularPoint {
 }
 
 impl Scatter {
-    /// The part of a surface seen from the unit direction `outgoing` that the uniform number
-    /// `choice` chooses.
+    /// Returns the part of a surface, seen from the unit direction `outgoing`, that the uniform
+    /// number `choice` selects.
     pub fn at(scene: &Scene, surface: &SurfacePoint, outgoing: Vec3, choice: f32) -> Self {
         let Part { bsdf, weight, through } = scene.part(surface, outgoing, choice);
         if bsdf.is_specular() {
             return Self::Specular(SpecularPoint { surface: *surface, outgoing, bsdf, weight });
         }
         let (geometric_normal, shading_normal) = surface.normals_seen_from(outgoing);
-        // Light that comes through gathers behind the surface, as if it were seen from there.
+        // A part that transmits light gathers behind the surface, as if seen from there.
         let side = if through { -1.0 } else { 1.0 };
         let frame = surface.frame(shading_normal * side);
         let wo = frame.to_local(outgoing) * Vec3::new(1.0, 1.0, side);
@@ -54,16 +54,17 @@ impl Scatter {
 }
 
 impl SpecularPoint {
-    /// The ray after the surface, and its weight; `None` where the path ends.
+    /// Returns the ray after the surface, and its weight; `None` where the path ends.
     pub fn step(&self, u: [f32; 3]) -> Option<(Ray, Rgb)> {
         let (direction, sample) = self.sample(u)?;
         Some((Ray::new(self.surface.leave(direction), direction), sample.weight * self.weight))
     }
 
-    /// The ray that a smooth face of glass transmits, and its weight with the share of light that is
-    /// not reflected; `None` for other surfaces, and where all light is reflected.
+    /// Returns the ray that a smooth face of glass transmits, and its weight, which includes the
+    /// share of light that is not reflected. `None` for other surfaces, and where all light is
+    /// reflected.
     pub fn transmit(&self) -> Option<(Ray, Rgb)> {
-        // Numbers at the end of `[0, 1)` that is not reflected.
+        // Uniform numbers at the transmitting end of `[0, 1)`.
         let transmitted = match self.bsdf {
             Bsdf::Glass(glass) if glass.facets.is_none() => 1.0_f32.next_down(),
             Bsdf::ThinGlass(_) => 0.0,
@@ -75,10 +76,10 @@ impl SpecularPoint {
         (sample.lobe == Lobe::SpecularTransmission).then_some((ray, weight))
     }
 
-    /// The direction that three uniform numbers draw.
+    /// Draws a direction from three uniform numbers.
     fn sample(&self, u: [f32; 3]) -> Option<(Vec3, BsdfSample)> {
-        // Glass tells inside from outside by the sign of wo.z, so the frame keeps the surface's own
-        // orientation.
+        // Glass distinguishes inside from outside by the sign of `wo.z`, so the frame keeps the
+        // surface's own orientation.
         let (ng, ns) = self.surface.normals_seen_from(self.outgoing);
         let outside = if ng.dot(self.surface.geometric_normal) > 0.0 { ns } else { -ns };
         let frame = self.surface.frame(outside);
@@ -107,18 +108,21 @@ impl SpecularPoint {
         }
     }
 
-    /// Whether a ray that leaves along `direction` has passed thin glass, which does not bend it.
+    /// Returns true if a ray that leaves along `direction` has passed thin glass, which does not
+    /// bend it.
     pub fn passes_straight(&self, direction: Vec3) -> bool {
         matches!(self.bsdf, Bsdf::ThinGlass(_)) && self.crosses(direction)
     }
 
-    /// Whether a smooth face of solid glass has refracted a ray that leaves along `direction`.
+    /// Returns true if a smooth face of solid glass has refracted a ray that leaves along
+    /// `direction`.
     pub fn refracts(&self, direction: Vec3) -> bool {
         let is_smooth = matches!(self.bsdf, Bsdf::Glass(glass) if glass.facets.is_none());
         is_smooth && self.crosses(direction)
     }
 
-    /// Whether a ray that leaves along `direction` is behind the surface, as `outgoing` sees it.
+    /// Returns true if a ray that leaves along `direction` is behind the surface, as seen from
+    /// `outgoing`.
     fn crosses(&self, direction: Vec3) -> bool {
         let ng = self.surface.geometric_normal;
         ng.dot(direction) * ng.dot(self.outgoing) < 0.0

@@ -1,4 +1,4 @@
-//! Gather points against scenes in which one can say where they must be.
+//! Tests of gather points in scenes where their positions are known.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use crate::scene::{
     Camera, CoatBase, Emission, Environment, Material, MeshData, Projection, SceneBuilder, Surface,
 };
 
-/// A square of half-width 5 m about `center`, its normal along `a × b`.
+/// Returns a square of half-width 5 m around `center`, its normal along `a × b`.
 fn square(center: Vec3, a: Vec3, b: Vec3) -> MeshData {
     let corner = |s: f32, t: f32| center + a * (5.0 * s) + b * (5.0 * t);
     MeshData {
@@ -39,7 +39,7 @@ fn lambert() -> Surface {
     Surface::Lambert { reflectance: Rgb::gray(0.5).into() }
 }
 
-/// A camera at the origin that looks along `−z`.
+/// Returns a scene with a camera at the origin that looks along `−z`.
 fn tracer(fill: impl FnOnce(&mut SceneBuilder)) -> Tracer {
     let mut b = SceneBuilder::new("gather", Location::default());
     fill(&mut b);
@@ -73,8 +73,8 @@ fn a_mirror_shows_what_is_behind_the_camera() {
     }
 }
 
-/// What a rough pane lets through arrives from behind it, the rest from before it, and hardly any is
-/// lost.
+/// Transmitted light of a rough pane arrives from behind it, reflected light from before it, and
+/// hardly any is lost.
 #[test]
 fn rough_panes_gather_from_both_sides() {
     let t = tracer(|b| {
@@ -97,8 +97,8 @@ fn rough_panes_gather_from_both_sides() {
         assert_eq!(is_before, p.geometric_normal.z > 0.0);
         arrives[usize::from(is_before)] += f64::from((p.weight * sample.weight).r);
     }
-    // Two faces reflect 0.077 straight on, and facets as smooth as these hide next to nothing. Standard
-    // error 0.005.
+    // Two faces reflect 0.077 at normal incidence, and facets as smooth as these hide next to
+    // nothing. Standard error 0.005.
     let [behind, before] = arrives;
     assert!((behind - 0.923).abs() < 0.015 && (before - 0.077).abs() < 0.015, "{behind} {before}");
 }
@@ -132,13 +132,13 @@ fn glass_is_seen_through_and_no_light_is_made() {
     assert!((share - 0.923).abs() < 0.03, "{share}");
     let weight: Rgb = sum.points.iter().map(|p| p.weight).sum();
     assert!((weight.r / share as f32 - 0.81).abs() < 0.02, "two passages of 0.9: {}", weight.r);
-    // The way straight through a pane of parallel sides keeps its direction.
+    // The straight way through a pane of parallel sides keeps its direction.
     let ray = view(&t, n).camera_ray([8, 8], 0).0.unwrap();
     assert!(sum.points.iter().any(|p| (p.position.x - ray.at(4.0).x).abs() < 0.1));
 }
 
-/// The sky in the coat, and the base below it: each as often as it is chosen, each in the mean as
-/// bright as it is.
+/// A coat that mirrors the sky, and the base below: each is chosen with its probability, and has
+/// the right brightness in the mean.
 #[test]
 fn a_smooth_coat_mirrors_the_sky_over_a_base_that_gathers() {
     let t = tracer(|b| {
@@ -161,7 +161,7 @@ fn a_smooth_coat_mirrors_the_sky_over_a_base_that_gathers() {
     let mirrored = sum.background;
     assert!((mirrored.r - 0.04).abs() < 0.002, "{mirrored:?}");
     assert!((mirrored.g / mirrored.r - 0.5).abs() < 1e-5 && (mirrored.b / mirrored.r - 0.25).abs() < 1e-5);
-    // The base, in the mean with weight 1; it has no lobe of its own.
+    // The base has weight 1 in the mean, and no lobe of its own.
     let weight: Rgb = sum.points.iter().map(|p| p.weight).sum();
     assert!((weight.r - 1.0).abs() < 0.02 && sum.points.len() < n as usize, "{weight:?}");
     let p = &sum.points[0];
@@ -201,7 +201,7 @@ fn pixels_have_samples_of_their_own() {
     assert!(keys.insert(other), "and seeds too");
 }
 
-/// A camera that goes from `x = 0` to `x = 1`: where a ray starts tells when it is seen.
+/// A camera moves from `x = 0` to `x = 1`, so that the origin of a ray is its time.
 #[test]
 fn times_fill_the_shutters_evenly_and_leave_all_else_as_it_is() {
     let t = tracer(|b| add(b, square(Vec3::NEG_Z, Vec3::X, Vec3::Y), lambert(), 0.0));
@@ -226,7 +226,7 @@ fn times_fill_the_shutters_evenly_and_leave_all_else_as_it_is() {
         }
         assert_eq!(parts.len(), 64, "one in each of 64 equal parts");
         assert!(pixels.insert(order), "pixels have times of their own");
-        // Independent of the place: a covariance of standard deviation 1/12 / √64.
+        // Times are independent of the place: a covariance of standard deviation 1/12 / √64.
         assert!((with_place / 64.0).abs() < 0.04, "{with_place}");
     }
 }
@@ -256,8 +256,8 @@ fn a_pixel_that_sees_nothing_is_the_background() {
     assert!((sum.background - Rgb::new(0.1, 0.2, 0.3)).max_channel().abs() < 1e-6);
 }
 
-/// Outside the circle of a fisheye there is neither a point nor the sky; a pixel across its edge
-/// has its share of both.
+/// Outside the circle of a fisheye there is neither a point nor the sky; a pixel across the edge of
+/// the circle has its share of both.
 #[test]
 fn a_film_is_black_where_it_shows_nothing() {
     let t = tracer(|b| {
@@ -270,7 +270,7 @@ fn a_film_is_black_where_it_shows_nothing() {
     let outside = view.pixel(&t, [0, 0]);
     assert!(outside.points.is_empty() && outside.background.is_black() && outside.samples.len() == 1024);
     assert_eq!(view.pixel(&t, [8, 8]).points.len(), 1024);
-    // The circle of radius 8 about (8, 8), where it crosses the diagonal; there the wall has ended.
+    // Circle of radius 8 around (8, 8), where it crosses the diagonal; there the wall has ended.
     let inside = (0..10_000).filter(|k| {
         let (x, y) = (2.0 + ((k % 100) as f32 + 0.5) / 100.0, 2.0 + ((k / 100) as f32 + 0.5) / 100.0);
         (x - 8.0) * (x - 8.0) + (y - 8.0) * (y - 8.0) < 64.0

@@ -1,15 +1,15 @@
-//! How much more a sum over VPLs varies because light paths leave several of them: learned where a
-//! view looks.
+//! Correlation of VPLs: the factor by which a sum over VPLs varies more because light paths leave
+//! several of them, measured at surfaces in view.
 //!
 //! ```text
 //! Var Σ_i c_i ≤ Σ_p (Σ_{i ∈ p} c_i)² = K Σ_i c_i²
 //! ```
 //!
-//! with the contributions `c_i` of VPLs to a gather point, and the groups `p` of those that are
-//! drawn together ([`LightTracer::drawn_together`]). What enters a room by a door that is ajar
-//! leaves VPLs of which all or none light the room: there `K` is as much as 4, and less where paths
-//! are short or surfaces dark. `K` hardly depends on how many VPLs there are, so a small set tells
-//! it.
+//! with the contributions `c_i` of VPLs to a gather point, and the groups `p` of VPLs that are
+//! drawn together ([`LightTracer::drawn_together`]). Light that enters a room by a door that is
+//! ajar leaves groups in which either all VPLs illuminate the room, or none. There `K` is as much
+//! as 4; it is less where paths are short or surfaces dark. `K` hardly depends on the number of
+//! VPLs, so it is measured with a small set.
 
 use rayon::prelude::*;
 
@@ -20,17 +20,17 @@ use crate::media::Shadows;
 use crate::rng::{self, Purpose, Stream};
 use crate::vpl::{LightTracer, Provenance, Vpl};
 
-/// VPLs of the set that tells.
+/// Number of VPLs of the small set.
 const VPLS: u64 = 8192;
-/// Gather points that are looked at.
+/// Number of gather points at which `K` is computed.
 const POINTS: u64 = 48;
-/// Share of these that have no greater `K`.
+/// Share of these points whose `K` is at most the returned one.
 const MOST: f64 = 0.75;
 
-/// About `K` of the upper quarter of what the view sees; at least 1.
+/// Returns the approximate upper quartile of `K` over surfaces in view; at least 1.
 ///
-/// * `set`: the set it is told of. Distances between VPLs on surfaces fall with the square root of
-///   their number, so the few that tell are clamped as much farther away.
+/// * `set`: provenance of the set that `K` is for. Distances between VPLs on surfaces fall with the
+///   square root of their number, so the clamp distance of the small set is longer by that factor.
 pub fn importance_correlation(
     tracing: &LightTracer<'_>,
     view: &View<'_>,
@@ -55,7 +55,7 @@ pub fn importance_correlation(
     found.get((MOST * found.len() as f64) as usize).copied().unwrap_or(1.0).max(1.0)
 }
 
-/// `K` of a point; none if it gets no light.
+/// Returns `K` at a point; `None` if it receives no light.
 fn correlation_at(
     tracing: &LightTracer<'_>,
     contribution: &ContributionKernel<'_>,

@@ -1,18 +1,19 @@
-//! Which emission reaches what the camera sees: learned by camera paths.
+//! Emission that reaches surfaces in view, learned by camera paths.
 //!
-//! A path from the camera meets surfaces `x₁, x₂, …`. From each of them a light of the emitters is
-//! drawn; what it gives to the pixel by way of these surfaces is a sample of what its place (at
-//! `x₁`) or its ray towards `x_k` (`k ≥ 2`) is worth to the picture, in units of the brightness of
-//! that part of the picture, so that a dark room counts as much as the meadow seen through its
-//! window. The samples are points in the space of the uniform numbers that emission is drawn by,
-//! where a [`LightGuide`] is learned from them. It finds light that enters by windows however
-//! large the world outside is: camera paths start where the camera looks.
+//! A camera path meets surfaces `x₁, x₂, …`, and at each of them an emitter sample is drawn. The
+//! luminance that the sample gives to the pixel over these surfaces is the importance of the
+//! sample's place (at `x₁`) or of its ray towards `x_k` (`k ≥ 2`). Importance is relative to the
+//! brightness of that part of the picture, so that a dark room counts as much as the meadow seen
+//! through its window. The samples are points in the space of the uniform numbers by which emission
+//! is drawn; from them a [`LightGuide`] is learned. It finds light that enters by windows however
+//! large the world outside is, since camera paths start where the camera looks.
 //!
-//! Behind a keyhole camera paths hardly ever find a light. Then light paths are traced with the guide
-//! learned so far, and the guide is learned again, also from those that leave VPLs around the surfaces
-//! that camera paths met. This is repeated until there are enough.
+//! Behind a keyhole, camera paths hardly ever find a light. Then light paths are traced with the
+//! guide learned so far. Those that leave VPLs near the surfaces met by camera paths are added to
+//! the samples, and the guide is learned again. This is repeated, `MOST_PASSES` times at most,
+//! until there are enough samples.
 //!
-//! Glass lets these segments pass straight, solid glass as well; it only has to be about right.
+//! Segments pass straight through glass, even solid glass: approximate visibility is enough here.
 //!
 //! Held to this by the suite's `light_transport`: a room on a wide ground has its VPLs in the room.
 
@@ -30,32 +31,32 @@ use crate::rng::{self, Purpose, Stream};
 use crate::stats::{Moments, Weighted};
 use crate::vpl::{EmitterSampler, LightGuide, LightSample, LightTracer, Vpl};
 
-/// Surfaces that gather, of a path.
+/// Maximum number of gathering surfaces of a path.
 const MOST_SURFACES: u32 = 8;
-/// Specular surfaces between two of these.
+/// Maximum number of specular surfaces between two of these.
 const MOST_SPECULAR: u32 = 8;
-/// Parts of the picture, across and down, each with a brightness of its own.
+/// Number of parts of the picture, across and down, each with a brightness of its own.
 const PARTS: u32 = 12;
-/// Rays of emission from which a guide is learned well; where camera paths find fewer, light paths that
-/// reach their surroundings are added.
+/// Number of emission rays from which a guide is learned well. Where camera paths find fewer, light
+/// paths that reach their surroundings are added.
 const ENOUGH_RAYS: usize = 512;
-/// Most passes of light paths that look for more.
+/// Maximum number of passes of light paths that look for more emission rays.
 const MOST_PASSES: u64 = 4;
-/// Cells of the surroundings over the spread of the surfaces that camera paths meet.
+/// Number of cells of the surroundings across the spread of the surfaces that camera paths meet.
 const CELLS_PER_SPREAD: f64 = 16.0;
-/// Brightness that a part is taken to have at least, of the mean of all.
+/// Brightness that is added to each part of the picture, as a share of the mean over all paths.
 const LEAST_BRIGHTNESS: f64 = 1e-3;
 
-/// What sets of VPLs are traced with for a view.
+/// Guided light tracer for the VPLs of a view, and the brightness of the view.
 #[derive(Debug)]
 pub struct Guided<'s> {
-    /// Traces light paths and direct VPLs guided to what the view sees.
+    /// Tracer of light paths and direct VPLs, guided to surfaces in view.
     pub tracing: LightTracer<'s>,
-    /// About the mean luminance of the view, without emission that is seen directly (W·m⁻²·sr⁻¹).
+    /// Approximate mean luminance of the view, without directly visible emission (W·m⁻²·sr⁻¹).
     pub importance_brightness: f64,
 }
 
-/// Guides the light paths and direct VPLs that are to be traced to what a view sees.
+/// Learns a guide by which light paths and direct VPLs are drawn towards surfaces in view.
 pub fn learn_light_guide<'s>(tracing: LightTracer<'s>, view: &View<'_>, seed: u64) -> Guided<'s> {
     let (tracer, emitters) = (tracing.tracer(), tracing.emitters());
     if emitters.is_empty() {
@@ -107,7 +108,7 @@ pub fn learn_light_guide<'s>(tracing: LightTracer<'s>, view: &View<'_>, seed: u6
     Guided { tracing: tracing.guided(guide), importance_brightness: mean }
 }
 
-/// Both sets, each with as much weight in all as it has points: their units differ.
+/// Joins two sets, each scaled to a mean weight of 1, since their units differ.
 fn of_equal_weight<const D: usize>(one: Vec<Weighted<D>>, other: Vec<Weighted<D>>) -> Vec<Weighted<D>> {
     let scaled = |set: Vec<Weighted<D>>| {
         let mean = set.iter().map(|(_, weight)| weight).sum::<f32>() / set.len().max(1) as f32;
@@ -116,15 +117,15 @@ fn of_equal_weight<const D: usize>(one: Vec<Weighted<D>>, other: Vec<Weighted<D>
     scaled(one).chain(scaled(other)).collect()
 }
 
-/// Surroundings of the surfaces that camera paths meet, on the side that they meet.
+/// Surroundings of the surfaces that camera paths meet, on the side that the paths meet.
 struct Places {
-    /// Sorted.
+    /// Sides of the surfaces, sorted.
     sides: Vec<Side>,
     size: f32,
 }
 
 impl Places {
-    /// Surroundings of surfaces with these positions and unit normals.
+    /// Returns the surroundings of surfaces with these positions and unit normals.
     fn of<'p>(met: impl Iterator<Item = &'p [Vec3; 2]> + Clone) -> Self {
         let mut moments = [Moments::default(); 3];
         for [position, _] in met.clone() {
@@ -143,7 +144,7 @@ impl Places {
     }
 }
 
-/// What light drawn by some numbers gave to a part of the picture.
+/// Luminance that light drawn by some numbers gave to a part of the picture.
 #[derive(Clone, Copy)]
 struct Record<const D: usize> {
     numbers: [f32; D],
@@ -156,7 +157,7 @@ struct Record<const D: usize> {
 struct Learned {
     direct: Vec<Record<3>>,
     emission: Vec<Record<5>>,
-    /// Positions and normals of the surfaces that the paths met.
+    /// Positions and unit normals of the surfaces that the paths met.
     places: Vec<[Vec3; 2]>,
     /// Part of the picture and luminance of each path.
     paths: Vec<(u32, f32)>,
@@ -190,7 +191,8 @@ impl Walk<'_> {
             };
             learned.places.push([point.position, point.geometric_normal]);
             if depth == 0 {
-                // Points and single directions are VPLs each: only what has an extent is drawn.
+                // Point and directional lights are one VPL each: only emitters with an extent are
+                // drawn.
                 let numbers = (s.uniform_f64(), s.uniform_2());
                 let sample = self.emitters.sample_extended(numbers.0, numbers.1);
                 if let Some((_, given)) = sample.and_then(|sample| self.given(&point, weight, &sample)) {
@@ -232,7 +234,7 @@ impl Walk<'_> {
         learned.paths.push((part, radiance));
     }
 
-    /// The next point that gathers.
+    /// Returns the next gather point of a path.
     fn next_point(&self, mut leg: Leg, key: u64, weight: &mut Rgb, s: &mut Stream) -> Option<GatherPoint> {
         let scene = self.tracer.scene();
         let (mut step, mut passed) = (0, 0);
@@ -267,8 +269,8 @@ impl Walk<'_> {
         None
     }
 
-    /// What a drawn light gives to a path that came to a point (luminance), and the light; none if
-    /// nothing.
+    /// Returns a drawn light, and the luminance that it gives to the pixel by way of a path's
+    /// point; `None` if that is zero.
     fn given(&mut self, point: &GatherPoint, weight: Rgb, sample: &LightSample) -> Option<(Vpl, f32)> {
         let light = sample.light;
         let given = (weight

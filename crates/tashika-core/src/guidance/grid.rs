@@ -1,19 +1,19 @@
-//! Cells of an image, and what is known of each.
+//! Cells of an image, each with learned data.
 //!
-//! What is learned of a neighbourhood is learned once, when a pixel of it first asks, from random
-//! numbers of its own: of 16 × 16 pixels, so that a pixel pays a 256th of it, and lights and
-//! surfaces are still much the same.
+//! The data of a cell are learned once, on first use by a pixel near by, from random numbers of
+//! their own. A cell has 16 × 16 pixels, so that a pixel pays a 256th of the cost, and lights and
+//! surfaces hardly differ within the cell.
 
 use std::sync::OnceLock;
 
 use crate::film::Window;
 use crate::rng::{self, Purpose, Stream};
 
-/// The cells of an image, row by row, each with what was learned of it.
+/// Cells of an image, row by row, each with the data learned for it.
 ///
 /// # Guarantee
-/// What is learned of a cell is a function of the image and of its place, if `learn` is: who asks
-/// first does not matter, nor how often.
+/// The data of a cell are a function of the image and of the cell's place, if `learn` is: neither
+/// the order nor the number of queries matters.
 #[derive(Debug)]
 pub struct Grid<T> {
     cells: Vec<OnceLock<T>>,
@@ -24,13 +24,13 @@ impl<T> Grid<T> {
     /// Side of a cell (pixels).
     pub const SIDE: u32 = 16;
 
-    /// Of an image of that size (pixels); nothing is learned yet.
+    /// Makes the cells of an image of the given size (pixels), without any data.
     pub fn new(size: [u32; 2]) -> Self {
         let cells = columns_and_rows(size).map(|n| n as usize).iter().product();
         Self { cells: std::iter::repeat_with(OnceLock::new).take(cells).collect(), size }
     }
 
-    /// What is known of a cell, which is learned if nobody has asked before.
+    /// Returns the data of a cell, which `learn` makes at the first query.
     ///
     /// # Panics
     /// If the image has no such cell.
@@ -40,7 +40,7 @@ impl<T> Grid<T> {
         self.cells[row as usize * columns as usize + column as usize].get_or_init(learn)
     }
 
-    /// A cell and those about it, row by row.
+    /// Returns a cell and its neighbours within the image, row by row.
     pub fn about(&self, [column, row]: [u32; 2]) -> impl Iterator<Item = [u32; 2]> + use<T> {
         let [columns, rows] = columns_and_rows(self.size);
         let near = |at: u32, end: u32| at.saturating_sub(1)..(at + 2).min(end);
@@ -48,25 +48,25 @@ impl<T> Grid<T> {
     }
 }
 
-/// The cell that a pixel lies in, as column and row.
+/// Returns the cell that contains a pixel, as column and row.
 pub fn cell_of(pixel: [u32; 2]) -> [u32; 2] {
     pixel.map(|at| at / Grid::<()>::SIDE)
 }
 
-/// The pixels of a cell of an image of that size.
+/// Returns the pixels of a cell, of an image of the given size (pixels).
 pub fn pixels_of(cell: [u32; 2], size: [u32; 2]) -> Window {
     let [x, y] = cell.map(|at| at * Grid::<()>::SIDE);
     let side = |first: u32, end: u32| end.min(first + Grid::<()>::SIDE) - first;
     Window { x, y, width: side(x, size[0]), height: side(y, size[1]) }
 }
 
-/// A pixel of a window, each with the same probability.
+/// Draws a pixel of a window, each with the same probability.
 pub fn random_pixel(window: &Window, stream: &mut Stream) -> [u32; 2] {
     let x = window.x + stream.below(window.width.into()) as u32;
     [x, window.y + stream.below(window.height.into()) as u32]
 }
 
-/// What random numbers are drawn by that only guide the pixels of a cell.
+/// Returns the key of random numbers that only guide the pixels of a cell.
 pub fn key_of([column, row]: [u32; 2], seed: u64) -> u64 {
     rng::key(seed, Purpose::Guidance, u64::from(row) << 32 | u64::from(column))
 }

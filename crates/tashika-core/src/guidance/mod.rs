@@ -1,17 +1,18 @@
-//! Guidance: what is learned about a picture before any estimate is made, and where it sends work.
+//! Guidance: knowledge about a picture that is learned before any estimate is made, and that
+//! directs work.
 //!
-//! * [`learn_light_guide`]: which emission reaches what the camera sees.
-//! * [`Caustics`]: light that comes to surfaces over specular ones, which neither sums
-//!   nor undirected paths may find, and where it comes from.
-//! * [`Photons`]: how much light reaches surfaces, by light paths alone.
+//! * [`learn_light_guide`]: the emission that reaches surfaces in view.
+//! * [`Caustics`]: light that reaches surfaces over specular ones, and its directions. Neither sums
+//!   nor undirected paths may find this light.
+//! * [`Photons`]: the light that reaches surfaces, by light paths alone.
 //! * [`SeenLight`]: luminance of lamps and caustics in each pixel, however small they are.
-//! * [`LightAccount`]: shares of the light in view by its way and by its emitters.
-//! * [`importance_correlation`]: how much more VPLs that light paths leave together vary than as
-//!   many that are independent.
-//! * [`Grid`]: the cells of an image, each with what was learned of its neighbourhood.
+//! * [`LightAccount`]: shares of the light in view by its way, and by the kind of its emitter.
+//! * [`importance_correlation`]: the factor by which VPLs that light paths leave together vary more
+//!   than as many independent ones.
+//! * [`Grid`]: the cells of an image, each with data learned in its neighbourhood.
 //!
 //! # Independence
-//! What guides is learned from random numbers of its own
+//! Guidance is learned from random numbers of its own
 //! ([`Purpose::Guidance`](crate::rng::Purpose::Guidance)), which no estimate uses: estimates are
 //! unbiased whatever was learned.
 
@@ -32,38 +33,39 @@ pub use seen::{LightAccount, SeenLight};
 use crate::gather::View;
 use crate::vpl::{ArrivedLight, LightTracer, Vpl};
 
-/// Paths for each pixel of an image from which guidance is learned.
+/// Number of paths for each pixel of an image from which guidance is learned.
 const PATHS_OF_PIXEL: u64 = 64;
-/// Fewest and most of these paths.
+/// Least and greatest number of these paths.
 const PATHS: [u64; 2] = [1 << 14, 1 << 16];
 /// Paths followed as one piece of parallel work.
 const CHUNK: u64 = 1024;
-/// Caustic photons after which no further pass looks for more.
+/// Number of caustic photons after which no further pass looks for more.
 const ENOUGH: usize = 1 << 14;
 
-/// Number of paths from which guidance is learned: in proportion to the pixels, so that little is learned
-/// for a small image, and limited, since the scene has no more to learn for a large one.
+/// Returns the number of paths from which guidance is learned. It is proportional to the number of
+/// pixels, so that a small image costs little, and limited, since a scene shows no more in a large
+/// one.
 fn paths_for(view: &View<'_>) -> u64 {
     let pixels = u64::from(view.size[0]) * u64::from(view.size[1]);
     (PATHS_OF_PIXEL * pixels).clamp(PATHS[0], PATHS[1]).next_multiple_of(CHUNK)
 }
 
-/// Knowledge of light paths about the light on surfaces.
+/// Light on surfaces, as learned by light paths.
 #[derive(Clone, Debug)]
 pub struct LightOnSurfaces {
-    /// All light.
+    /// Light that arrives on surfaces by any way.
     pub all: Photons,
-    /// Light over specular surfaces, if there is any.
+    /// Light that arrives over specular surfaces, if there is any.
     pub caustics: Option<Caustics>,
-    /// Light over specular surfaces in the pixels, if the camera sees any.
+    /// Light that arrives over specular surfaces, by pixel, if the camera sees any.
     pub seen_caustics: Option<SeenLight>,
-    /// Account of the light in view.
+    /// Shares of the light in view by its way, and by the kind of its emitter.
     pub account: Option<LightAccount>,
 }
 
 impl LightOnSurfaces {
-    /// Traces light paths; none if hardly any light reaches a diffuse surface. Runs on the current
-    /// thread pool.
+    /// Traces light paths; `None` if hardly any light reaches a diffuse surface. Runs on the
+    /// current thread pool.
     pub fn learn(tracing: &LightTracer<'_>, view: &View<'_>, seed: u64) -> Option<Self> {
         let ArrivedLight { lights, routes, caustics } = tracing.arrived_light(paths_for(view), ENOUGH, seed);
         let bounds = tracing.tracer().scene().bounds();

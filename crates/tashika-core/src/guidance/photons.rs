@@ -1,48 +1,52 @@
-//! Photons on surfaces: an account of the light that arrives there, by light paths alone.
+//! Photons on surfaces: an estimate of the light that arrives there, by light paths alone.
 //!
-//! Paths from the camera may miss light that light paths know of, and the other way round: the two are
-//! independent accounts of the same light. The VPLs that light paths leave are a photon map (Jensen
-//! 1996): the radiance that a surface sends out of them is about
+//! Camera paths may miss light that light paths find, and the reverse: the two are independent
+//! estimates of the same light. The VPLs of light paths are a photon map (Jensen 1996). The
+//! radiance that a surface sends out is approximately
 //!
 //! ```text
 //! L(x) = (Σ_i I_i − 2 √(Σ_i I_i²)) / (π r²)      over the photons within r of x that face the same way
 //! ```
 //!
-//! less two standard errors, so that one bright light path counts for nothing. The estimate is too
-//! blurred for a picture, but shows that estimates which found much less of it cannot be believed.
+//! The estimate is lowered by two standard errors, so that one bright light path counts for
+//! nothing. It is too blurred for a picture, but it shows that estimates with much less light
+//! cannot be trusted.
 
 use crate::math::{Aabb, Vec3};
 use crate::vpl::{Clamp, Vpl, VplKind};
 
-/// Radius over the automatic clamp distance of the photons. A disk of the clamp distance holds about
-/// four photons, one of this radius 25.
+/// Ratio of the radius to the automatic clamp distance of the photons. A disk of the clamp distance
+/// holds about four photons, one of this radius 25.
 const RADIUS: f32 = 2.5;
-/// Least cosine between normals that face the same way.
+/// Least cosine between normals that count as facing the same way.
 const SAME_WAY: f32 = 0.7;
 
-/// A cell of a lattice.
+/// Integer coordinates of a cell of a lattice.
 pub(super) type Cell = [i32; 3];
 
-/// The cell of a position in a lattice; positions out of its range are in the cells at its ends.
+/// Returns the cell of a position in a lattice of cells of the given size (m). Positions out of
+/// range are in the cells at the ends.
 pub(super) fn cell(position: Vec3, size: f32) -> Cell {
     (position / size).floor().to_array().map(|at| at as i32)
 }
 
-/// A cell and the axis that a normal is nearest to: the two sides of a thin wall differ in it.
+/// Cell, with the signed axis that is nearest to a normal: it separates the two sides of a thin
+/// wall.
 pub(super) type Side = (Cell, u8);
 
-/// The side of a surface at a position; in media `normal` is the direction that light came along.
+/// Returns the side of a surface at a position; in media `normal` is the direction in which light
+/// arrived.
 pub(super) fn side(position: Vec3, normal: Vec3, size: f32) -> Side {
     let axis = normal.abs().max_position() as u8;
     (cell(position, size), 2 * axis + u8::from(normal[usize::from(axis)] < 0.0))
 }
 
-/// A photon: the VPL that a light path leaves where it arrives.
+/// Photon: the VPL that a light path leaves on a surface.
 #[derive(Clone, Copy, Debug)]
 struct Photon {
     cell: Cell,
     position: Vec3,
-    /// Unit normal on the side that receives.
+    /// Unit normal on the side that receives light.
     normal: Vec3,
     /// Luminance of the intensity (W·sr⁻¹).
     intensity: f32,
@@ -57,8 +61,8 @@ pub struct Photons {
 }
 
 impl Photons {
-    /// The photons of the VPLs on surfaces, each with the number of its VPL; none if there are too few
-    /// to know how far they are apart.
+    /// Makes photons of the VPLs on surfaces, each with the number of its VPL; `None` if there are
+    /// too few to estimate their spacing.
     pub(super) fn new(lights: &[Vpl], bounds: &Aabb, seed: u64) -> Option<(Self, Vec<usize>)> {
         let on_surfaces: Vec<Vpl> =
             lights.iter().filter(|light| light.kind == VplKind::Oriented).copied().collect();
@@ -66,7 +70,8 @@ impl Photons {
         (radius > 0.0).then(|| Self::within(lights, radius))
     }
 
-    /// The same, which count within this radius (m).
+    /// Makes photons of the VPLs on surfaces, each with the number of its VPL; they count within
+    /// this radius (m).
     pub(super) fn within(lights: &[Vpl], radius: f32) -> (Self, Vec<usize>) {
         let photon = |light: &Vpl| Photon {
             cell: cell(light.position, radius),
@@ -81,17 +86,19 @@ impl Photons {
         (Self { photons, radius }, numbers)
     }
 
-    /// Radius within which photons count (m).
+    /// Returns the radius within which photons count (m).
     pub(super) fn radius(&self) -> f32 {
         self.radius
     }
 
-    /// About the least luminance that a surface sends out of the light (W·m⁻²·sr⁻¹).
+    /// Returns the approximate luminance that a surface sends out, less two standard errors
+    /// (W·m⁻²·sr⁻¹).
     pub fn importance_radiance(&self, position: Vec3, normal: Vec3) -> f64 {
         self.each_near(position, normal, |_| {})
     }
 
-    /// The same; calls `see` for each photon that counts, with its place in the order.
+    /// Calls `see` with the index of each photon that counts. Returns
+    /// [`importance_radiance`](Self::importance_radiance).
     pub(super) fn each_near(&self, position: Vec3, normal: Vec3, mut see: impl FnMut(usize)) -> f64 {
         let [mut sum, mut squares] = [0.0; 2];
         let [x, y, z] = cell(position, self.radius);
@@ -121,7 +128,7 @@ mod tests {
     use crate::color::Rgb;
     use crate::rng::{Purpose, Stream};
 
-    /// A wall on which light falls evenly.
+    /// The luminance of an evenly lit wall is found on its lit side, and zero elsewhere.
     #[test]
     fn the_lit_side_of_a_wall_has_the_account() {
         let mut s = Stream::new(1, Purpose::Test, 0);

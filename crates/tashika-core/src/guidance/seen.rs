@@ -1,16 +1,17 @@
-//! Light that the camera sees straight, projected onto the image.
+//! Directly visible light, projected onto the image.
 //!
-//! A lamp of a thousandth of a pixel, or the focus of a lens, is missed by most choices of a hundred
-//! camera samples, and may outshine all else in the pixel. Points that stand for the light cannot
-//! miss it. Points `i` of intensity `I_i` that are visible (`V_i`) in the pixel, which covers the
-//! area `A_i` at their distance, at right angles to the ray, have the luminance
+//! A lamp of a thousandth of a pixel, or the focus of a lens, is missed by most sets of a hundred
+//! camera samples, and may outshine all else in the pixel. Points that represent the light cannot
+//! miss it. Let the points `i` in a pixel have the intensity `I_i` and the visibility `V_i`, and
+//! let the pixel cover the area `A_i` at the distance of a point, at right angles to the ray. Their
+//! luminance is
 //!
 //! ```text
 //! L = Σ_i I_i cos θ_i V_i / A_i
 //! ```
 //!
-//! A lamp of many pixels is met by any camera sample, and known more exactly from these. The
-//! projection is to know where samples are too few.
+//! A lamp of many pixels is met by camera samples, and estimated more exactly by them. The
+//! projection shows where camera samples are too few.
 //!
 //! # Held to this by
 //! The tests below, and the suite's `unseen_lamps` and `caustics`.
@@ -23,10 +24,10 @@ use crate::media::Shadows;
 use crate::scene::CameraSample;
 use crate::vpl::{LightTracer, Origin, Route, Vpl, VplKind, Way};
 
-/// Most VPLs that the account of an image is made of.
+/// Maximum number of VPLs from which the account of an image is made.
 const MOST_IN_ACCOUNT: usize = 1 << 17;
 
-/// Approximate luminance of light in each pixel.
+/// Approximate luminance of directly visible lamps or caustics in each pixel.
 #[derive(Clone, Debug)]
 pub struct SeenLight {
     /// `Σ L_i` and `Σ L_i²` over the points of a pixel, row by row (W·m⁻²·sr⁻¹ and its square).
@@ -35,15 +36,16 @@ pub struct SeenLight {
 }
 
 impl SeenLight {
-    /// Lamps that the camera sees. Runs on the current thread pool.
+    /// Returns the lamps that the camera sees. Runs on the current thread pool.
     ///
-    /// None if no lamp is seen, or the camera has a lens or moves: both blur lamps.
+    /// `None` if no lamp is seen, or if the camera has a lens or moves: both blur lamps.
     pub fn lamps(tracing: &LightTracer<'_>, view: &View<'_>, seed: u64) -> Option<Self> {
         is_sharp(view)
             .then(|| Self::of(&tracing.on_emitters(paths_for(view), seed), tracing.tracer(), view))?
     }
 
-    /// Light that these lights send to the camera; none if the camera sees none of them.
+    /// Returns the light that these VPLs send to the camera; `None` if the camera sees none of
+    /// them.
     fn of(lights: &[Vpl], tracer: &Tracer, view: &View<'_>) -> Option<Self> {
         let [width, height] = view.size;
         let mut pixels = vec![[0.0; 2]; width as usize * height as usize];
@@ -55,8 +57,9 @@ impl SeenLight {
         pixels.iter().any(|[sum, _]| *sum > 0.0).then_some(Self { pixels, width })
     }
 
-    /// Caustics that the camera sees, and the account of all light on surfaces that it sees. None
-    /// if the camera has a lens or moves, or sees none. Runs on the current thread pool.
+    /// Returns the caustics that the camera sees, and the account of all light on surfaces in view.
+    /// Each is `None` if the camera has a lens or moves, or sees no such light. Runs on the current
+    /// thread pool.
     pub(super) fn on_surfaces(
         lights: &[Vpl],
         routes: &[Route],
@@ -74,32 +77,33 @@ impl SeenLight {
         self.pixels[pixel[1] as usize * self.width as usize + pixel[0] as usize].map(f64::from)
     }
 
-    /// Approximate luminance in a pixel (W·m⁻²·sr⁻¹).
+    /// Returns the approximate luminance in a pixel (W·m⁻²·sr⁻¹).
     pub fn importance_radiance(&self, pixel: [u32; 2]) -> f64 {
         self.at(pixel)[0]
     }
 
-    /// Approximate luminance in a pixel less two standard errors, at least zero (W·m⁻²·sr⁻¹).
+    /// Returns the approximate luminance in a pixel less two standard errors, at least zero
+    /// (W·m⁻²·sr⁻¹).
     pub fn importance_least(&self, pixel: [u32; 2]) -> f64 {
         let [sum, squares] = self.at(pixel);
         (sum - 2.0 * squares.sqrt()).max(0.0)
     }
 }
 
-/// Account of the light that surfaces in view send to the camera, by light paths alone: approximate
-/// shares of the mean luminance of the image, without emission that the camera sees.
+/// Account of the light that surfaces in view send to the camera, estimated by light paths alone.
+/// Its shares are approximate; emission that the camera sees directly is not included.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LightAccount {
-    /// Mean luminance of the image (W·m⁻²·sr⁻¹).
+    /// Mean luminance of the image without directly visible emission (W·m⁻²·sr⁻¹).
     pub luminance: f64,
-    /// Shares by [`Way`].
+    /// Shares of this luminance by [`Way`].
     pub by_way: [f64; Way::COUNT],
-    /// Shares by [`Origin`].
+    /// Shares of this luminance by [`Origin`].
     pub by_origin: [f64; Origin::COUNT],
 }
 
 impl LightAccount {
-    /// The account of these VPLs; none if the camera sees none of them.
+    /// Returns the account of these VPLs; `None` if the camera sees none of them.
     fn of(lights: &[Vpl], routes: &[Route], tracer: &Tracer, view: &View<'_>) -> Option<Self> {
         let step = lights.len().div_ceil(MOST_IN_ACCOUNT).max(1);
         let thinned: Vec<Vpl> = lights.iter().step_by(step).copied().collect();
@@ -120,22 +124,24 @@ impl LightAccount {
     }
 }
 
-/// Returns true if each point of the scene lies in one place of the image.
+/// Returns true if each point of the scene has one place in the image: no lens blurs it, and no
+/// motion of the camera.
 fn is_sharp(view: &View<'_>) -> bool {
     view.camera.lens.radius == 0.0 && view.camera.motion.is_none()
 }
 
-/// Light of a point in a pixel.
+/// Luminance that one light adds to a pixel.
 struct Seen {
-    /// Index of the light in the projected list.
+    /// Index among the given lights.
     light: usize,
-    /// Number of the pixel, row by row.
+    /// Index of the pixel, row by row.
     pixel: usize,
     /// Luminance that the light adds to the pixel (W·m⁻²·sr⁻¹).
     luminance: f32,
 }
 
-/// Light of the visible ones of these lights, in their order.
+/// Projects lights onto the image, in their order. Occluded lights have the luminance 0; those
+/// outside the image are omitted.
 fn project(lights: &[Vpl], tracer: &Tracer, view: &View<'_>) -> Vec<Seen> {
     let mut shadows = Shadows::new(Glass::SolidStops);
     let mut seen = Vec::new();
@@ -151,8 +157,9 @@ fn project(lights: &[Vpl], tracer: &Tracer, view: &View<'_>) -> Vec<Seen> {
     seen
 }
 
-/// Pixel of a point, as its place in the image, luminance there, and origin of its camera ray; none
-/// if the point is outside the image or turned away.
+/// Returns the index of the pixel in which a light lies, its unoccluded luminance there, and the
+/// origin of its camera ray. `None` if the light is outside the image, turned away, or of another
+/// kind than [`VplKind::Oriented`].
 fn from_eye(light: &Vpl, view: &View<'_>) -> Option<(usize, f32, Vec3)> {
     if light.kind != VplKind::Oriented {
         return None;
@@ -180,7 +187,8 @@ mod tests {
     use crate::scene::{Camera, Lens, builtin};
     use crate::vpl::VplOptions;
 
-    /// The lamp of the box lies in the upper half of its picture, at the same place for all times.
+    /// Lamps are found for a still camera without a lens, with the luminance of a pixel that the
+    /// lamp fills; for a camera with a lens or in motion there are none.
     #[test]
     fn lamps_are_known_to_cameras_that_stand_and_have_no_lens() {
         let tracer = Tracer::new(Arc::new(builtin::tiny()));

@@ -1,4 +1,4 @@
-//! Tiles on threads: what each gives goes into one film, and whoever looks on is told.
+//! Tiles on threads: each result goes into one film, and the observer is notified.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,7 +10,7 @@ use super::{Begun, Finished, Progress, Rendered, Totals, add_finite, mean};
 use crate::color::RgbSum;
 use crate::film::{Film, RenderFilm, Window, keys};
 
-/// What the threads write to.
+/// State that the threads write to.
 struct Shared {
     film: Film,
     progress: Progress,
@@ -18,8 +18,8 @@ struct Shared {
 }
 
 impl Shared {
-    /// Counts a finished tile as the film has it, so that totals are the same whether tiles are
-    /// rendered or read; its colours are summed.
+    /// Counts a finished tile from the values in the film, so that totals are equal whether tiles
+    /// are rendered or read. Returns the sum of the tile's radiance.
     fn count(&mut self, tile: &Window) -> RgbSum {
         let mut sum = RgbSum::default();
         let film = RenderFilm::of(&self.film);
@@ -36,9 +36,10 @@ impl Shared {
     }
 }
 
-/// Fills the tiles that are not finished; `watch` is called for those first that are.
+/// Fills the tiles that are not finished, after calls of `watch` for the finished ones.
 ///
-/// * `work`: what a tile becomes; none if it was cancelled. `store` puts it into the film.
+/// * `work`: returns the result of a tile; `None` if it was cancelled. `store` puts the result into
+///   the film.
 pub(super) fn fill<T>(
     begun: Begun,
     tiles: &[Window],
@@ -81,7 +82,7 @@ pub(super) fn fill<T>(
         .collect();
     let Shared { mut film, mut totals, .. } = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
     let mut sum = RgbSum::default();
-    // In the order of the tiles: the sum must not depend on which thread was faster.
+    // In the order of the tiles: the sum must not depend on the speed of threads.
     for s in sums.iter().flatten() {
         sum.merge(s);
     }

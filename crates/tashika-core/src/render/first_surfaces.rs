@@ -1,18 +1,18 @@
-//! Planes of what camera rays meet first: how far it goes on the film while the shutter is open, when
-//! it is there, and what media leave of its light.
+//! Planes of the first surfaces along camera rays: their motion over the film while the shutter is
+//! open, the time at which they are in front, and the transmittance of the media before them.
 //!
-//! They are made after the film ([`View::motion`](crate::gather::View::motion),
+//! The planes are made after the film ([`View::motion`](crate::gather::View::motion),
 //! [`View::time_in_front`](crate::gather::View::time_in_front),
 //! [`View::transmittance`](crate::gather::View::transmittance)), whatever made its radiance: a film
 //! without them has the same bits. Pixels that were not rendered are 0.
 //!
-//! A pixel has the motion of one surface, never a mean, since a mean of two motions is one that nothing
-//! has. Vectors are those of compositing programs: to the right and up, in pixels, from where the
-//! shutter opens to where it closes, as Nuke's layer `forward` has them.
+//! A pixel has the motion of one surface, never a mean, since nothing moves by the mean of two
+//! motions. Vectors are those of compositing programs: to the right and up, in pixels, from the
+//! position where the shutter opens to that where it closes, as in Nuke's layer `forward`.
 //!
 //! # Guarantee
-//! The same bits for any number of threads, any window and any share of the tiles. Of a scene and a
-//! camera that stand all motion is exactly 0.
+//! The same bits for any number of threads, any window and any share of the tiles. If neither scene
+//! nor camera moves, all motion is exactly 0.
 //!
 //! # Held to this by
 //! The suite's `motion_vectors` and `first_surfaces`, by closed forms.
@@ -34,7 +34,7 @@ pub fn add_motion(setting: &Setting<'_>, film: &mut Film) {
     });
 }
 
-/// Adds the plane [`planes::TIME`] to a film of this view, of so many camera samples a pixel.
+/// Adds the plane [`planes::TIME`] to a film of this view, from `samples` camera samples a pixel.
 ///
 /// # Panics
 /// If the film has such a plane.
@@ -44,7 +44,8 @@ pub fn add_time(setting: &Setting<'_>, film: &mut Film, samples: u32) {
     });
 }
 
-/// Adds the plane [`planes::TRANSMITTANCE`] to a film of this view, of so many camera samples a pixel.
+/// Adds the plane [`planes::TRANSMITTANCE`] to a film of this view, from `samples` camera samples a
+/// pixel.
 ///
 /// # Panics
 /// If the film has such a plane.
@@ -54,7 +55,7 @@ pub fn add_transmittance(setting: &Setting<'_>, film: &mut Film, samples: u32) {
     });
 }
 
-/// Adds a plane of what each rendered pixel has.
+/// Adds a plane with a value for each rendered pixel.
 fn add<const N: usize>(film: &mut Film, plane: &PlaneSpec, of_pixel: impl Fn([u32; 2]) -> [f32; N] + Sync) {
     let pixels: Vec<(u32, u32)> = film.window().pixels().collect();
     let read = RenderFilm::of(film);

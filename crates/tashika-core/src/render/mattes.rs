@@ -1,13 +1,13 @@
-//! Mattes of a film: which objects and materials its pixels show, and how much of each.
+//! Mattes of a film: the objects and materials that its pixels show, and the share of each.
 //!
-//! They are made after the film, from the camera samples of its view, whatever made its radiance: a
-//! film without them has the same bits and took the same work. Of pixels that are made of gather
-//! points the samples are those of the points, so that a matte has the edges of the picture.
+//! Mattes are made after the film, from the camera samples of its view, whatever made its radiance:
+//! a film without them has the same bits and took the same work. If pixels have gather points, the
+//! samples of a matte are those of the points, so that it has the edges of the picture.
 //!
 //! # Guarantee
 //! The same bits for any number of threads, any window and any share of the tiles. The shares of a
-//! pixel are whole numbers of samples over all samples: they add up to the share that met a surface,
-//! at most 1.
+//! pixel are whole numbers of samples over all samples: they add up to the share that met a
+//! surface, at most 1.
 //!
 //! # Held to this by
 //! The tests of `render`; the suite's `mattes`, with an edge in closed form; the program's tests of
@@ -21,8 +21,9 @@ use crate::scene::{InstanceId, Scene};
 
 /// Adds planes of mattes to a film of this view, of objects and of materials.
 ///
-/// * `samples`: camera samples a pixel, at least 1.
-/// * `ranks`: objects, and materials, that a pixel tells apart at most; 1 to [`Matte::MOST_RANKS`].
+/// * `samples`: camera samples for each pixel, at least 1.
+/// * `ranks`: maximum number of objects, and of materials, that a pixel stores; 1 to
+///   [`Matte::MOST_RANKS`].
 ///
 /// Pixels that were not rendered are empty.
 ///
@@ -47,7 +48,7 @@ pub fn add_mattes(setting: &Setting<'_>, film: &mut Film, samples: u32, ranks: u
     mattes.iter().zip([objects, materials]).for_each(|(matte, ranks)| matte.add_to(film, &ranks));
 }
 
-/// What the instances of a scene are called.
+/// Returns the names of the objects, or materials, of a scene's instances.
 fn names(scene: &Scene, of: MatteOf) -> impl Iterator<Item = &str> {
     scene.instance_ids().map(move |instance| match of {
         MatteOf::Objects => scene.object_name(instance),

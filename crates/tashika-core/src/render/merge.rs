@@ -1,11 +1,12 @@
-//! Parts of an image, rendered by several machines, as one film.
+//! Merging of the parts of an image, rendered by several machines, into one film.
 //!
-//! A part is a film of some of the window in which the plane `stop` is 0 where another part is to
-//! be looked at; its metadata `tiles` says which shares of how many it is, `window` of what. Parts
-//! go together if they are of the same render: the same planes, size and metadata but for `tiles`,
-//! `complete` and what an audit said, which is about the film that it looked at: a first part that is the
-//! whole keeps it. A pixel that several parts have (a share that was rendered
-//! twice, because the first worker was thought lost) has to be the same in all of them, bit by bit.
+//! A part is a film of some of the window. Its plane `stop` is 0 where pixels belong to other
+//! parts. Its metadata `tiles` has the part's shares and the number of all shares; `window` has the
+//! whole window. Parts belong together if they are of one render: they have the same planes, size
+//! and metadata, except for `tiles`, `complete` and findings such as those of an audit, which are
+//! about one film. These are preserved only if the first part is the whole. A pixel that several
+//! parts have (a share that was rendered twice, because the first worker was thought lost) has to
+//! be equal in all of them, bit by bit.
 //!
 //! # Guarantee
 //! The film of all shares equals the film that one machine renders, metadata included.
@@ -21,37 +22,37 @@ use super::TileShare;
 use crate::error::{Error, Location, Result};
 use crate::film::{Film, Metadata, RenderFilm, SampleKind, Value, Window, keys, planes};
 
-/// What is known of a film that was joined from parts.
+/// Film that was joined from parts, with the shares and pixels that are missing.
 #[derive(Clone, Debug)]
 pub struct Merged {
-    /// The film; pixels that no part has are zero and say so in `stop`.
+    /// Film of all parts; pixels that no part has are zero, also in the plane `stop`.
     pub film: Film,
-    /// Shares that are missing, from 1; empty if none is, or if parts do not say which they are.
+    /// Missing shares, from 1; empty if none is missing, or if parts do not state their shares.
     pub missing: Vec<u32>,
-    /// How many shares there are.
+    /// Number of shares that the tiles are divided into.
     pub of: u32,
-    /// Pixels that no part has.
+    /// Number of pixels that no part has.
     pub missing_pixels: u64,
-    /// The first part, for messages.
+    /// File of the first part, for messages.
     pub first: PathBuf,
 }
 
-/// Joins parts, one after the other: beside what is joined it holds none of them.
+/// Joins parts, one after the other. It holds the joined film only, and none of the parts.
 #[derive(Clone, Debug)]
 pub struct Merger {
-    /// What is joined, with the metadata of the first part but for what may differ.
+    /// Joined film, with the metadata of the first part except for values that may differ.
     film: Film,
-    /// The first part, which the others are compared with in messages.
+    /// File of the first part, with which messages compare the others.
     first: PathBuf,
     shares: BTreeSet<u32>,
     of: u32,
 }
 
 impl Merger {
-    /// Begins with a part; each comes with the name of its file.
+    /// Begins with a part; `name` is the name of its file.
     ///
     /// # Errors
-    /// [`Error::Invalid`], naming the part, if it is none.
+    /// [`Error::Invalid`], naming the part, if it is not a part of a render.
     pub fn new(name: &Path, first: &Film) -> Result<Self> {
         let mut film = first.blank(first.size(), window_of(name, first)?)?;
         let mut metadata = Metadata::default();
@@ -69,8 +70,8 @@ impl Merger {
     /// Adds a part.
     ///
     /// # Errors
-    /// [`Error::Invalid`], naming the part, if it is not of the same render as the first one or has another value for a pixel that both have;
-    /// nothing of it is added then.
+    /// [`Error::Invalid`], naming the part, if it is not of the same render as the first one or has
+    /// another value for a pixel that both have; nothing of the part is added then.
     pub fn add(&mut self, name: &Path, part: &Film) -> Result<()> {
         self.same_render(name, part)?;
         let share = share_of(name, part)?;
@@ -95,7 +96,7 @@ impl Merger {
             let found = format!("another value for pixel {x},{y} than an earlier part");
             return Err(Error::invalid(Location::file(name), found, "parts that agree where they overlap"));
         }
-        // Runs of pixels of a row that have the same answer to whether they were rendered.
+        // Runs of pixels of a row that were all rendered, or all not.
         let (left, width) = (part.window().x, part.window().width as usize);
         for (y, row) in (part.window().y..).zip(there.chunks_exact(width)) {
             let mut x = left;
@@ -113,10 +114,10 @@ impl Merger {
         Ok(())
     }
 
-    /// The film of all parts, and what is missing.
+    /// Returns the film of all parts, with the shares and pixels that are missing.
     ///
     /// # Errors
-    /// None of a film that was made by this program.
+    /// None for a film that was made by this program.
     pub fn finish(self) -> Result<Merged> {
         let Self { mut film, first, shares, of } = self;
         let missing_pixels = rendered(&first, &film)?.iter().filter(|is| !**is).count() as u64;
@@ -162,7 +163,8 @@ impl Merger {
         };
         let of_theirs = theirs.iter().filter(|v| !ours.contains(v));
         let differ: Vec<_> = of_theirs.chain(ours.iter().filter(|v| !theirs.contains(v))).collect();
-        // Another scene or seed has other values of how the film was made, too.
+        // Another scene or seed also changes values of how the film was made, which are not the
+        // cause.
         let is_cause = |name: &str| keys::about(name) != keys::About::Making;
         match differ.iter().find(|(name, _)| is_cause(name)).or(differ.first()) {
             Some((key, _)) => Err(self.refused(name, told(&theirs, key), told(&ours, key))),
@@ -182,8 +184,8 @@ fn same_pixel(a: &Film, b: &Film, x: u32, y: u32) -> bool {
     })
 }
 
-/// The window of the render, of which a part may have some: small parts are believed as to how
-/// large the image is, as `--size` is.
+/// Returns the window of the render, of which a part may have some. A small part is trusted about
+/// the size of the image, as `--size` is.
 fn window_of(name: &Path, part: &Film) -> Result<Window> {
     let Some(text) = part.metadata().text(keys::WINDOW) else { return Ok(part.window()) };
     let window: Option<Window> = text.parse().ok();
@@ -193,7 +195,7 @@ fn window_of(name: &Path, part: &Film) -> Result<Window> {
     })
 }
 
-/// Whether each pixel was rendered, of a film that says so.
+/// Returns, for each pixel of a film with the plane `stop`, whether it was rendered.
 fn rendered(name: &Path, film: &Film) -> Result<Vec<bool>> {
     let read = RenderFilm::of(film);
     if !read.has_stops() {
@@ -211,7 +213,7 @@ fn share_of(name: &Path, film: &Film) -> Result<TileShare> {
     })
 }
 
-/// What may differ between parts of one render.
+/// Returns true if a value of the metadata may differ between parts of one render.
 fn may_differ(name: &str) -> bool {
     keys::about(name) == keys::About::Part
 }
@@ -228,8 +230,8 @@ mod tests {
         &[spec("", &["R", "G", "B"], SampleKind::F32), spec("stop", &["id"], SampleKind::U32)];
     const WINDOW: Window = Window { x: 2, y: 3, width: 5, height: 4 };
 
-    /// The pixels of which `mine` says so, of a film whose values are their place and bits that are
-    /// not those of a number's value.
+    /// Returns a film with the pixels for which `mine` is true. Their values are their position,
+    /// and `−0`, which equals `0` as a number but not in its bits.
     fn part(share: &str, mine: impl Fn(u32, u32) -> bool) -> Film {
         let mut film = Film::new([10, 10], WINDOW, SPECS).unwrap();
         for (x, y) in WINDOW.pixels().filter(|(x, y)| mine(*x, *y)) {
@@ -309,7 +311,7 @@ mod tests {
         // Parts can be merged again.
         let b = part("2/3", |x, y| (x + y) % 3 == 1);
         assert_eq!(merged(&[&found.film, &b]).unwrap().film, part("1/1", |_, _| true));
-        // A part that was interrupted leaves pixels out, but no share.
+        // A part that was interrupted lacks pixels, but no share is missing.
         let mut broken = part("2/3", |x, y| (x + y) % 3 == 1 && y < 5);
         broken.metadata_mut().set(keys::COMPLETE, false);
         let found = merged(&[&a, &broken, &c]).unwrap();

@@ -1,7 +1,7 @@
 //! From a setting and an integrator to a film: tiles or chosen pixels, threads, progress,
 //! cancellation.
 //!
-//! Tiles are independent and the estimate of a pixel depends on neither, so films are equal bit by
+//! The estimate of a pixel depends neither on its tile nor on threads. So films are equal bit by
 //! bit for any number of threads, any window and any share of the tiles.
 
 mod fill;
@@ -28,52 +28,52 @@ use crate::film::{Film, PixelRecord, Plane, RenderFilm, Samples, Stop, Tally, Wi
 use crate::integrator::{Integrator, PlaneBeside, Setting};
 use fill::fill;
 
-/// What is rendered of an image.
+/// Part of an image that is rendered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderOptions {
-    /// The part of the image.
+    /// Window of the image (pixels).
     pub window: Window,
-    /// The shares of its tiles.
+    /// Shares of the window's tiles.
     pub share: TileShare,
 }
 
-/// How far a render is.
+/// Finished pixels of a render, and the work for them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Progress {
-    /// The finished pixels, by what they claim.
+    /// Finished pixels, by claim.
     pub tally: Tally,
-    /// Pixels to do in all.
+    /// Number of all pixels to render.
     pub of: u64,
-    /// Rays and segments traced for them.
+    /// Number of rays and segments traced for the finished pixels.
     pub rays: u64,
 }
 
-/// A tile that was finished just now.
+/// Report of a tile that was just finished.
 #[derive(Clone, Copy, Debug)]
 pub struct Finished<'a> {
-    /// How far the render is.
+    /// State of the render after this tile.
     pub progress: Progress,
-    /// Its film; pixels of tiles that are not finished are zero.
+    /// Film of the render; pixels of unfinished tiles are zero.
     pub film: &'a Film,
-    /// The tile.
+    /// Window of the finished tile (pixels).
     pub tile: Window,
 }
 
-/// Sums over the pixels that were rendered, as the film has them.
+/// Sums over the rendered pixels of a film.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Totals {
-    /// The pixels, by what they claim.
+    /// Rendered pixels, by claim.
     pub tally: Tally,
     /// Sum of the plane [`PAIRS`](crate::film::planes::PAIRS).
     pub pairs: u64,
     /// Sum of the plane [`RAYS`](crate::film::planes::RAYS).
     pub rays: u64,
-    /// Mean radiance of the pixels that are finite (W·m⁻²·sr⁻¹).
+    /// Mean radiance of the finite pixels (W·m⁻²·sr⁻¹).
     pub mean: Rgb,
 }
 
 impl Totals {
-    /// Of all pixels of a film.
+    /// Returns the totals of a film.
     pub fn of(film: &Film) -> Self {
         let (read, mut totals, mut sum) = (RenderFilm::of(film), Self::default(), RgbSum::default());
         for (x, y) in film.window().pixels() {
@@ -104,22 +104,22 @@ fn mean(sum: &RgbSum, tally: &Tally) -> Rgb {
     Rgb::new(r, g, b)
 }
 
-/// A film and how it came to be.
+/// Result of a render.
 #[derive(Clone, Debug)]
 pub struct Rendered {
-    /// The planes ([`PixelRecord::PLANES`]); pixels that were not rendered are zero and say so in
-    /// `stop`.
+    /// Planes ([`PixelRecord::PLANES`]) of the render; pixels that were not rendered are zero, also
+    /// in the plane `stop`.
     pub film: Film,
-    /// Whether every pixel that was asked for was rendered.
+    /// True if every requested pixel was rendered.
     pub complete: bool,
     /// Sums over the rendered pixels.
     pub totals: Totals,
 }
 
-/// Runs `work` on a pool of that many threads; zero is one a core.
+/// Runs `work` on a pool of `threads` threads; zero is one a core.
 ///
 /// # Errors
-/// If the system gives no threads, or more are asked for than make sense.
+/// If more than 4096 threads are requested, or the system does not grant them.
 pub fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T> {
     const MOST: usize = 4096;
     if threads > MOST {
@@ -132,18 +132,18 @@ pub fn with_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) ->
     Ok(pool.install(work))
 }
 
-/// Tiles of a render that are finished already.
+/// Render that has begun: its film, and the tiles that are finished.
 #[derive(Clone, Debug)]
 pub struct Begun {
-    /// A film like [`blank`]'s, with these tiles.
+    /// Film as [`blank`] makes it, with the finished tiles.
     pub film: Film,
-    /// The tiles, whole.
+    /// Windows of the finished tiles, each complete.
     pub tiles: Vec<Window>,
 }
 
-/// The film with which a render begins: zeros, and everything that it is a function of. For a share
-/// of more than 16 it is for the part of the window that the share has tiles in; the metadata
-/// `window` says what the window is.
+/// Returns the film with which a render begins: pixels of zero, and all inputs of the film as
+/// metadata. If there are more than 16 shares, the film is for the part of the window that contains
+/// the share's tiles; the metadata `window` has the whole window.
 ///
 /// # Errors
 /// A window outside the image, unusable gather options, media where the integrator renders none.
@@ -151,7 +151,7 @@ pub fn blank(setting: &Setting<'_>, integrator: &dyn Integrator, options: &Rende
     begin(setting, integrator, options, setting.view.gather.points)
 }
 
-/// The same for tiles of so many points a pixel.
+/// Returns the film with which a render begins, for tiles of `points` gather points a pixel.
 fn begin(
     setting: &Setting<'_>,
     integrator: &dyn Integrator,
@@ -178,7 +178,7 @@ fn begin(
 ///
 /// `watch` is called after each tile, from any thread, one call at a time; other threads wait with
 /// their tiles meanwhile. When `cancel` becomes true no further tile is begun; the film then holds
-/// what is finished.
+/// the finished tiles.
 ///
 /// # Errors
 /// A window outside the image, unusable gather options, media where the integrator renders none.
@@ -193,10 +193,10 @@ pub fn render(
     resume(setting, integrator, options, Begun { film, tiles: Vec::new() }, watch, cancel)
 }
 
-/// Goes on with a render of which some tiles are finished; `watch` is called for these first. The
-/// film is the one that [`render`] gives.
+/// Continues a render of which some tiles are finished; `watch` is called for these first. The film
+/// equals the one that [`render`] returns.
 ///
-/// Tiles of `begun` that are none of this render's are rendered again.
+/// Pixels of tiles in `begun` that are not tiles of this render are rendered again.
 ///
 /// # Errors
 /// As [`render`].
@@ -213,10 +213,11 @@ pub fn resume(
     Ok(render_tiles(setting, integrator, begun, &tiles, watch, cancel))
 }
 
-/// Renders only these pixels, into a film of the whole image; each estimate is the one that
-/// [`render`] gives.
+/// Renders only these pixels, into a film of the whole image; each estimate equals that of
+/// [`render`].
 ///
-/// `progress` and `cancel` as there, with a pixel for a tile.
+/// `progress` and `cancel` are as `watch` and `cancel` of [`render`], with a pixel in place of a
+/// tile.
 ///
 /// # Errors
 /// A pixel outside the image or named twice, unusable gather options, media where the integrator
@@ -266,7 +267,7 @@ fn render_tiles(
     fill(begun, tiles, &|tile| Some(of_view.tile_with_beside(tile)), &store, watch, cancel)
 }
 
-/// Sets the pixels of a tile in planes that an integrator fills beside those of records.
+/// Stores the samples of a tile in the planes that an integrator fills in addition to its records.
 fn store_beside(beside: &[PlaneBeside], tile: &Window, mut samples: &[f32], film: &mut Film) {
     if beside.is_empty() {
         return;
@@ -280,7 +281,7 @@ fn store_beside(beside: &[PlaneBeside], tile: &Window, mut samples: &[f32], film
     }
 }
 
-/// Whether an integrator can render what it is given.
+/// Checks that an integrator can render the setting.
 fn check(setting: &Setting<'_>, integrator: &dyn Integrator) -> Result<()> {
     let scene = setting.tracer.scene();
     setting.view.gather.validate()?;
@@ -288,7 +289,7 @@ fn check(setting: &Setting<'_>, integrator: &dyn Integrator) -> Result<()> {
     scene.check_method(integrator.name(), integrator.abilities())
 }
 
-/// Everything that the film is a function of, as far as this layer knows it.
+/// Stores in the metadata all inputs of the film that this layer knows.
 fn describe(setting: &Setting<'_>, integrator: &dyn Integrator, film: &mut Film) {
     let m = film.metadata_mut();
     m.set(keys::VERSION, env!("CARGO_PKG_VERSION"));

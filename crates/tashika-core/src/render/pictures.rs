@@ -1,7 +1,7 @@
 //! Shares of a picture whose tiles are pictures of their own, made in passes.
 //!
-//! Their tiles are large, 32 pixels wide and high, whatever a pixel takes: each is foreseen from
-//! its own pixels, of which it needs some.
+//! Their tiles are 32 pixels wide and high however expensive a pixel is: the error of each tile is
+//! predicted from its own pixels, which requires enough of them.
 
 use std::sync::atomic::AtomicBool;
 
@@ -11,18 +11,19 @@ use crate::error::Result;
 use crate::film::{Film, PlaneSpec, SampleKind, Samples, Window};
 use crate::integrator::{Integrator, Setting};
 
-/// Points a pixel of which tiles are as large as they get.
+/// Number of points a pixel for which tiles have their largest size.
 const FEW_POINTS: u32 = 1;
 
-/// The tiles of the shares, row by row.
+/// Returns the tiles of the shares, row by row.
 pub fn picture_tiles(options: &RenderOptions) -> Vec<Window> {
     options.share.tiles(&options.window, FEW_POINTS)
 }
 
-/// The film with which they begin: as [`blank`](super::blank), with these planes more.
+/// Returns the film with which pictures begin: as [`blank`](super::blank), with the planes `more`
+/// in addition.
 ///
 /// # Errors
-/// As there.
+/// As [`blank`](super::blank).
 pub fn begin_pictures(
     setting: &Setting<'_>,
     integrator: &dyn Integrator,
@@ -41,12 +42,13 @@ pub fn begin_pictures(
     Ok(film)
 }
 
-/// Makes the tiles that are not finished; `watch` and `cancel` as in [`render`](super::render()).
+/// Makes the tiles that are not finished; `watch` and `cancel` are as in
+/// [`render`](super::render()).
 ///
-/// * `work`: the film of a tile; none if it was cancelled.
+/// * `work`: returns the film of a tile; `None` if it was cancelled.
 ///
 /// # Panics
-/// If a tile's film has other planes than the film, or not its pixels.
+/// If a tile's film has other planes than the film of the render, or lacks pixels of the tile.
 pub fn resume_pictures(
     begun: Begun,
     tiles: &[Window],

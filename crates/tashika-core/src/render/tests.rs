@@ -1,4 +1,4 @@
-//! Chosen pixels against the whole image.
+//! Tests of chosen pixels against the whole image, and of the calls of observers.
 
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};

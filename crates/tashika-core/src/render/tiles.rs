@@ -1,4 +1,4 @@
-//! Which tiles an image has, and which of them one machine renders.
+//! Tiles of an image, and shares of the tiles for several machines.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,15 +6,15 @@ use std::str::FromStr;
 use crate::error::{Error, Result};
 use crate::film::Window;
 
-/// Shares of the tiles: some of `of`, counted from 1. All shares together are the image, and no two
-/// overlap.
+/// Some of the `of` shares of an image's tiles, counted from 1. All shares together are the image,
+/// and no two overlap.
 ///
-/// In words `K/N`, or a list, `1,4,7/16`. Of up to 16 shares each has every so many-th tile and a
-/// film of the whole window, of more a run of neighbouring tiles and a film of the part that has
-/// them.
+/// Written as `K/N`, or as a list, `1,4,7/16`. Up to 16 shares have every `N`-th tile each, and a
+/// film of the whole window. If there are more, each has a run of neighbouring tiles, and a film of
+/// the part of the window that contains them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TileShare {
-    /// From 1 to `of`, each once, in rising order; at least one.
+    /// Numbers of the shares, from 1 to `of`, each once, in rising order; at least one.
     numbers: Vec<u32>,
     of: u32,
 }
@@ -36,7 +36,7 @@ impl FromStr for TileShare {
     type Err = Error;
 
     /// # Errors
-    /// [`Error::Option`] naming `tiles` if it is not as above.
+    /// [`Error::Option`] naming `tiles` if the text has another form.
     fn from_str(text: &str) -> Result<Self> {
         let parsed = text.split_once('/').and_then(|(numbers, of)| {
             let numbers: Option<Vec<u32>> = numbers.split(',').map(|n| n.parse().ok()).collect();
@@ -46,20 +46,20 @@ impl FromStr for TileShare {
     }
 }
 
-/// Shares up to which each has every so many-th tile, so that all take about the same time: as many
-/// may be all the machines there are. More are handed out one after the other; they are runs of
-/// tiles, by columns, so that each is a small part of the image.
+/// Number of shares up to which each has every `of`-th tile, so that all take about the same time:
+/// there may be one machine for each. More shares are handed out one after the other. They are runs
+/// of tiles, by columns, so that each is a small part of the image.
 const FEW: u32 = 16;
 
-/// Gather points of a tile: enough for fans that are worth a packet, few enough that a tile is soon
-/// done.
+/// Number of gather points of a tile: enough for fans that fill a packet, few enough that a tile is
+/// soon finished.
 const POINTS_PER_TILE: u32 = 1024;
 
 impl TileShare {
-    /// Most shares.
+    /// Maximum number of shares.
     pub const MOST: u32 = 1 << 20;
 
-    /// The `number`-th of `of`.
+    /// Returns share `number` of `of`.
     ///
     /// # Errors
     /// [`Error::Option`] naming `tiles` if there is no such share.
@@ -67,10 +67,10 @@ impl TileShare {
         Self::of_numbers([number], of)
     }
 
-    /// Several of `of`.
+    /// Returns the shares of these numbers, of `of`.
     ///
     /// # Errors
-    /// [`Error::Option`] naming `tiles` if there is none, or no such share.
+    /// [`Error::Option`] naming `tiles` if no number is given, or a share does not exist.
     pub fn of_numbers(numbers: impl IntoIterator<Item = u32>, of: u32) -> Result<Self> {
         let numbers: Vec<u32> = numbers.into_iter().collect();
         let told = Self { numbers: numbers.clone(), of };
@@ -81,7 +81,7 @@ impl TileShare {
         numbers.sort_unstable();
         numbers.dedup();
         let fit = of <= Self::MOST && numbers.first()? > &0 && numbers.last()? <= &of;
-        // All of them are the whole, however many there are.
+        // All shares together are the whole, however many there are.
         let whole = numbers.len() as u64 == u64::from(of);
         fit.then(|| if whole { Self::default() } else { Self { numbers, of } })
     }
@@ -94,22 +94,22 @@ impl TileShare {
         Error::option("tiles", text, expected)
     }
 
-    /// The shares, from 1, in rising order.
+    /// Returns the numbers of the shares, from 1, in rising order.
     pub fn numbers(&self) -> &[u32] {
         &self.numbers
     }
 
-    /// How many shares there are.
+    /// Returns the number of shares that the tiles are divided into.
     pub fn of(&self) -> u32 {
         self.of
     }
 
-    /// Whether it is the whole image.
+    /// Returns true if the shares are the whole image.
     pub fn is_whole(&self) -> bool {
         self.of == 1
     }
 
-    /// The share's tiles of a window, row by row.
+    /// Returns the share's tiles of a window, row by row.
     pub(super) fn tiles(&self, window: &Window, points_per_pixel: u32) -> Vec<Window> {
         let mut side = 4;
         while side < 32 && 4 * side * side * points_per_pixel <= POINTS_PER_TILE {
@@ -125,7 +125,7 @@ impl TileShare {
         let (count, of) = (tiles.len() as u64, u64::from(self.of));
         let is_run = self.of > FEW;
         if is_run {
-            // Down one column and up the next: a run around a corner stays there.
+            // Down one column and up the next, so that a run around a corner stays compact.
             let up = |tile: &Window| ((tile.x - window.x) / side) % 2 == 1;
             tiles.sort_unstable_by_key(|tile| (tile.x, if up(tile) { u32::MAX - tile.y } else { tile.y }));
         }
@@ -136,8 +136,9 @@ impl TileShare {
         mine
     }
 
-    /// The part of a window that the share's film is for: of few shares all of it; of many the
-    /// smallest with all of the share's tiles, or the first pixel if it has none.
+    /// Returns the part of a window that the share's film is for: the whole window if shares are
+    /// few; if they are many, the smallest part with all of the share's tiles, or the first pixel
+    /// if it has none.
     pub(super) fn part(&self, window: &Window, points_per_pixel: u32) -> Window {
         if self.of <= FEW {
             return *window;
@@ -182,11 +183,11 @@ mod tests {
             let (tiles, parts): (Vec<_>, Vec<_>) =
                 shares.map(|s| (s.tiles(&window, 16).len(), s.part(&window, 16).area())).unzip();
             assert!(tiles.iter().max().unwrap() - tiles.iter().min().unwrap() <= 1, "{of} shares");
-            // A run around a corner takes at most twice its tiles.
+            // The part of a run around a corner has at most twice the area of its tiles.
             let all: u64 = parts.iter().sum();
             assert!(all < 2 * window.area(), "{of} shares have {all} pixels in their parts");
         }
-        // Few are spread over all of it.
+        // Few shares are spread over the whole window.
         let few = TileShare::new(3, FEW).unwrap();
         assert_eq!(few.part(&window, 16), window);
     }

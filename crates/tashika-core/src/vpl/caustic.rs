@@ -24,54 +24,55 @@ pub struct CausticPhoton {
     pub is_through_panes: bool,
 }
 
-/// VPLs of light paths, which together stand for the flux once.
+/// VPLs of all passes of light paths, which together represent the flux once.
 #[derive(Debug)]
 pub struct ArrivedLight {
-    /// The VPLs.
+    /// VPLs of all light paths, caustic or not.
     pub lights: Vec<Vpl>,
-    /// Route of the light of each.
+    /// Route of the light of each VPL.
     pub routes: Vec<Route>,
-    /// Caustic photons.
+    /// Arrivals over specular surfaces, each with its VPL.
     pub caustics: Vec<CausticPhoton>,
 }
 
 /// A [`CausticPhoton`] whose VPL is in the trail of the light path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arrival {
-    /// Number of the VPL.
+    /// Number of the VPL in the trail.
     light: u32,
     towards: Vec3,
     distance: f32,
     chain: u64,
     is_through_panes: bool,
-    /// The numbers that the path's emission was drawn by.
+    /// Numbers by which the emission of the path was drawn.
     numbers: [f32; 5],
 }
 
 impl Arrival {
-    /// The arrival that leaves the VPL of this number.
+    /// Returns the arrival with the number of the VPL that it leaves.
     pub(super) fn leaving(self, light: u32) -> Self {
         Self { light, ..self }
     }
 
-    /// The arrival in a trail that has so many VPLs before.
+    /// Returns the arrival in a trail that has `before` more VPLs before it.
     pub(super) fn after(self, before: u32) -> Self {
         self.leaving(self.light + before)
     }
 
-    /// The photon, with its VPL out of those of the trail.
+    /// Returns the photon, with its VPL from `lights`, the VPLs of the trail.
     pub(super) fn photon(&self, lights: &[Vpl]) -> CausticPhoton {
         let Self { light, towards, distance, chain, is_through_panes, .. } = *self;
         CausticPhoton { light: lights[light as usize], towards, distance, chain, is_through_panes }
     }
 }
 
-/// Number of arrivals that drawn light does not find.
+/// Returns the number of arrivals that did not come through panes, and so are missed by draws from
+/// the emitters.
 pub(super) fn to_guide(trail: &Trail) -> usize {
     trail.caustics.iter().filter(|arrival| !arrival.is_through_panes).count()
 }
 
-/// Guides emission to caustics that drawn light does not find.
+/// Learns a guide of emission to caustics that draws from the emitters miss.
 pub(super) fn guide(trail: &Trail) -> LightGuide {
     let of_arrival = |arrival: &Arrival| {
         let flux = trail.lights[arrival.light as usize].intensity.luminance();
@@ -80,7 +81,7 @@ pub(super) fn guide(trail: &Trail) -> LightGuide {
     LightGuide::learn_emission(trail.caustics.iter().map(of_arrival).collect())
 }
 
-/// Cosine between the directions before and after panes above which they are taken for the same.
+/// Cosine between the directions before and after panes above which they count as equal.
 const SAME: f32 = 1.0 - 1e-6;
 
 /// Specular surfaces of a light path since it left the emitter.
@@ -91,14 +92,14 @@ pub(super) struct SpecularChain {
     distance: f32,
     chain: u64,
     is_from_infinity: bool,
-    /// False as long as the path passed thin panes only, which leave it straight.
+    /// False while the path has passed thin panes only, which leave its direction unchanged.
     is_bent: bool,
     /// True if smooth faces refracted the path and nothing reflected it.
     is_refracted: bool,
 }
 
 impl SpecularChain {
-    /// The chain of a path that leaves an emitter.
+    /// Returns the chain of a path that leaves an emitter.
     pub(super) fn from_emitter(emitted: &Emitted) -> Self {
         Self {
             first: emitted.ray.direction,
@@ -116,7 +117,7 @@ impl SpecularChain {
         self.is_bent
     }
 
-    /// The chain after a specular surface that the ray met.
+    /// Returns the chain after a specular surface that the ray met.
     pub(super) fn beyond(self, ray: &Ray, hit: &Hit, point: &SurfacePoint, bsdf: &Bsdf, lobe: Lobe) -> Self {
         let is_transmitted = lobe == Lobe::SpecularTransmission;
         let is_pane = matches!(bsdf, Bsdf::ThinGlass(_)) && is_transmitted;
@@ -132,7 +133,8 @@ impl SpecularChain {
         }
     }
 
-    /// The arrival at a surface that the ray meets; none unless specular surfaces bent the path.
+    /// Returns the arrival at a surface that the ray meets; `None` unless a specular surface
+    /// changed the direction of the path.
     pub(super) fn arrival(&self, ray: &Ray, position: Vec3) -> Option<Arrival> {
         let length = self.distance + ray.origin.distance(position);
         self.is_bent.then(|| Arrival {

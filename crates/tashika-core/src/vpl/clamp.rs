@@ -1,4 +1,4 @@
-//! The distance below which the geometric term no longer grows.
+//! Clamp distance, below which the geometric term of a VPL no longer grows.
 
 use glam::Vec3;
 
@@ -9,35 +9,37 @@ use crate::math::Aabb;
 use crate::math::elementary::powf;
 use crate::rng::{Purpose, Stream};
 
-/// How near a VPL may come before its `1/d²` is held: it stands for a patch of surface, not for a
-/// point.
+/// Limit of the `1/d²` of a VPL near a receiver: a VPL represents a patch of surface, not a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Clamp {
     /// From the spacing of the VPLs, so that it vanishes as their number grows: twice the radius of
-    /// the disk for which a VPL stands. At that distance a VPL of a uniformly bright wall adds at
-    /// most a quarter of what the whole wall can. In media it is twice the radius of the ball for
-    /// which a VPL there stands, if that is larger: of those in the box about all surfaces, since fog
-    /// without an end has most of its VPLs where nobody looks.
+    /// the disk that a VPL represents. At that distance, a VPL of a uniformly bright wall adds at
+    /// most a quarter of the light of the whole wall. If it is larger, twice the radius of the ball
+    /// that a VPL in a medium represents. For the ball, only VPLs in the box around all surfaces
+    /// count, since unbounded fog has most of its VPLs out of view.
     #[default]
     Auto,
     /// No clamp: unbiased, with bright spots where VPLs touch surfaces.
     Off,
-    /// A distance in metres.
+    /// A given distance (m), above zero.
     Distance(f32),
 }
 
-/// VPLs whose nearest neighbour is looked up.
+/// Number of VPLs whose nearest neighbour is looked up.
 const PROBES: usize = 512;
-/// VPLs among which it is looked up.
+/// Number of VPLs among which neighbours are looked up.
 const CANDIDATES: usize = 1 << 16;
-/// Clamp distance over median distance of nearest neighbours. For a random set of density `λ` on a
-/// surface the median is `√(ln 2 / πλ)` and the radius of the disk of area `1/λ` is `√(1/πλ)`; the
-/// clamp is two such radii.
+/// Ratio of the clamp distance to the median distance of nearest neighbours. For a random set of
+/// density `λ` on a surface the median is `√(ln 2 / πλ)` and the radius of the disk of area `1/λ`
+/// is `√(1/πλ)`; the clamp is two such radii.
 const CLAMP_PER_MEDIAN: f32 = 2.0 * 1.201_122;
-/// The same in a volume, where both are cube roots, of `3 ln 2 / 4πλ` and of `3 / 4πλ`.
+/// This ratio in a volume, where median and radius are cube roots, of `3 ln 2 / 4πλ` and of
+/// `3 / 4πλ`.
 const CLAMP_PER_MEDIAN_IN_VOLUMES: f32 = 2.0 * 1.129_997;
 
 impl Clamp {
+    /// Checks that a given distance is a positive number.
+    ///
     /// # Errors
     /// A distance that is not a positive number.
     pub fn validate(&self) -> Result<()> {
@@ -49,7 +51,8 @@ impl Clamp {
         }
     }
 
-    /// The distance (m) for a set of lights of a scene whose surfaces a box holds; zero for no clamp.
+    /// Returns the distance (m) for a set of lights, of a scene whose surfaces are in the given
+    /// box; zero for no clamp.
     pub(crate) fn distance(&self, lights: &[Vpl], surfaces: &Aabb, seed: u64) -> f32 {
         match *self {
             Self::Off => 0.0,
@@ -68,10 +71,10 @@ impl Clamp {
     }
 }
 
-/// Median distance (m) from a place to the nearest other, estimated on subsets; `None` for fewer than
-/// two.
+/// Returns the median distance (m) from a place to its nearest neighbour, estimated on subsets;
+/// `None` for fewer than two places.
 ///
-/// * `dimensions`: of what they are spread over.
+/// * `dimensions`: 2 for places on surfaces, 3 for places in volumes.
 fn median_spacing(mut candidates: Vec<Vec3>, dimensions: u32, seed: u64) -> Option<f32> {
     let n = candidates.len();
     if n < 2 {
@@ -92,7 +95,7 @@ fn median_spacing(mut candidates: Vec<Vec3>, dimensions: u32, seed: u64) -> Opti
         .collect();
     let middle = nearest.len() / 2;
     let median = *nearest.select_nth_unstable_by(middle, f32::total_cmp).1;
-    // Distances between n points on surfaces shrink as 1/√n, in volumes as its cube root.
+    // Distances between `n` points shrink as `1/√n` on surfaces, and as `1/∛n` in volumes.
     let kept = kept as f32 / n as f32;
     Some(median * if dimensions == 2 { kept.sqrt() } else { powf(kept, 1.0 / 3.0) })
 }
@@ -129,13 +132,13 @@ mod tests {
         let room = Aabb { lo: Vec3::ZERO, hi: Vec3::new(2.0, 3.0, 1.0) };
         for n in [2_000, 50_000, 200_000] {
             let expected = 2.0 * powf(6.0 * 0.75 / (std::f32::consts::PI * n as f32), 1.0 / 3.0);
-            // Most of them far from all surfaces.
+            // Most VPLs are far from all surfaces.
             let far = fog(3 * n).into_iter().map(|l| Vpl { position: 100.0 * l.position - 50.0, ..l });
             let far: Vec<Vpl> = far.filter(|l| !room.contains(l.position)).collect();
             assert!(far.len() > 2 * n);
             let found = Clamp::Auto.distance(&[fog(n), far].concat(), &room, 3);
             // The median of 512 distances has a relative standard error of about 2 %; balls at the
-            // border reach out.
+            // border reach beyond the fog.
             assert!((found / expected - 1.0).abs() < 0.12, "{n}: {found} for {expected}");
             let of_both = Clamp::Auto.distance(&[fog(n), wall(n)].concat(), &room, 3);
             let of_fog = Clamp::Auto.distance(&fog(n), &room, 3);

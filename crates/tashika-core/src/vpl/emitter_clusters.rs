@@ -1,9 +1,8 @@
-//! What the emitters of a scene send out, divided into clusters that are near to each other and
-//! face about the same way.
+//! Clusters of emitters that are near each other and face approximately the same way.
 //!
-//! The sources of an [`EmitterSampler`] (triangles, points, spots, directions) are halved, always
-//! the cluster that is drawn from most often, at the coordinate of position or direction that
-//! varies most; the environment is divided into blocks of directions.
+//! The sources of an [`EmitterSampler`] (triangles, points, spots, directions) are divided by
+//! halving: always the cluster of the greatest probability, at the coordinate of position or
+//! direction that varies most. The environment is divided into blocks of directions.
 
 use std::collections::BinaryHeap;
 
@@ -13,37 +12,36 @@ use crate::math::Vec3;
 use crate::scene::{EnvironmentBlocks, InstanceId};
 use crate::stats::{Discrete, Moments};
 
-/// Most clusters of sources.
+/// Maximum number of clusters of sources.
 const OF_SOURCES: usize = 128;
-/// Most blocks of the environment.
+/// Maximum number of blocks of the environment.
 const OF_ENVIRONMENT: usize = 512;
 
-/// The clusters of an [`EmitterSampler`], which must be the same one, of the same scene, in every
-/// call.
+/// Clusters of an [`EmitterSampler`]. Every call must pass the same sampler, of the same scene.
 #[derive(Clone, Debug)]
 pub struct EmitterClusters {
     of_sources: Vec<Sources>,
-    /// By source; none for the environment.
+    /// Cluster of each source; `None` for the environment, and for sources that are never drawn.
     cluster_of: Vec<Option<u32>>,
     environment: Option<Blocks>,
 }
 
-/// A cluster of sources.
+/// Cluster of sources, and the distribution within it.
 #[derive(Clone, Debug)]
 struct Sources {
     sources: Vec<u32>,
-    /// By their probabilities in the sampler.
+    /// Distribution over `sources`, by their probabilities in the sampler.
     within: Discrete,
 }
 
 #[derive(Clone, Debug)]
 struct Blocks {
     blocks: EnvironmentBlocks,
-    /// Of the environment in the sampler.
+    /// Probability of the environment in the sampler.
     probability: f64,
 }
 
-/// A source while sources are divided: its number, its probability, position and direction.
+/// Source to be put into a cluster: its number, its probability, and its position and direction.
 #[derive(Clone, Copy)]
 struct Placed {
     source: u32,
@@ -52,7 +50,7 @@ struct Placed {
 }
 
 impl EmitterClusters {
-    /// Divides what a sampler draws from; there are no clusters if nothing shines.
+    /// Divides the sources of a sampler; there are no clusters if nothing shines.
     pub fn new(emitters: &EmitterSampler<'_>) -> Self {
         let radius = emitters.sphere().1.max(f32::MIN_POSITIVE);
         let [mut near, mut far] = [(); 2].map(|()| Vec::new());
@@ -92,12 +90,12 @@ impl EmitterClusters {
         Self { of_sources, cluster_of, environment }
     }
 
-    /// How many clusters.
+    /// Returns the number of clusters.
     pub fn count(&self) -> usize {
         self.of_sources.len() + self.environment.as_ref().map_or(0, |e| e.blocks.count())
     }
 
-    /// With which probability the sampler draws from a cluster.
+    /// Returns the probability with which the sampler draws from a cluster.
     pub fn probability(&self, cluster: usize) -> f64 {
         match self.of_sources.get(cluster) {
             Some(sources) => sources.within.total(),
@@ -108,7 +106,7 @@ impl EmitterClusters {
         }
     }
 
-    /// The cluster of a triangle that emits.
+    /// Returns the cluster of a triangle that emits.
     pub fn of_triangle(
         &self,
         emitters: &EmitterSampler<'_>,
@@ -119,13 +117,13 @@ impl EmitterClusters {
         self.cluster_of[source].map(|cluster| cluster as usize)
     }
 
-    /// The cluster of a unit direction of the environment.
+    /// Returns the cluster of a unit direction of the environment.
     pub fn of_direction(&self, emitters: &EmitterSampler<'_>, direction: Vec3) -> Option<usize> {
         let blocks = &self.environment.as_ref()?.blocks;
         Some(self.of_sources.len() + blocks.of(emitters.environment()?, direction))
     }
 
-    /// The same as [`EmitterSampler::sample`], with the cluster that it is of.
+    /// Draws a sample as [`EmitterSampler::sample`] does, and returns it with its cluster.
     pub fn sample(&self, emitters: &EmitterSampler<'_>, u: f64, v: [f32; 2]) -> Option<(usize, LightSample)> {
         let (source, sample) = emitters.sample_source(u, v)?;
         let cluster = match self.cluster_of[source] {
@@ -135,8 +133,8 @@ impl EmitterClusters {
         Some((cluster, sample))
     }
 
-    /// Draws from one cluster, of a probability above zero; the density, and what intensities are
-    /// divided by, are those of the sampler.
+    /// Draws a sample from one cluster, whose probability must be above zero. The density of the
+    /// sample, and the divisor of its intensity, are those of the whole sampler.
     pub fn sample_from(
         &self,
         emitters: &EmitterSampler<'_>,
@@ -174,7 +172,7 @@ fn divide(groups: [Vec<Placed>; 2]) -> Vec<Vec<Placed>> {
     clusters
 }
 
-/// Takes half of the probability away from a cluster; none if its sources are all in one place.
+/// Splits off half of the probability of a cluster; `None` if its sources are all in one place.
 fn halve(cluster: &mut Vec<Placed>) -> Option<Vec<Placed>> {
     let variance = |axis: usize| {
         let mut moments = Moments::default();

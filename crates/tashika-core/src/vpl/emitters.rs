@@ -1,4 +1,4 @@
-//! Choosing points and directions of the scene's emitters in proportion to their power.
+//! Samples of points and directions on the scene's emitters, in proportion to power.
 
 use std::collections::BTreeMap;
 use std::f32::consts::PI;
@@ -13,24 +13,24 @@ use crate::scene::{AimedMap, Emitter, Environment, InstanceId, LightId, Scene};
 use crate::stats::Discrete;
 use crate::warp;
 
-/// A light drawn from the emitters: an unbiased estimate, by one VPL, of all light they emit.
+/// Light drawn from the emitters: an unbiased estimate, by one VPL, of all light that they emit.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
-    /// The light, its intensity already divided by the density.
+    /// The light; its intensity is already divided by the density.
     pub light: Vpl,
     /// Density: per area (m⁻²) on surfaces, per solid angle (sr⁻¹) for the environment; `None`
     /// where no ray can arrive by chance.
     pub pdf: Option<f32>,
 }
 
-/// About where a source of light is, and which way it faces.
+/// Approximate position and direction of a source.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum About {
-    /// A position, and a unit direction, or zero for all.
+    /// Position, and unit direction; zero for all directions.
     Near(Vec3, Vec3),
-    /// Shines in one direction from infinity.
+    /// Direction of light from infinity.
     Far(Vec3),
-    /// Shines from everywhere.
+    /// Light from all directions of infinity.
     Everywhere,
 }
 
@@ -41,22 +41,21 @@ enum Source {
     Environment,
 }
 
-/// Draws lights from all emitters of a scene, in proportion to their power unless it is said
-/// otherwise.
+/// Distribution over all emitters of a scene, in proportion to power unless stated otherwise.
 ///
 /// Power (W, luminance): `π A L` a side for triangles, `4π I` for points, `I ∫ falloff` for spots,
-/// `∫ I dω` for images, `π R² E` for directional light and `4π · π R² L̄` for the environment, `R`
-/// being the radius of the scene's sphere.
+/// `∫ I dω` for images, `π R² E` for directional light and `4π · π R² L̄` for the environment, with
+/// the radius `R` of the scene's sphere.
 #[derive(Debug)]
 pub struct EmitterSampler<'s> {
     tracer: &'s Tracer,
     scene: &'s Scene,
     sources: Vec<Source>,
-    /// Of `sources`, in proportion to which they are drawn.
+    /// Weights of `sources`, which are drawn in proportion to them.
     weights: Vec<f64>,
-    /// Over `sources`; `None` if nothing shines.
+    /// Distribution over `sources`; `None` if nothing shines.
     all: Option<Discrete>,
-    /// Over `sources`, without those that are points or single directions.
+    /// Distribution over `sources` that are neither points nor single directions.
     extended: Option<Discrete>,
     /// First source of each emissive instance.
     first: BTreeMap<InstanceId, usize>,
@@ -77,8 +76,9 @@ const PROBES: [[f32; 3]; 7] = [
     [0.5, 0.0, 0.5],
 ];
 
-/// Weight that a triangle keeps, as a share of its mesh's brightest probe (or of the texture's
-/// factor where all are dark), when all its own probes are dark: a texture may shine between them.
+/// Least luminance from which the weight of a triangle is computed, as a share of the luminance of
+/// its mesh's brightest triangle (or of the texture's factor if all are dark): a texture may shine
+/// between the probes.
 const DARK_TRIANGLE_SHARE: f32 = 0.02;
 
 impl<'s> EmitterSampler<'s> {
@@ -155,9 +155,9 @@ impl<'s> EmitterSampler<'s> {
         sampler
     }
 
-    /// The same emitters, where those of a kind are drawn in proportion to power, and one of the
-    /// kinds with these weights: emitters in the scene, and light from infinity. Both at least 0; a
-    /// kind that there is not is not drawn.
+    /// Returns the sampler with these weights for the two kinds of emitters: emitters in the scene,
+    /// and light from infinity. Within a kind, emitters are drawn in proportion to power. Both
+    /// weights must be at least 0; a kind without emitters is not drawn.
     #[must_use]
     pub fn weighted(mut self, kinds: [f64; 2]) -> Self {
         let kind = |source: &Source| match source {
@@ -178,11 +178,11 @@ impl<'s> EmitterSampler<'s> {
         self
     }
 
-    /// The same emitters, where each has at least `share / n` of the draws, be it as weak as it
-    /// may: of `n` meshes that emit, points, spots, single directions, and an environment, a weak
-    /// one may be all that lights some corner.
+    /// Returns the sampler with a least probability of `share / n` for each emitter, however weak.
+    /// The `n` emitters are meshes that emit, points, spots, single directions and an environment;
+    /// a weak one may be all that lights some corner.
     ///
-    /// * `share`: of the draws, in `[0, 1]`.
+    /// * `share`: share of the draws that is spread evenly, in `[0, 1]`.
     #[must_use]
     pub fn with_share_for_each(mut self, share: f64) -> Self {
         let mut starts: Vec<usize> = self.first.values().copied().collect();
@@ -213,32 +213,31 @@ impl<'s> EmitterSampler<'s> {
         self.all = Discrete::new(self.weights.iter().copied());
     }
 
-    /// Whether nothing shines.
+    /// Returns true if nothing shines.
     pub fn is_empty(&self) -> bool {
         self.all.is_none()
     }
 
-    /// Centre and radius of the sphere about the scene (m).
+    /// Returns the centre and radius of the sphere around the scene (m).
     pub fn sphere(&self) -> (Vec3, f32) {
         (self.center, self.radius)
     }
 
-    /// Draws from all emitters; `u` chooses the emitter, `v` the place on it. `None` if nothing
-    /// shines.
+    /// Draws a sample from all emitters; `u` chooses the emitter, `v` the place on it. `None` if
+    /// nothing shines.
     pub fn sample(&self, u: f64, v: [f32; 2]) -> Option<LightSample> {
         self.sample_source(u, v).map(|(_, sample)| sample)
     }
 
-    /// The same with emitters that move where they are after a `share` of the time that the shutter
-    /// is open, 0 to 1. They are chosen in proportion to the mean of their power at its ends and in its
-    /// middle. With the
-    /// number of the source, for [`light_of`](Self::light_of).
+    /// Draws a sample from all emitters at a time: a `share`, from 0 to 1, of the shutter interval.
+    /// Moving emitters are chosen in proportion to their mean power at the ends and in the middle
+    /// of the interval. Also returns the number of the source, for [`light_of`](Self::light_of).
     pub fn sample_at(&self, share: f32, u: f64, v: [f32; 2]) -> Option<(usize, LightSample)> {
         let (source, probability, rest) = self.all.as_ref()?.sample(u);
         Some((source, self.draw_from_at(share, source, probability, rest, v)))
     }
 
-    /// The light that a source is, or is a part of.
+    /// Returns the light that a source is, or is a part of.
     pub fn light_of(&self, source: usize) -> LightId {
         match self.sources[source] {
             Source::Triangle { instance, .. } => LightId::Instance(instance),
@@ -250,45 +249,47 @@ impl<'s> EmitterSampler<'s> {
         }
     }
 
-    /// The same, with the number of its source.
+    /// Draws a sample as [`sample`](Self::sample) does, and returns it with the number of its
+    /// source.
     pub(super) fn sample_source(&self, u: f64, v: [f32; 2]) -> Option<(usize, LightSample)> {
         self.sample_at(Instants::STILL, u, v)
     }
 
-    /// Draws from surfaces and the environment only.
+    /// Draws a sample from surfaces and the environment only.
     pub fn sample_extended(&self, u: f64, v: [f32; 2]) -> Option<LightSample> {
         self.sample_extended_at(Instants::STILL, u, v)
     }
 
-    /// The same as [`sample_at`](Self::sample_at) draws from all.
+    /// Draws a sample from surfaces and the environment only, at a time as in
+    /// [`sample_at`](Self::sample_at).
     pub fn sample_extended_at(&self, share: f32, u: f64, v: [f32; 2]) -> Option<LightSample> {
         let (source, probability, rest) = self.extended.as_ref()?.sample(u);
         Some(self.draw_from_at(share, source, probability, rest, v))
     }
 
-    /// Whether anything shines that is no point and no single direction.
+    /// Returns true if anything shines that is neither a point nor a single direction.
     pub fn has_extended(&self) -> bool {
         self.extended.is_some()
     }
 
-    /// The maps by which emitters of images shine.
+    /// Returns the maps by which emitters with an image shine.
     pub fn maps(&self) -> &[AimedMap] {
         self.scene.intensity_maps()
     }
 
-    /// The points, spots, images and directional lights: each is one VPL, exactly.
+    /// Returns the points, spots, images and directional lights: each is exactly one VPL.
     pub fn punctual(&self) -> impl Iterator<Item = Vpl> + '_ {
         self.tracer.emitters().map(|emitter| punctual(&emitter))
     }
 
-    /// Density with which [`EmitterSampler::sample`] draws a point on one emitting side of a
-    /// triangle (m⁻²).
+    /// Returns the density with which [`EmitterSampler::sample`] draws a point on one emitting side
+    /// of a triangle (m⁻²).
     pub fn pdf_on_triangle(&self, instance: InstanceId, triangle: u32) -> f32 {
         self.pdf_on_triangle_at(Instants::STILL, instance, triangle)
     }
 
-    /// Density with which [`EmitterSampler::sample_at`] draws a point on one emitting side of a
-    /// triangle (m⁻²) at that time.
+    /// Returns the density with which [`EmitterSampler::sample_at`] draws a point on one emitting
+    /// side of a triangle (m⁻²) at that time.
     pub fn pdf_on_triangle_at(&self, share: f32, instance: InstanceId, triangle: u32) -> f32 {
         let (Some(all), Some(first)) = (&self.all, self.first.get(&instance)) else { return 0.0 };
         let i = first + triangle as usize;
@@ -301,7 +302,7 @@ impl<'s> EmitterSampler<'s> {
         }
     }
 
-    /// The area of a triangle (m²): `still`, unless it moves.
+    /// Returns the area of a triangle (m²): `still`, unless it moves.
     fn area_at(&self, share: f32, instance: InstanceId, triangle: u32, still: f32) -> f32 {
         match self.scene.motion_of(instance) {
             None => still,
@@ -309,7 +310,8 @@ impl<'s> EmitterSampler<'s> {
         }
     }
 
-    /// Density with which [`EmitterSampler::sample`] draws a direction of the environment (sr⁻¹).
+    /// Returns the density with which [`EmitterSampler::sample`] draws a direction of the
+    /// environment (sr⁻¹).
     pub fn pdf_of_environment(&self, direction: Vec3) -> f32 {
         match (&self.all, self.environment, self.scene.environment()) {
             (Some(all), Some(i), Some(e)) => all.probability(i) as f32 * e.pdf(direction),
@@ -317,13 +319,13 @@ impl<'s> EmitterSampler<'s> {
         }
     }
 
-    /// With which probability [`EmitterSampler::sample`] draws from each source: a triangle that
-    /// emits, a point, a spot, a single direction, the environment.
+    /// Returns the probability with which [`EmitterSampler::sample`] draws from each source: a
+    /// triangle that emits, a point, a spot, a single direction, the environment.
     pub(super) fn probabilities(&self) -> impl Iterator<Item = f64> + '_ {
         self.all.iter().flat_map(|all| (0..all.len()).map(|i| all.probability(i)))
     }
 
-    /// About where a source is, and which way it faces.
+    /// Returns the approximate position and direction of a source.
     pub(super) fn about(&self, source: usize) -> About {
         match self.sources[source] {
             Source::Triangle { instance, triangle, .. } => {
@@ -339,7 +341,7 @@ impl<'s> EmitterSampler<'s> {
         }
     }
 
-    /// The source that a triangle of an emitting instance is.
+    /// Returns the source of a triangle of an emitting instance.
     pub(super) fn source_of(&self, instance: InstanceId, triangle: u32) -> Option<usize> {
         self.first.get(&instance).map(|first| first + triangle as usize)
     }
@@ -348,8 +350,8 @@ impl<'s> EmitterSampler<'s> {
         self.scene.environment()
     }
 
-    /// Draws from one source, that has been chosen with some probability; `rest` may choose a side,
-    /// `v` the place.
+    /// Draws a sample from one source that was chosen with the given probability; `rest` may choose
+    /// a side, `v` the place.
     pub(super) fn draw_from(&self, source: usize, probability: f64, rest: f64, v: [f32; 2]) -> LightSample {
         self.draw_from_at(Instants::STILL, source, probability, rest, v)
     }
@@ -369,7 +371,7 @@ impl<'s> EmitterSampler<'s> {
                 let area = self.area_at(share, instance, triangle, area);
                 let p = self.scene.surface_point_at(share, instance, triangle, b);
                 let is_unseen = self.scene.shines_unseen(instance);
-                // A ray meets a partly transparent surface as often as it is opaque there.
+                // A ray meets a partly transparent surface with the probability of its opacity.
                 let opacity = if is_unseen { 1.0 } else { self.scene.opacity(instance, triangle, b) };
                 let back = two_sided && rest < 0.5;
                 let normal = if back { -p.geometric_normal } else { p.geometric_normal };
@@ -396,7 +398,8 @@ impl<'s> EmitterSampler<'s> {
     }
 }
 
-/// Mean area of a triangle that moves (m²): one may have none at a time and shine at others.
+/// Returns the mean area of a moving triangle (m²), which may have no area at one time and shine at
+/// others; `None` if it does not move.
 fn mean_area(scene: &Scene, instance: InstanceId, triangle: u32) -> Option<f32> {
     scene.motion_of(instance)?;
     let times = [0.0, Instants::STILL, 1.0];
@@ -404,14 +407,15 @@ fn mean_area(scene: &Scene, instance: InstanceId, triangle: u32) -> Option<f32> 
     Some(sum / times.len() as f32)
 }
 
-/// Area of a triangle (m²), computed in double precision: the fourth power of a length leaves the
-/// range of `f32`, so that the area would be zero below 10⁻¹² m and infinite above 10⁹ m.
+/// Returns the area of a triangle (m²), computed in double precision: the fourth power of a length
+/// leaves the range of `f32`, so that the area would be zero below 10⁻¹² m and infinite above 10⁹
+/// m.
 fn area(w: [Vec3; 3]) -> f32 {
     let [e1, e2] = [w[1] - w[0], w[2] - w[0]].map(Vec3::as_dvec3);
     (0.5 * e1.cross(e2).length()) as f32
 }
 
-/// Light of the environment from a unit direction, drawn with a density (sr⁻¹).
+/// Returns light of the environment from a unit direction that was drawn with a density (sr⁻¹).
 pub(super) fn towards_environment(e: &Environment, towards: Vec3, pdf: f32) -> LightSample {
     let intensity = if pdf > 0.0 { e.radiance(towards) / pdf } else { Rgb::BLACK };
     let light = Vpl { position: Vec3::ZERO, direction: -towards, intensity, kind: VplKind::Directional };

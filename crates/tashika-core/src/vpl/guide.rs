@@ -1,11 +1,12 @@
-//! Where emission matters to a picture: densities by which light paths and direct VPLs are drawn.
+//! Guides of emission: densities by which light paths and direct VPLs are drawn where they matter
+//! to a picture.
 //!
-//! What is emitted is drawn by uniform numbers: which emitter and where on it (three numbers, as
-//! [`EmitterSampler::sample`] takes them), and for a light path in which direction, or through which
-//! point of the disk that light from infinity enters by (two more, as [`Vpl::emit`] takes them). A
-//! guide is a density over these numbers. Drawn by it and divided by it, every VPL is worth as
-//! much in expectation as without it: a set is unbiased for any guide that does not depend on the
-//! set's own random numbers. Held to this by `vpl::tests`.
+//! Emission is drawn from uniform numbers. Three numbers choose the emitter and the place on it, as
+//! [`EmitterSampler::sample`] takes them. For a light path, two more choose the direction, or the
+//! point of the disk through which light from infinity enters, as [`Vpl::emit`] takes them. A guide
+//! is a density over these numbers. VPLs are drawn by the density and divided by it, so their
+//! expectation does not change: a set is unbiased for any guide that does not depend on the set's
+//! own random numbers. Held to this by `vpl::tests`.
 
 use super::{EmitterSampler, LightSample, Origin, Vpl};
 use crate::color::Rgb;
@@ -16,15 +17,15 @@ use crate::stats::{AdaptiveDensity, Weighted};
 /// Light that leaves an emitter along a ray.
 pub(super) struct Emitted {
     pub(super) ray: Ray,
-    /// What it stands for (W).
+    /// Flux that the ray represents (W).
     pub(super) flux: Rgb,
     /// Kind of emitter. A ray from infinity begins at the sphere around the scene.
     pub(super) origin: Origin,
-    /// The numbers that it was drawn by.
+    /// Numbers by which the ray was drawn.
     pub(super) numbers: [f32; 5],
 }
 
-/// Densities over the numbers that emission is drawn by; none: uniform.
+/// Densities over the numbers by which emission is drawn; uniform if not learned.
 #[derive(Clone, Debug, Default)]
 pub struct LightGuide {
     direct: Option<AdaptiveDensity<3>>,
@@ -32,8 +33,8 @@ pub struct LightGuide {
 }
 
 impl LightGuide {
-    /// Learned from what places and rays of emission give to a picture, as functions of the numbers
-    /// that they are drawn by.
+    /// Learns both densities from the contributions of places and rays of emission to a picture, as
+    /// functions of the numbers by which these are drawn.
     pub fn learn(direct: Vec<Weighted<3>>, emission: Vec<Weighted<5>>) -> Self {
         Self {
             direct: Some(AdaptiveDensity::learn(direct)),
@@ -41,12 +42,12 @@ impl LightGuide {
         }
     }
 
-    /// Learned from rays of emission alone; places of emission are drawn uniformly.
+    /// Learns the density of rays of emission alone; places of emission are drawn uniformly.
     pub fn learn_emission(emission: Vec<Weighted<5>>) -> Self {
         Self { direct: None, emission: Some(AdaptiveDensity::learn(emission)) }
     }
 
-    /// Cells of the densities of places and of rays.
+    /// Returns the numbers of cells of the densities of places and of rays.
     pub fn cells(&self) -> [usize; 2] {
         [
             self.direct.as_ref().map_or(1, AdaptiveDensity::cells),
@@ -54,8 +55,8 @@ impl LightGuide {
         ]
     }
 
-    /// A light on or towards the emitters that have an extent, after a `share` of the time that the
-    /// shutter is open; `u` in `[0, 1)` is the stratum's.
+    /// Draws a light on or towards the emitters that have an extent. `share` is the time as a share
+    /// of the shutter interval; `u` in `[0, 1)` is a stratified number.
     pub(super) fn place(
         &self,
         emitters: &EmitterSampler<'_>,
@@ -72,8 +73,8 @@ impl LightGuide {
         Some(light)
     }
 
-    /// A ray of emission and the flux that it stands for, after a `share` of the time that the shutter is
-    /// open; `u` in `[0, 1)` is the stratum's.
+    /// Draws a ray of emission, and the flux that it represents. `share` is the time as a share of
+    /// the shutter interval; `u` in `[0, 1)` is a stratified number.
     pub(super) fn ray(
         &self,
         emitters: &EmitterSampler<'_>,

@@ -11,30 +11,31 @@ use crate::math::{Frame, Ray};
 use crate::scene::{AimedMap, Beam, Falloff};
 use crate::warp;
 
-/// How a light shines.
+/// Distribution of a light's intensity over directions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum VplKind {
-    /// Equally in all directions: intensity `I`.
+    /// Uniform in all directions: intensity `I`.
     Omni,
-    /// With a cosine lobe about its normal: intensity `I cos⁺ φ`.
+    /// Cosine lobe around its normal: intensity `I cos⁺ φ`.
     Oriented,
-    /// With a cone about its axis: intensity `I · falloff(cos φ)`.
+    /// Cone around its axis: intensity `I · falloff(cos φ)`.
     Spot(Falloff),
-    /// By a map of the scene about its axis: intensity `I · t(ω)`, with `t` at most 1.
+    /// Map of the scene around its axis: intensity `I · t(ω)`, with `t` at most 1.
     Image(Beam),
     /// From infinity: irradiance `I` on a surface that faces it.
     Directional,
-    /// By the phase function `p` of the medium that it lies in, about the direction that light came
-    /// along: intensity `I · 4π p(cos φ)`, whose mean over all directions is `I`.
+    /// Phase function `p` of the medium around it, relative to the direction in which light
+    /// arrived: intensity `I · 4π p(cos φ)`, whose mean over all directions is `I`.
     Volume(HenyeyGreenstein),
 }
 
 impl VplKind {
-    /// How many kinds there are.
+    /// Number of kinds, with spots and images as one.
     pub const COUNT: usize = 5;
 
-    /// The number of the kind, from zero: the order in which trees keep lights apart. Spots and
-    /// images are of one kind: all shine in cones, at most as brightly as their intensity says.
+    /// Returns the number of the kind, from zero: the order in which trees separate lights. Spots
+    /// and images are of one kind: all shine in cones, at most as brightly as their intensity
+    /// states.
     pub fn number(&self) -> usize {
         match self {
             Self::Omni => 0,
@@ -51,17 +52,17 @@ impl VplKind {
 pub struct Vpl {
     /// Position (m), already moved off the surface it lies on. Zero for directional lights.
     pub position: Vec3,
-    /// Unit normal or axis, or the direction in which directional light travels, or in which light
-    /// came to a place in a medium. Zero for omni lights.
+    /// Unit normal or axis; the direction in which directional light travels, or in which light
+    /// arrived at a place in a medium. Zero for omni lights.
     pub direction: Vec3,
     /// Intensity `I` (W·sr⁻¹); irradiance (W·m⁻²) for directional lights.
     pub intensity: Rgb,
-    /// How it shines.
+    /// Distribution of the intensity over directions.
     pub kind: VplKind,
 }
 
 impl Vpl {
-    /// Whether it is a light that can be: finite numbers, intensities of at least 0, a unit
+    /// Returns true if the light is valid: finite numbers, intensities of at least 0, a unit
     /// direction (zero for omni lights), an inner cone inside the outer.
     pub fn is_sound(&self) -> bool {
         let directed = match self.kind {
@@ -79,7 +80,7 @@ impl Vpl {
         self.position.is_finite() && self.intensity.is_valid() && directed
     }
 
-    /// The end that all segments to this light share.
+    /// Returns the end that all segments to this light share.
     pub fn apex(&self) -> crate::accel::Apex {
         match self.kind {
             VplKind::Directional => crate::accel::Apex::Direction(-self.direction),
@@ -87,9 +88,10 @@ impl Vpl {
         }
     }
 
-    /// A ray of the light and the flux it carries (W): intensity over the density of the direction.
+    /// Draws a ray of the light. Returns the ray and the flux that it carries (W): intensity over
+    /// the density of the direction.
     ///
-    /// Directional light enters through a disk that covers the sphere about the scene (`center`,
+    /// Directional light enters through a disk that covers the sphere around the scene (`center`,
     /// `radius`, m); `maps` are the scene's.
     pub fn emit(&self, u: [f32; 2], center: Vec3, radius: f32, maps: &[AimedMap]) -> (Ray, Rgb) {
         let from_frame = |local: Vec3| Frame::about(self.direction).to_world(local);
@@ -119,7 +121,7 @@ impl Vpl {
         }
     }
 
-    /// The numbers that [`Vpl::emit`] takes to the ray of this light that goes through a point.
+    /// Returns the numbers from which [`Vpl::emit`] makes the ray of this light through a point.
     pub fn emission_through(&self, point: Vec3, center: Vec3, radius: f32, maps: &[AimedMap]) -> [f32; 2] {
         let local = |v: Vec3| Frame::about(self.direction).to_local(v);
         let towards = (point - self.position).normalize_or_zero();

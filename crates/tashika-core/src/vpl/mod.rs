@@ -1,7 +1,7 @@
-//! Virtual point lights: the finite set of lights that stands for all light in the scene.
+//! Virtual point lights: a finite set of lights that represents all light in the scene.
 //!
 //! A [`VplSet`] is traced from the emitters (Keller 1997) or loaded from a file; all methods share
-//! it. It knows where it came from ([`Provenance`]).
+//! it. Its [`Provenance`] records where it came from.
 
 mod carried;
 mod caustic;
@@ -40,27 +40,27 @@ use crate::math::{DVec3, Instants};
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
-/// Where a set of VPLs came from, and what belongs to it.
+/// Origin and parameters of a set of VPLs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
-    /// Name of the scene.
+    /// Name of the scene in which the set was traced.
     pub scene: String,
     /// Seed of the light paths.
     pub seed: u64,
-    /// Number of VPLs that was asked for.
+    /// Requested number of VPLs; the set may have more or fewer.
     pub requested: u64,
-    /// VPLs on or towards emitters.
+    /// Number of VPLs on or towards emitters.
     pub direct: u64,
-    /// VPLs left by light paths, on surfaces and in media.
+    /// Number of VPLs left by light paths, on surfaces and in media.
     pub indirect: u64,
-    /// Light paths traced.
+    /// Number of light paths that were traced.
     pub paths: u64,
-    /// Longest light path, in surfaces met.
+    /// Maximum length of light paths, in surfaces met.
     pub max_depth: u32,
     /// Distance below which the geometric term no longer grows (m); zero for no clamp.
     pub clamp_distance: f32,
-    /// Share of the flux reflected by surfaces that glossy lobes reflected: VPLs shine with cosine
-    /// lobes only, so they carry this flux on to further surfaces, but not towards the eye's.
+    /// Share of glossy lobes in the flux that surfaces reflect. Light paths carry this flux on to
+    /// further surfaces; VPLs have cosine lobes only, and do not send it to receivers.
     pub glossy_share: f32,
     /// Origin of the positions, in the coordinates of the scene's file (m): see
     /// [`Scene::origin`].
@@ -72,24 +72,25 @@ fn is_zero(place: &[f64; 3]) -> bool {
     *place == [0.0; 3]
 }
 
-/// A finite set of lights: at one time, or at each of several [`Instants`] a set of its own.
+/// Finite set of lights: one set for one time, or a set for each of several [`Instants`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct VplSet {
     lights: Vec<Vpl>,
     instants: Instants,
-    /// Where the lights of each instant end.
+    /// End of the lights of each instant.
     ends: Vec<usize>,
     provenance: Provenance,
 }
 
 impl VplSet {
-    /// A set made elsewhere, of a scene that stands.
+    /// Makes a set of lights that were made elsewhere, of a scene without motion.
     pub fn new(lights: Vec<Vpl>, provenance: Provenance) -> Self {
         Self { ends: vec![lights.len()], lights, instants: Instants::default(), provenance }
     }
 
-    /// A set made elsewhere, of lights that stand instant by instant, so many at each; `None` if these are
-    /// not as many numbers as instants, or more or fewer lights in all than there are.
+    /// Makes a set of lights that were made elsewhere, stored instant by instant. `counts` has the
+    /// number of lights of each instant. `None` if there are not as many counts as instants, or
+    /// their sum is not the number of lights.
     pub fn at_instants(
         lights: Vec<Vpl>,
         instants: Instants,
@@ -110,28 +111,29 @@ impl VplSet {
         })
     }
 
-    /// The lights, instant by instant. Neighbours of an instant are near each other in space.
+    /// Returns the lights, instant by instant. Neighbours within an instant are near each other in
+    /// space.
     pub fn lights(&self) -> &[Vpl] {
         &self.lights
     }
 
-    /// The times at which they are.
+    /// Returns the times of the lights.
     pub fn instants(&self) -> &Instants {
         &self.instants
     }
 
-    /// The places of the lights of an instant.
+    /// Returns the range of the lights of an instant.
     pub fn at(&self, instant: usize) -> Range<usize> {
         let first = if instant == 0 { 0 } else { self.ends[instant - 1] };
         first..self.ends[instant]
     }
 
-    /// Where they came from.
+    /// Returns the origin and parameters of the set.
     pub fn provenance(&self) -> &Provenance {
         &self.provenance
     }
 
-    /// Origin of the positions, in the coordinates of the scene's file (m).
+    /// Returns the origin of the positions, in the coordinates of the scene's file (m).
     pub fn origin(&self) -> DVec3 {
         self.provenance.origin.into()
     }
@@ -150,17 +152,18 @@ impl VplSet {
         self
     }
 
-    /// The same lights, clamped so many times as far away as their provenance says.
+    /// Returns the set with its clamp distance multiplied by `times_as_far`.
     #[must_use]
     pub fn clamped(mut self, times_as_far: f32) -> Self {
         self.provenance.clamp_distance *= times_as_far;
         self
     }
 
-    /// Whether a scene has the maps that these lights shine by: sets from files may be of another.
+    /// Checks that a scene has the intensity maps of these lights: a set from a file may belong to
+    /// another scene.
     ///
     /// # Errors
-    /// Names the light that is not of this scene.
+    /// Names the light whose map the scene does not have.
     pub fn validate_for(&self, scene: &Scene) -> Result<()> {
         let maps = scene.intensity_maps();
         let is_of_another = |light: &Vpl| match light.kind {
@@ -179,12 +182,12 @@ impl VplSet {
         }
     }
 
-    /// How many lights there are.
+    /// Returns the number of lights.
     pub fn len(&self) -> usize {
         self.lights.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no lights.
     pub fn is_empty(&self) -> bool {
         self.lights.is_empty()
     }

@@ -1,25 +1,25 @@
-//! How many VPLs, and which: what is asked of [`trace`](super::trace).
+//! Options of light tracing ([`trace`](super::trace)).
 
 use super::Clamp;
 use crate::error::{Error, Result};
 use crate::math::Instants;
 
-/// Which emitters light paths start from, and how many direct VPLs each has.
+/// Distribution of light paths and direct VPLs over the emitters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Emission {
-    /// In proportion to power. Light from infinity has the power of all that enters the sphere
-    /// about the scene, most of which may miss what can be seen of it.
+    /// In proportion to power. Light from infinity has the power of all light that enters the
+    /// sphere around the scene, most of which may miss the visible part.
     #[default]
     ByPower,
-    /// Emitters in the scene, and light from infinity, by how much light of either reaches surfaces
-    /// as a pilot finds it; among those of a kind by power. Where few light paths leave VPLs, on
-    /// metals say, the set stays smaller sooner.
+    /// By the light that reaches surfaces. A pilot measures the share of emitters in the scene and
+    /// of light from infinity; within each kind, emitters are drawn by power. Where few light paths
+    /// leave VPLs, for example on metals, the set falls short of the requested number sooner.
     ByUse,
 }
 
 impl Emission {
-    /// Most light paths for each VPL that was asked for: where nearly all light misses the scene,
-    /// the set stays smaller.
+    /// Returns the maximum number of light paths for each requested VPL: where nearly all light
+    /// misses the scene, the set stays smaller.
     pub(super) fn max_paths_per_vpl(self) -> u64 {
         match self {
             Self::ByPower => 256,
@@ -28,28 +28,28 @@ impl Emission {
     }
 }
 
-/// How a set of VPLs is made.
+/// Options for a set of VPLs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VplOptions {
-    /// How many VPLs, to within a few percent; 1 to 10⁸. Higher: less noise and less clamping.
+    /// Number of VPLs, to within a few percent; 1 to 10⁸. Higher: less noise and less clamping.
     /// Default: 5000.
     pub count: u64,
     /// Seed of the light paths.
     pub seed: u64,
-    /// Longest light path, in surfaces met; 0 to 1000. Zero: direct light only. Being scattered in a
-    /// medium does not count. Default: 64.
+    /// Maximum length of light paths, in surfaces met; 0 to 1000. Zero: direct light only.
+    /// Scattering in media does not count. Default: 64.
     pub max_depth: u32,
-    /// Share of the VPLs that is placed on surfaces that emit and towards the environment, 0 to 1:
-    /// at 0 their direct light is left out, at 1 all indirect light. Default: 0.25.
+    /// Share of the VPLs on emitting surfaces and towards the environment, 0 to 1: at 0 their
+    /// direct light is omitted, at 1 all indirect light. Default: 0.25.
     pub direct_share: f32,
-    /// Which emitters have them. Default: by power.
+    /// Distribution of light paths and direct VPLs over the emitters. Default: by power.
     pub emission: Emission,
-    /// Distance below which the geometric term no longer grows; where there are several instants, by
-    /// the mean of what the lights of each come to.
+    /// Distance below which the geometric term no longer grows; with several instants, the mean of
+    /// the distances at all instants.
     pub clamp: Clamp,
-    /// At how many times the scene is looked at, if anything in it moves while the shutter is open; 1 to
-    /// 1024. More: things that move leave fewer images of themselves beside each other, and cuts begin
-    /// with more pairs. Default: 32.
+    /// Number of instants at which the scene is sampled, if anything in it moves while the shutter
+    /// is open; 1 to 1024. Higher: moving objects leave fewer separate images of themselves, and
+    /// cuts begin with more pairs. Default: 32.
     pub instants: u32,
 }
 
@@ -71,11 +71,14 @@ impl Default for VplOptions {
 const MAX_COUNT: u64 = 100_000_000;
 
 impl VplOptions {
-    /// Surfaces that a path of light meets at most, that which the camera sees included.
+    /// Returns the maximum number of surfaces on a path of light, including the one that the camera
+    /// sees.
     pub fn path_depth(&self) -> u32 {
         self.max_depth + 1
     }
 
+    /// Checks that all options are in range.
+    ///
     /// # Errors
     /// Names the option that is out of range, and the range.
     pub fn validate(&self) -> Result<()> {

@@ -1,12 +1,12 @@
-//! Lights in an order in which neighbours are near each other.
+//! Order of lights in which neighbours are near each other.
 
 use rayon::prelude::*;
 
 use super::{Vpl, VplKind};
 use crate::math::Aabb;
 
-/// Sorts lights by kind, then along a Z-order curve through `bounds` (directional ones through the
-/// directions).
+/// Sorts lights by kind, then along a Z-order curve through `bounds`; directional lights along a
+/// curve through their directions.
 pub(super) fn sort_by_place(lights: &mut [Vpl], bounds: Aabb) {
     let size = bounds.size().max_element().max(f32::MIN_POSITIVE);
     let code = |l: &Vpl| {
@@ -21,7 +21,7 @@ pub(super) fn sort_by_place(lights: &mut [Vpl], bounds: Aabb) {
     };
     let mut places: Vec<_> = lights.par_iter().map(code).zip(0..lights.len() as u32).collect();
     places.par_sort_unstable();
-    // In place: a second list of lights would be most of what is in memory by then.
+    // In place, since a second list of lights would take most of the memory in use.
     let mut from: Vec<u32> = places.into_iter().map(|(_, from)| from).collect();
     for first in 0..lights.len() {
         let moved = lights[first];
@@ -38,7 +38,7 @@ pub(super) fn sort_by_place(lights: &mut [Vpl], bounds: Aabb) {
     }
 }
 
-/// 20 bits of each coordinate in `[0, 1]`, interleaved.
+/// Returns 20 bits of each coordinate in `[0, 1]`, interleaved.
 fn morton(unit: [f32; 3]) -> u64 {
     let spread = |v: f32| {
         let mut x = (v.clamp(0.0, 1.0) * ((1 << 20) - 1) as f32) as u64;

@@ -1,5 +1,5 @@
-//! What a surface does with the flux of a light path: the VPL that it leaves, and how the path goes
-//! on. What they are for is in [`trace`](super::trace).
+//! Interaction of a light path with a surface: the VPL that the path leaves, and its continuation.
+//! The purpose of both is in [`trace`](super::trace).
 
 use std::f32::consts::PI;
 
@@ -15,10 +15,10 @@ use crate::rng::Stream;
 use crate::scene::SurfacePoint;
 use crate::warp;
 
-/// Leaves what a part of a surface reflects, or transmits, diffusely of so much flux.
+/// Leaves a VPL of the flux that a part of a surface reflects, or transmits, diffusely.
 ///
-/// * `flux`: as it is worth to viewers ([`Scattered::basic`]).
-/// * `arrived`: way of the flux, and its arrival if it came over specular surfaces only.
+/// * `flux`: flux in proportion to the basic radiance that viewers see ([`Scattered::basic`]).
+/// * `way`, `caustic`: way of the flux, and its arrival if it came over specular surfaces only.
 pub(super) fn leave(
     point: &SurfacePoint,
     bsdf: &Bsdf,
@@ -40,20 +40,21 @@ pub(super) fn leave(
     trail.push(Vpl { position, direction: normal, intensity, kind: VplKind::Oriented }, way);
 }
 
-/// How a light path goes on.
+/// Continuation of a light path after a surface.
 pub(super) struct Scattered {
-    /// Unit vector.
+    /// Unit direction into which the path continues.
     pub(super) direction: Vec3,
-    /// Of the flux.
+    /// Factor by which the flux is multiplied.
     pub(super) factor: Rgb,
-    /// The single direction that it is, if it is one.
+    /// Specular lobe of the continuation, if it is specular.
     pub(super) specular: Option<Lobe>,
-    /// What a flux is worth of basic radiance there, over what it was before.
+    /// Ratio of basic radiance to flux after the surface, relative to the ratio before.
     pub(super) basic: f64,
 }
 
-/// `1/η²` into glass of index `η`, its inverse out of it: what viewers know is *basic* radiance, `L/η²`
-/// (Nicodemus 1963), while flux stays what it is ([`crate::bsdf::Glass`]).
+/// Returns [`Scattered::basic`]: `1/η²` into glass of index `η`, its inverse out of the glass.
+/// Viewers see *basic* radiance, `L/η²` (Nicodemus 1963), while flux does not change
+/// ([`crate::bsdf::Glass`]).
 fn basic_after(bsdf: &Bsdf, lobe: Lobe, is_entering: bool) -> f64 {
     match bsdf {
         Bsdf::Glass(glass) if lobe == Lobe::SpecularTransmission => glass.squared_ratio(!is_entering),
@@ -61,7 +62,7 @@ fn basic_after(bsdf: &Bsdf, lobe: Lobe, is_entering: bool) -> f64 {
     }
 }
 
-/// From a part of a surface, by drawing from the whole of its scattering.
+/// Draws the continuation at a part of a surface, from all of its scattering.
 pub(super) fn goes_on(
     point: &SurfacePoint,
     bsdf: &Bsdf,
@@ -76,10 +77,10 @@ pub(super) fn goes_on(
     }
 }
 
-/// At a mirror or glass.
+/// Draws the continuation at a mirror or glass.
 fn reflected_or_bent(point: &SurfacePoint, bsdf: &Bsdf, incoming: Vec3, s: &mut Stream) -> Option<Scattered> {
     let (ng, ns) = (point.geometric_normal, point.shading_normal);
-    // Light that arrives at the back of the shading normal is reflected by neither normal's rule.
+    // Light is reflected only if both normals are on the side from which it arrives.
     let (cos_ng, cos_ns) = (ng.dot(incoming), ns.dot(incoming));
     if cos_ng * cos_ns <= 0.0 {
         return None;
@@ -101,16 +102,16 @@ fn reflected_or_bent(point: &SurfacePoint, bsdf: &Bsdf, incoming: Vec3, s: &mut 
 /// normal differs.
 const BY_GEOMETRY: f32 = 0.5;
 
-/// At any other surface: by the kernel with which a viewer in the direction that the light takes
-/// sees it,
+/// Draws the continuation at any other surface, by the kernel as seen by a viewer in the new
+/// direction,
 ///
 /// ```text
 /// Φ' = Φ f(ω', ω) |n_s·ω| |n_g·ω'| / (|n_g·ω| p(ω'))
 /// ```
 ///
 /// (Veach 1997, section 5.3; `n_s` as [seen from](SurfacePoint::normals_seen_from) `ω'`).
-/// Directions are drawn about the shading normal *and* about the geometric one: those that only one
-/// of the two faces carry light as well.
+/// Directions are drawn around the shading normal *and* around the geometric one: directions that
+/// only one of the two faces carry light as well.
 fn scattered(
     point: &SurfacePoint,
     bsdf: &Bsdf,
@@ -119,7 +120,7 @@ fn scattered(
     s: &mut Stream,
 ) -> Option<Scattered> {
     let (ng, ns) = point.normals_towards(incoming);
-    // Light that goes through leaves as if it were reflected, mirrored to behind the surface.
+    // Transmitted light leaves as reflected light would, mirrored to the other side of the surface.
     let mirrored = Vec3::new(1.0, 1.0, if through { -1.0 } else { 1.0 });
     let by_geometry = Frame::about(if through { -ng } else { ng });
     let by_shading = point.frame(ns);
@@ -160,9 +161,9 @@ mod tests {
     use crate::scene::{InstanceId, TurnedAway};
     use crate::stats::Moments;
 
-    /// What goes to a part of the directions is the kernel's integral over it, whatever directions
-    /// are drawn from: also behind the shading normal, from before it and from behind it, and
-    /// through the surface.
+    /// The light that is scattered into a part of the directions is the integral of the kernel over
+    /// that part, whatever the directions are drawn from. This holds behind the shading normal too,
+    /// for light that arrives in front of it or behind it, and for light through the surface.
     #[test]
     fn scattered_light_is_what_viewers_see() {
         let ns = Vec3::new(0.8, 0.0, 0.6);
@@ -179,7 +180,7 @@ mod tests {
         let lambert = Bsdf::Lambert(Lambert { reflectance: Rgb::gray(0.7) });
         let plastic = Plastic { diffuse: Rgb::gray(0.6), specular: Rgb::WHITE, ior: 1.5, facets: 0.4.into() };
         let plastic = Bsdf::Plastic(plastic);
-        // Not the same for light that goes the other way.
+        // Kernels that are not reciprocal.
         let layered = Layered::over(&lambert).unwrap();
         let coat = Clearcoat { amount: 1.0, alpha: 0.4, model: CoatModel::Layer };
         let coat = Bsdf::Layered(Layered { coat, ..layered });

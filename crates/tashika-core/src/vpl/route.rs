@@ -1,13 +1,13 @@
-//! Route of light to the place where a VPL stands: kind of emitter, and way from there.
+//! Route of light to a VPL: the kind of emitter, and the way from there.
 
 use super::VplKind;
 
 /// Kind of an emitter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// An emissive surface, drawn at a point of its area.
+    /// A surface of the scene that emits light.
     Surface,
-    /// A point: an omnidirectional light, a spot light or an image of one.
+    /// A point: an omnidirectional light, a spot light or a light with an image.
     Point,
     /// Infinity: an environment or a directional light.
     Infinity,
@@ -17,7 +17,7 @@ impl Origin {
     /// Number of kinds.
     pub const COUNT: usize = 3;
 
-    /// The kind of emitter that a light of this kind is drawn on.
+    /// Returns the kind of emitter that emits by a light of the given kind.
     pub(super) fn of(kind: VplKind) -> Self {
         match kind {
             VplKind::Oriented | VplKind::Volume(_) => Self::Surface,
@@ -27,12 +27,12 @@ impl Origin {
     }
 }
 
-/// Way of light from an emitter.
+/// Way of light from an emitter to a VPL.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
-    /// Along a straight line, also through thin panes and holes.
+    /// Along a straight line, perhaps through thin panes.
     Straight,
-    /// Over specular surfaces only, at least one of which bent it.
+    /// Over specular surfaces only, at least one of which changed its direction.
     Specular,
     /// Over at least one surface or medium that scatters light.
     Scattered,
@@ -46,7 +46,7 @@ impl Way {
 /// Route of the light of a VPL.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Route {
-    /// Kind of emitter.
+    /// Kind of the emitter that sent the light.
     pub origin: Origin,
     /// Way from the emitter to the VPL.
     pub way: Way,

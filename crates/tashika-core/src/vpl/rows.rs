@@ -1,4 +1,4 @@
-//! Lights as they are read: one where it was drawn, or several as vectors.
+//! Storage of lights, which are read one by one or several as vectors.
 
 use std::ops::Range;
 
@@ -9,54 +9,53 @@ use crate::bsdf::HenyeyGreenstein;
 use crate::color::Rgb;
 use crate::math::simd::MOST_LANES;
 
-/// Numbers that all lights have: position, direction, intensity.
+/// Number of values that every light has: position, direction, intensity.
 const NUMBERS: usize = 9;
 
-/// Several lights, number by number: positions, directions, intensities; zeros where there are
-/// fewer.
+/// Several lights, value by value: positions, directions, intensities; zeros in unused lanes.
 pub(crate) type Columns = [[f32; MOST_LANES]; NUMBERS];
 
-/// Lights that stand instant by instant, and of each kind by kind, each in a row of 36 bytes: one that is
-/// drawn among millions takes a line or two of a cache.
+/// Lights, instant by instant and, within an instant, kind by kind. Each has a row of 36 bytes: a
+/// light that is drawn among millions takes one or two cache lines.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightRows {
     rows: Vec<[f32; NUMBERS]>,
-    /// By instant.
+    /// Kinds of the lights of each instant.
     kinds: Vec<Kinds>,
-    /// Of the spots and images.
+    /// Cones of the spots and images, in order.
     cones: Vec<VplKind>,
-    /// Of the lights in media.
+    /// Phase functions of the lights in media, in order.
     phases: Vec<HenyeyGreenstein>,
 }
 
-/// Where the kinds of the lights of an instant are.
+/// Ranges of the kinds of lights of an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Kinds {
-    /// Where each kind ends, by [number](VplKind::number).
+    /// End of each kind, by [number](VplKind::number).
     ends: [usize; VplKind::COUNT],
-    /// What has to be taken from the place of a spot or image to find its cone.
+    /// Place of a spot or image less the place of its cone.
     before_cones: usize,
-    /// The same of the lights in media.
+    /// Place of a light in a medium less the place of its phase function.
     before_phases: usize,
 }
 
 impl LightRows {
-    /// Of lights of one instant, in the order of the [numbers](VplKind::number) of their kinds.
+    /// Stores lights of one instant, in the order of the [numbers](VplKind::number) of their kinds.
     ///
     /// # Panics
-    /// If they are in another.
+    /// If the lights are in another order.
     pub fn new(lights: impl ExactSizeIterator<Item = Vpl>) -> Self {
         let mut rows = Self::with_capacity(lights.len());
         rows.push_instant(lights);
         rows
     }
 
-    /// Room for so many lights.
+    /// Returns empty storage with room for `lights` lights.
     pub fn with_capacity(lights: usize) -> Self {
         Self { rows: Vec::with_capacity(lights), ..Self::default() }
     }
 
-    /// Adds the lights of the next instant, as [`Self::new`].
+    /// Adds the lights of the next instant, in the order that [`Self::new`] requires.
     pub fn push_instant(&mut self, lights: impl Iterator<Item = Vpl>) {
         let Self { rows, cones, phases, .. } = self;
         let mut ends = [rows.len(); VplKind::COUNT];
@@ -77,23 +76,24 @@ impl LightRows {
             }
         }
         let [_, oriented, _, directional, _] = ends;
-        // Wherever there is one, it stands behind as many lights as cones, or phases, before it.
+        // Neither difference is negative: each earlier cone or phase function belongs to an earlier
+        // light.
         let kinds =
             Kinds { ends, before_cones: oriented - cones_before, before_phases: directional - phases_before };
         self.kinds.push(kinds);
     }
 
-    /// How many lights there are.
+    /// Returns the number of lights.
     pub fn len(&self) -> usize {
         self.rows.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no lights.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// One light.
+    /// Returns one light.
     #[inline]
     pub fn get(&self, light: usize) -> Vpl {
         let [px, py, pz, dx, dy, dz, r, g, b] = self.rows[light];
@@ -105,24 +105,25 @@ impl LightRows {
         }
     }
 
-    /// All lights, in order.
+    /// Returns all lights, in order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Vpl> {
         (0..self.len()).map(|light| self.get(light))
     }
 
-    /// Luminances of the intensities of some lights, in order.
+    /// Returns the luminances of the intensities of some lights, in order.
     pub fn luminances(&self, lights: Range<usize>) -> impl ExactSizeIterator<Item = f32> {
         self.rows[lights].iter().map(|row| Rgb::new(row[6], row[7], row[8]).luminance())
     }
 
-    /// Memory (bytes).
+    /// Returns the memory of the lights (bytes).
     pub fn bytes(&self) -> usize {
         self.rows.capacity() * size_of::<[f32; NUMBERS]>()
             + self.cones.capacity() * size_of::<VplKind>()
             + self.phases.capacity() * size_of::<HenyeyGreenstein>()
     }
 
-    /// Parts of a range of one instant whose lights are of one kind, each with the kind of its first.
+    /// Returns the parts of a range of one instant that have lights of one kind, each with the kind
+    /// of its first light.
     pub(crate) fn runs(&self, lights: Range<usize>) -> impl Iterator<Item = (VplKind, Range<usize>)> {
         let mut first = lights.start;
         self.kinds_about(first).ends.into_iter().filter_map(move |end| {
@@ -132,7 +133,7 @@ impl LightRows {
         })
     }
 
-    /// Lights of a range, of which the first [`MOST_LANES`] are given.
+    /// Returns the first [`MOST_LANES`] lights of a range.
     #[inline(always)]
     pub(crate) fn columns(&self, lights: Range<usize>) -> Columns {
         let mut columns = [[0.0; MOST_LANES]; NUMBERS];
@@ -144,7 +145,7 @@ impl LightRows {
         columns
     }
 
-    /// The kinds of the instant of a light.
+    /// Returns the ranges of kinds at the instant of a light.
     #[inline]
     fn kinds_about(&self, light: usize) -> &Kinds {
         if let [only] = &self.kinds[..] {
@@ -174,7 +175,7 @@ mod tests {
     use crate::rng::{Purpose, Stream};
     use crate::scene::{Beam, Falloff, FalloffShape};
 
-    /// `counts` lights of each kind.
+    /// Returns `counts` lights, by kind, in the required order.
     fn lights(counts: [usize; VplKind::COUNT]) -> Vec<Vpl> {
         let mut s = Stream::new(1, Purpose::Test, 0);
         let mut light = |kind| {

@@ -1,4 +1,4 @@
-//! The emitters' sampler against closed forms, and VPL sets against what was asked for.
+//! Tests of the emitter sampler against closed forms, and of VPL sets against their options.
 
 use std::sync::Arc;
 
@@ -35,7 +35,7 @@ fn scene(two_sided: bool, opacity: f32, more: impl FnOnce(&mut SceneBuilder)) ->
     Tracer::new(Arc::new(b.build().unwrap()))
 }
 
-/// Mean luminance of the sampled intensities of one kind, with its standard error.
+/// Returns the mean luminance of the sampled intensities of one kind, with its standard error.
 fn mean_intensity(scene: &Tracer, kind: VplKind) -> Moments {
     let emitters = EmitterSampler::new(scene);
     let mut s = Stream::new(3, Purpose::Test, 0);
@@ -53,7 +53,8 @@ fn assert_mean(m: &Moments, expected: f64) {
     assert!(error < 0.1 * expected, "sharp: {error} of {expected}");
 }
 
-/// A lamp that is turned inside out has no area in the middle of the time, and shines before and after.
+/// A lamp that is turned inside out has no area in the middle of the shutter interval, and shines
+/// before and after.
 #[test]
 fn lamps_without_area_in_the_middle_are_drawn() {
     let mut b = SceneBuilder::new("lamp", Location::default());
@@ -74,8 +75,7 @@ fn lamps_without_area_in_the_middle_are_drawn() {
     }
 }
 
-/// One sample stands for all emitters: its mean intensity is `L A` a side for surfaces, `∫ L dω`
-/// for the sky, `I` for points.
+/// Lights with invalid numbers, directions or cones are not sound.
 #[test]
 fn lights_that_cannot_be_are_told_apart() {
     let sound =
@@ -98,6 +98,8 @@ fn lights_that_cannot_be_are_told_apart() {
     assert!(cone(0.9, 0.5).is_sound() && !cone(0.5, 0.9).is_sound() && !cone(1.5, 0.5).is_sound());
 }
 
+/// One sample represents all emitters: its mean intensity is `L A` a side for surfaces, `∫ L dω`
+/// for the sky, `I` for points.
 #[test]
 fn sampled_intensities_add_up_to_the_emitters() {
     let area = 4.0 * f64::from(RADIANCE);
@@ -119,8 +121,8 @@ fn sampled_intensities_add_up_to_the_emitters() {
     assert_mean(&mean_intensity(&lit, VplKind::Directional), whole);
 }
 
-/// Three emitters, of which one has nearly all power: each has its share, and what is drawn still
-/// stands for all.
+/// One of three emitters has nearly all power: each is drawn with its share, and draws stay
+/// unbiased.
 #[test]
 fn a_weak_emitter_is_drawn_as_often_as_its_share_says() {
     let scene = scene(false, 1.0, |b| {
@@ -139,11 +141,11 @@ fn a_weak_emitter_is_drawn_as_often_as_its_share_says() {
             m.push(if light.kind == kind { f64::from(light.intensity.luminance()) } else { 0.0 });
         }
     }
-    // The triangles share theirs by power.
+    // The triangles divide their share by power.
     let drawn = [4.0 * f64::from(RADIANCE), 1e6, 1e-6].into_iter().zip([0.1, 0.8, 0.1]);
     for (m, (intensity, share)) in of_kind.iter().zip(drawn) {
         assert_mean(m, intensity);
-        // Of a draw that is `i/p` with probability `p` and else nothing the variance is
+        // A draw that is `i/p` with probability `p`, and else zero, has the variance
         // `i² (1/p − 1)`.
         let found = 1.0 / (1.0 + m.variance() / (intensity * intensity));
         assert!((found / share - 1.0).abs() < 0.1, "drawn with {found} for {share}");
@@ -176,14 +178,14 @@ fn sets_have_about_the_number_that_was_asked_for() {
     for count in [1000, 10_000, 100_000] {
         let set = VplSet::trace(&tracer, &VplOptions { count, ..VplOptions::default() }).unwrap();
         let ratio = set.len() as f64 / count as f64;
-        // The pilot of 4096 paths knows the mean to 2 %, the set itself adds its own spread.
+        // The pilot of 4096 paths estimates the mean to 2 %; the set itself adds its own spread.
         assert!((ratio - 1.0).abs() < 0.12, "{} for {count}", set.len());
         assert_eq!(set.len() as u64, set.provenance().direct + set.provenance().indirect);
         assert!((set.provenance().direct as f64 / count as f64 - 0.25).abs() < 0.01);
     }
 }
 
-/// As many points as VPLs were asked for must not take the place of indirect light.
+/// As many point lights as requested VPLs must not displace indirect light.
 #[test]
 fn many_point_lights_leave_room_for_indirect_light() {
     let tracer = scene(false, 1.0, |b| {
@@ -210,8 +212,8 @@ fn options_out_of_range_are_named() {
     assert!(said(VplOptions { max_depth: 5000, ..VplOptions::default() }).contains("max_depth = 5000"));
 }
 
-/// What a point above the lamp receives from a set, as if nothing were in between: from direct and
-/// from indirect VPLs.
+/// Returns the unoccluded light that a point above the lamp receives from direct and from indirect
+/// VPLs.
 fn received(set: &VplSet) -> [f64; 2] {
     let at = Vec3::new(0.3, 4.0, 0.4);
     let mut sums = [0.0; 2];
@@ -224,8 +226,7 @@ fn received(set: &VplSet) -> [f64; 2] {
     sums
 }
 
-/// Whatever a guide has learned, sets are worth as much on average; and where it sends light paths,
-/// there are more VPLs.
+/// Whatever a guide has learned, the light of sets is the same on average.
 #[test]
 fn guides_change_where_vpls_are_and_not_what_they_give() {
     let tracer = scene(true, 1.0, |b| {
@@ -265,8 +266,8 @@ fn guides_change_where_vpls_are_and_not_what_they_give() {
     }
 }
 
-/// A pilot that met nothing is no proof that there is no indirect light: paths are traced all the
-/// same.
+/// A pilot that met nothing does not prove that there is no indirect light: paths are traced
+/// nevertheless.
 #[test]
 fn light_that_no_pilot_meets_is_not_dropped() {
     // A plate of a hand's width, a thousand kilometres from the lamp.
@@ -283,8 +284,8 @@ fn light_that_no_pilot_meets_is_not_dropped() {
     assert_eq!((set.provenance().indirect, set.provenance().paths), (0, 750));
 }
 
-/// Each cluster is drawn from as often as it says, by the sampler's own densities: draws from all
-/// clusters, each as often, stand for all emitters.
+/// Each cluster is drawn with its stated probability, by the densities of the sampler. Draws from
+/// all clusters, weighted by these probabilities, estimate all emitters.
 #[test]
 fn clusters_of_emitters_are_what_the_sampler_draws_from() {
     let mut pixels = vec![[0.1, 0.2, 0.1]; 64 * 32];

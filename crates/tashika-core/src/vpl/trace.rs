@@ -1,46 +1,48 @@
-//! Light tracing: from the emitters over the surfaces and through media, leaving a VPL wherever light
-//! is reflected diffusely or scattered.
+//! Light tracing: from the emitters over the surfaces and through media, leaving a VPL wherever
+//! light is reflected diffusely or scattered.
 //!
-//! # What is computed
-//! *Direct* VPLs: every point, spot and directional emitter is one, exactly; surfaces and the
+//! # Computation
+//! *Direct* VPLs: every point, spot and directional emitter is exactly one VPL; surfaces and the
 //! environment are sampled in proportion to power. *Indirect* VPLs: `P` light paths start on
-//! emitters; where one with flux `Φ` (W) meets a surface with diffuse reflectance `ρ`, it leaves an
+//! emitters. Where a path of flux `Φ` (W) meets a surface of diffuse reflectance `ρ`, it leaves an
 //! oriented VPL of intensity
 //!
 //! ```text
 //! I = Φ ρ / (π P) · |n_s·ω| / |n_g·ω|        W·sr⁻¹
 //! ```
 //!
-//! (`n_s`, `n_g` shading and geometric normal, `ω` towards where the light came from: Veach 1997,
-//! section 5.3), and goes on by sampling the *whole* BSDF, as a viewer in the direction that it
-//! takes would see it, with Russian roulette by the flux that is left. The expected sum over the
-//! VPLs, unclamped, is the light transported by all paths whose last surface before the receiver
-//! reflects diffusely, or whose last place before it is in a medium. Surfaces whose diffuse part depends on the outgoing direction (coats) leave
-//! a VPL of the same flux with a plain cosine lobe. Inside glass of index `η` VPLs have `I/η²`, which is
-//! what viewers outside know of them.
+//! with the shading normal `n_s`, the geometric normal `n_g`, and the direction `ω` towards the
+//! light that arrives (Veach 1997, section 5.3). The path continues by sampling the *whole* BSDF,
+//! as a viewer in the path's new direction would see it, with Russian roulette by the flux that is
+//! left. The expected sum over the VPLs, unclamped, is the light transported by all paths whose
+//! last surface before the receiver reflects diffusely, or whose last vertex before the receiver is
+//! in a medium. Surfaces whose diffuse part depends on the outgoing direction (coats) leave a VPL
+//! of the same flux with a plain cosine lobe. Inside glass of index `η` VPLs have the intensity
+//! `I/η²`, which is how viewers outside see them.
 //!
 //! Where a path of flux `Φ` is scattered in a medium, it leaves a VPL that shines by the phase
-//! function `p` of the medium about the direction `ω` that the light came along,
+//! function `p` of the medium around the direction `ω` in which the light arrived,
 //!
 //! ```text
 //! I(ω') = Φ/P · p(ω·ω')        W·sr⁻¹
 //! ```
 //!
-//! and goes on by drawing from it ([`walk`](super::walk)).
+//! and continues in a direction drawn from `p` ([`walk`](super::walk)).
 //!
 //! # Time
-//! Where things move while the shutter is open, each of a number of [`Instants`] has a set of its own,
-//! with its share of the VPLs, that stands for all light there is then.
+//! If anything moves while the shutter is open, each of several [`Instants`] has a set of its own,
+//! with its share of the VPLs. This set represents all light at that time.
 //!
 //! # Number
-//! Stopping at a number would bias the set: a long last path would be cut more often than a short
-//! one. So the VPLs left by a path are counted on an independent pilot, and `P` is fixed from that
-//! before tracing. The set then has the number that was asked for to within a few percent, where it
-//! is more than half sampled: points, spots and directional emitters are VPLs each, however many.
+//! Stopping at a given number of VPLs would bias the set: a long last path would be cut more often
+//! than a short one. So an independent pilot counts the VPLs that a path leaves, and `P` is fixed
+//! from this count before tracing. The set then has the requested number to within a few percent,
+//! if more than half of it is sampled: points, spots and directional emitters are one VPL each,
+//! however many.
 //!
 //! # Guarantee
-//! The set is a function of scene and options; threads do not enter. Unbiased but for paths longer
-//! than `max_depth`. Held to this by `vpl::tests` and `furnace`.
+//! The set is a function of scene and options; threads do not enter. It is unbiased except for
+//! paths longer than `max_depth`. Held to this by `vpl::tests` and `furnace`.
 
 use rayon::prelude::*;
 
@@ -55,14 +57,15 @@ use crate::media::Outside;
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Weighted;
 
-/// Light paths of the first pilot.
+/// Number of light paths of the first pilot.
 const PILOT_PATHS: u64 = 4096;
-/// VPLs from which a pilot knows the number to about 6 %.
+/// Number of VPLs from which a pilot estimates the mean per path to about 6 %.
 const PILOT_LIGHTS: usize = 256;
-/// Light paths of the last pilot: what one path in 250,000 does not meet is left out.
+/// Number of light paths of the last pilot: it misses surfaces that fewer than one path in 250,000
+/// meets.
 const MAX_PILOT_PATHS: u64 = PILOT_PATHS * 8 * 8;
 
-/// Most passes of light paths that look for caustics.
+/// Maximum number of passes of light paths that look for caustics.
 const MOST_PASSES: u64 = 4;
 
 impl VplSet {
@@ -77,19 +80,19 @@ impl VplSet {
     }
 }
 
-/// What sets of VPLs are traced with: one after the other, by seeds of their own, all alike.
+/// Tracer of sets of VPLs: each seed gives an independent set of the same distribution.
 #[derive(Debug)]
 pub struct LightTracer<'s> {
     tracer: &'s Tracer,
     options: VplOptions,
     emitters: EmitterSampler<'s>,
     guide: LightGuide,
-    /// VPLs that a light path leaves on average, by a pilot.
+    /// Mean number of VPLs that a light path leaves, from a pilot.
     per_path: f64,
 }
 
 impl<'s> LightTracer<'s> {
-    /// Without a guide.
+    /// Returns a light tracer without a guide.
     ///
     /// # Errors
     /// As [`VplSet::trace`].
@@ -107,30 +110,32 @@ impl<'s> LightTracer<'s> {
         Ok(Self { per_path: tracing.lights_per_path(), ..tracing })
     }
 
-    /// By this guide, which must not depend on the random numbers of light paths and direct VPLs.
+    /// Returns the light tracer with a guide, which must not depend on the random numbers of light
+    /// paths and direct VPLs.
     #[must_use]
     pub fn guided(self, guide: LightGuide) -> Self {
         let guided = Self { guide, ..self };
         Self { per_path: guided.lights_per_path(), ..guided }
     }
 
-    /// The same with another clamp, which is told in the provenance and changes no light.
+    /// Returns the light tracer with another clamp, which is stored in the provenance and changes
+    /// no light.
     #[must_use]
     pub fn clamped(self, clamp: Clamp) -> Self {
         Self { options: VplOptions { clamp, ..self.options }, ..self }
     }
 
-    /// What it traces rays with.
+    /// Returns the tracer of rays.
     pub fn tracer(&self) -> &'s Tracer {
         self.tracer
     }
 
-    /// The emitters, as they are drawn from.
+    /// Returns the distribution over the emitters.
     pub fn emitters(&self) -> &EmitterSampler<'s> {
         &self.emitters
     }
 
-    /// The set of this seed, traced in parallel on the current thread pool.
+    /// Traces the set of this seed, in parallel on the current thread pool.
     pub fn trace(&self, seed: u64) -> VplSet {
         self.sets(seed, |count, moment| {
             let mut direct: Vec<Vpl> = self.emitters.punctual().collect();
@@ -140,7 +145,7 @@ impl<'s> LightTracer<'s> {
         })
     }
 
-    /// The same without direct VPLs: what surfaces reflect.
+    /// Traces the set of this seed without direct VPLs, in parallel on the current thread pool.
     pub fn trace_indirect(&self, seed: u64) -> VplSet {
         self.sets(seed, |count, moment| {
             let paths = self.paths(count, count);
@@ -148,7 +153,7 @@ impl<'s> LightTracer<'s> {
         })
     }
 
-    /// The times that sets of this seed are of.
+    /// Returns the times of sets of this seed.
     fn instants(&self, seed: u64) -> Instants {
         if self.tracer.scene().moves() {
             let mut stream = Stream::new(seed, Purpose::Shutter, 0);
@@ -158,9 +163,10 @@ impl<'s> LightTracer<'s> {
         }
     }
 
-    /// The set of all instants.
+    /// Returns the set of all instants.
     ///
-    /// * `at`: direct VPLs, trail and number of light paths of one, for about so many VPLs.
+    /// * `at`: returns direct VPLs, trail and number of light paths of one instant, for
+    ///   approximately the given number of VPLs.
     fn sets(&self, seed: u64, at: impl Fn(u64, Moment) -> (Vec<Vpl>, Trail, u64)) -> VplSet {
         let Self { tracer, options, .. } = self;
         let scene = tracer.scene();
@@ -202,9 +208,9 @@ impl<'s> LightTracer<'s> {
         VplSet::at_instants(all, instants, &counts, provenance).expect("lights were counted")
     }
 
-    /// The VPLs of a set of about `count` by what they are drawn with: each direct VPL by itself,
-    /// and those that a light path leaves together; without emitters that are points, which are in
-    /// every set.
+    /// Returns the VPLs of a set of approximately `count`, grouped by the random numbers that draw
+    /// them: a direct VPL is a group of its own, the VPLs of a light path are one group. Points,
+    /// spots and directional emitters, which are in every set, are not included.
     pub fn drawn_together(&self, count: u64, seed: u64) -> Vec<Vec<Vpl>> {
         let moment = Moment { seed, share: Instants::STILL };
         let (direct, trail, _) = self.draw(count, moment, self.emitters.punctual().count() as u64);
@@ -214,7 +220,7 @@ impl<'s> LightTracer<'s> {
         groups
     }
 
-    /// So many direct VPLs: on emitting surfaces, and directions of the environment.
+    /// Returns `count` direct VPLs: on emitting surfaces, and towards the environment.
     pub fn on_emitters(&self, count: u64, seed: u64) -> Vec<Vpl> {
         self.on_emitters_at(Moment { seed, share: Instants::STILL }, count)
     }
@@ -233,9 +239,9 @@ impl<'s> LightTracer<'s> {
         (0..count).into_par_iter().filter_map(light).collect()
     }
 
-    /// Traces `paths` light paths. As long as fewer than `enough` caustic photons that drawn light does
-    /// not find are known, but some, up to three more passes follow, whose emission is guided to them.
-    /// Runs on the current thread pool.
+    /// Traces `paths` light paths in each of up to four passes. Another pass follows if fewer than
+    /// `enough` caustic photons, but some, were found that draws from the emitters miss; its
+    /// emission is guided to these photons. Runs on the current thread pool.
     pub fn arrived_light(&self, paths: u64, enough: usize, seed: u64) -> ArrivedLight {
         let moment = Moment { seed, share: Instants::STILL };
         let mut all = self.follow(moment, Purpose::LightPath, paths);
@@ -251,9 +257,9 @@ impl<'s> LightTracer<'s> {
         ArrivedLight { caustics, routes: all.routes(), lights: all.lights }
     }
 
-    /// Traces `paths` light paths by this guide. Returns the numbers that the emission of each was drawn by,
-    /// with the sum of `worth` over the VPLs that it leaves, where that is not zero. Runs on the current
-    /// thread pool.
+    /// Traces `paths` light paths by this guide. Returns the numbers by which the emission of each
+    /// path was drawn, with the sum of `worth` over the VPLs of the path, if the sum is not zero.
+    /// Runs on the current thread pool.
     pub fn worth_of_emission(
         &self,
         guide: &LightGuide,
@@ -272,15 +278,15 @@ impl<'s> LightTracer<'s> {
         trail.numbers.iter().zip(&trail.counts).filter_map(of_path).collect()
     }
 
-    /// Direct VPLs, what light paths leave, and how many paths there are, beside so many emitters
-    /// that are points.
+    /// Returns direct VPLs, the trail of the light paths and their number, for a set that also has
+    /// `punctual` points, spots and directional emitters.
     fn draw(&self, count: u64, moment: Moment, punctual: u64) -> (Vec<Vpl>, Trail, u64) {
         let Self { options, emitters, .. } = self;
-        // However many lights are points: half of the count goes to what has to be sampled.
+        // At least half of the count goes to sampled VPLs, however many emitters are points.
         let rest = count.saturating_sub(punctual).max(count.div_ceil(2));
         let has_extended = emitters.has_extended();
         let share = f64::from(options.direct_share);
-        // However small the count: neither kind of light is left out, unless the share says so.
+        // Neither kind of light is omitted however small the count, unless the share demands it.
         let mut direct =
             if has_extended && share > 0.0 { ((rest as f64 * share).round() as u64).max(1) } else { 0 };
         let paths = self.paths(count, rest - direct);
@@ -290,8 +296,9 @@ impl<'s> LightTracer<'s> {
         (self.on_emitters_at(moment, direct), self.follow(moment, Purpose::LightPath, paths), paths)
     }
 
-    /// How many light paths leave about `wanted` VPLs: at least one where there may be indirect
-    /// light, as a pilot that met nothing does not prove that there is none.
+    /// Returns the number of light paths that leave approximately `wanted` VPLs. It is at least one
+    /// where there may be indirect light, since a pilot that met nothing does not prove that there
+    /// is none.
     fn paths(&self, count: u64, wanted: u64) -> u64 {
         let options = &self.options;
         if options.max_depth == 0 || options.direct_share >= 1.0 || self.emitters.is_empty() {
@@ -302,13 +309,14 @@ impl<'s> LightTracer<'s> {
         (paths.round() as u64).max(1).min(most)
     }
 
-    /// VPLs that a light path leaves on average, from a pilot that grows until it knows.
+    /// Returns the mean number of VPLs that a light path leaves, from a pilot that grows until the
+    /// mean is precise enough.
     fn lights_per_path(&self) -> f64 {
         let options = &self.options;
         if options.max_depth == 0 {
             return 0.0;
         }
-        // More than will be traced would tell nothing that can be used.
+        // A pilot of more paths than will be traced would be wasted.
         let most = options.count.saturating_mul(options.emission.max_paths_per_vpl()).min(MAX_PILOT_PATHS);
         let mut paths = PILOT_PATHS;
         loop {
@@ -332,23 +340,23 @@ impl<'s> LightTracer<'s> {
     }
 }
 
-/// When light is looked at, and by which random numbers.
+/// Time and seed of one set.
 #[derive(Clone, Copy)]
 struct Moment {
     seed: u64,
-    /// A share of the time that the shutter is open, 0 to 1.
+    /// Time as a share of the shutter interval, 0 to 1.
     share: f32,
 }
 
-/// Least share of the light paths that a kind of emitters has.
+/// Least share of the light paths for each kind of emitters.
 const LEAST_SHARE: f64 = 0.05;
 
 /// Share of the draws that is spread evenly over the emitters.
 const SHARE_FOR_EACH: f64 = 0.1;
 
 impl<'s> EmitterSampler<'s> {
-    /// The emitters of the tracer's scene, either kind in proportion to the flux that a pilot's
-    /// paths bring to surfaces, and each emitter with a share ([`Emission::ByUse`]).
+    /// Creates a sampler that draws each kind of emitters in proportion to the flux that a pilot's
+    /// paths bring to surfaces, and gives each emitter a share ([`Emission::ByUse`]).
     pub fn by_use(tracer: &'s Tracer, options: &VplOptions) -> Self {
         let reflected = |kinds: [f64; 2]| {
             let emitters = EmitterSampler::new(tracer).weighted(kinds);

@@ -1,12 +1,12 @@
-//! Light paths: from the emitters over the surfaces and through media, leaving a VPL wherever light is
-//! reflected diffusely or scattered. What they are for and what they guarantee is in
-//! [`trace`](super::trace).
+//! Light paths: from the emitters over the surfaces and through media, leaving a VPL wherever light
+//! is reflected diffusely or scattered. [`trace`](super::trace) has their purpose and guarantee.
 //!
-//! A path draws on its way to each surface whether it is scattered before ([`Leg::fly`]). Where it is, it
-//! leaves a VPL of what is scattered and goes on by the phase function. It begins in the medium that
-//! [`Outside`] tells; interfaces tell which one it is in from there on, and boundaries that are nothing
-//! else are passed. Being scattered, and passing such a boundary, do not count as surfaces: Russian
-//! roulette by the flux that is left ends paths in media, with a cap near one.
+//! A path may be scattered by a medium on its way to each surface ([`Leg::fly`]). There it leaves a
+//! VPL of the scattered light, and continues by the phase function. It begins in the medium that
+//! [`Outside`] finds; from there on, interfaces determine the medium. Surfaces that are only
+//! boundaries of media are passed. Neither scattering in media nor passing a boundary counts as a
+//! surface: paths in media are ended by Russian roulette by the flux that is left, with a cap near
+//! one.
 //!
 //! # Held to this by
 //! `vpl::tests`, and the suite's `furnace`, `volume_lights` and `moving_lights`.
@@ -29,56 +29,56 @@ use crate::scene::Part;
 /// Light paths traced as one piece of parallel work.
 const CHUNK: u64 = 1024;
 
-/// What light paths are followed with.
+/// Inputs that light paths share.
 #[derive(Clone, Copy)]
 pub(super) struct LightPaths<'a> {
     pub(super) tracer: &'a Tracer,
     pub(super) emitters: &'a EmitterSampler<'a>,
     pub(super) guide: &'a LightGuide,
-    /// Surfaces that a path meets at most.
+    /// Maximum number of surfaces that a path meets.
     pub(super) max_depth: u32,
     pub(super) seed: u64,
-    /// When they are: a share of the time that the shutter is open, 0 to 1.
+    /// Time of the paths as a share of the shutter interval, 0 to 1.
     pub(super) share: f32,
     /// True to store the numbers of each path in the trail.
     pub(super) keeps_numbers: bool,
 }
 
-/// VPLs of one or more paths, and what became of the flux.
+/// VPLs of one or more paths, and totals of flux.
 #[derive(Default)]
 pub(super) struct Trail {
     pub(super) lights: Vec<Vpl>,
-    /// Way of the light of each.
+    /// Way of the light of each VPL.
     ways: Vec<Way>,
     /// Number of VPLs of each path.
     pub(super) counts: Vec<u32>,
     /// Emitter of each path.
     origins: Vec<Origin>,
-    /// The numbers that the emission of each path was drawn by.
+    /// Numbers by which the emission of each path was drawn.
     pub(super) numbers: Vec<[f32; 5]>,
-    /// Arrivals after specular surfaces only, in the order of the lights that they leave.
+    /// Arrivals over specular surfaces only, in the order of the VPLs that they leave.
     pub(super) caustics: Vec<Arrival>,
     /// Flux that VPLs send out (W, luminance).
     pub(super) diffuse: f64,
-    /// Flux that surfaces reflect, but for mirrors and glass.
+    /// Flux that surfaces other than mirrors and glass reflect (W, luminance).
     pub(super) reflected: f64,
 }
 
 impl Trail {
-    /// Adds a VPL.
+    /// Adds a VPL of a path, with the way of its light.
     pub(super) fn push(&mut self, light: Vpl, way: Way) {
         self.lights.push(light);
         self.ways.push(way);
     }
 
-    /// Route of the light of each VPL.
+    /// Returns the route of the light of each VPL.
     pub(super) fn routes(&self) -> Vec<Route> {
         let of_path = |(origin, count): (&Origin, &u32)| std::iter::repeat_n(*origin, *count as usize);
         let origins = self.origins.iter().zip(&self.counts).flat_map(of_path);
         origins.zip(&self.ways).map(|(origin, way)| Route { origin, way: *way }).collect()
     }
 
-    /// This trail and the next.
+    /// Joins this trail with the next.
     pub(super) fn followed_by(mut self, next: Self) -> Self {
         let before = self.lights.len() as u32;
         self.caustics.extend(next.caustics.into_iter().map(|arrival| arrival.after(before)));
@@ -93,16 +93,16 @@ impl Trail {
     }
 }
 
-/// A path that leaves an emitter.
+/// Path as it leaves an emitter.
 struct Begun {
     leg: Leg,
-    /// W.
+    /// Flux of the path (W).
     flux: Rgb,
     chain: SpecularChain,
 }
 
 impl LightPaths<'_> {
-    /// Follows so many paths, in parallel on the current thread pool.
+    /// Follows `paths` paths, in parallel on the current thread pool.
     pub(super) fn follow(&self, purpose: Purpose, paths: u64) -> Trail {
         let outside = self.tracer.scene().has_media().then(|| Outside::new(self.tracer));
         let chunks: Vec<Trail> = (0..paths.div_ceil(CHUNK))
@@ -134,7 +134,7 @@ impl LightPaths<'_> {
         chunks.into_iter().fold(all, Trail::followed_by)
     }
 
-    /// A path in its first medium, with what media leave of light that comes from infinity.
+    /// Begins a path in its first medium. Media outside attenuate light from infinity.
     fn begun(&self, emitted: Emitted, outside: Option<Outside>, key: u64, s: &mut Stream) -> Begun {
         let Emitted { ray, flux, origin, .. } = emitted;
         let chain = SpecularChain::from_emitter(&emitted);
@@ -152,17 +152,17 @@ impl LightPaths<'_> {
         }
     }
 
-    /// Follows one path and leaves VPLs.
+    /// Follows one path, and leaves its VPLs in the trail.
     fn walk(&self, begun: Begun, key: u64, s: &mut Stream, trail: &mut Trail) {
         let Begun { mut leg, mut flux, chain } = begun;
         let scene = self.tracer.scene();
-        // What flux is worth of basic radiance here; exactly 1 again outside of all glass.
+        // Ratio of basic radiance to flux along the path; exactly 1 again outside of all glass.
         let mut basic = 1.0_f64;
         let mut caustic = Some(chain);
-        // Surfaces that the path has met; times that it was scattered, anywhere; boundaries passed since.
+        // Surfaces met; vertices at surfaces and in media; boundaries passed since the last vertex.
         let (mut depth, mut turned, mut passed) = (0, 0_u32, 0);
         while !flux.is_black() {
-            // Holes are the same along a straight line.
+            // One key for each straight line, so that holes are the same along it.
             let key = key.wrapping_add(u64::from(turned));
             let hit = self.tracer.closest_hit_at(&leg.ray, key, self.share);
             let (left, scattering) = leg.fly(scene, hit.as_ref(), flux, s);
@@ -227,7 +227,8 @@ impl LightPaths<'_> {
     }
 }
 
-/// Way of light after a chain of specular surfaces; none after a surface that scatters.
+/// Returns the way of light after a chain of specular surfaces; without a chain, light was
+/// scattered.
 fn way(chain: Option<&SpecularChain>) -> Way {
     match chain {
         None => Way::Scattered,

@@ -10,10 +10,10 @@
 //! D_c = S_c + V_c / Σ V (D_p − Σ S)        S = L (1 − κ V/L²)₊        L = Σ u − Σ R
 //! ```
 //!
-//! with sums over the squares of `p`. For the picture it is `S` with `κ = 1`: a deficit counts by as
-//! much as it exceeds its noise (the step of James and Stein 1961), so that one lucky path is given
-//! to no pixel, and the light of many is. For squares `κ = 4`, since the noise of a square of 16
-//! pixels would be seen. The rest of the deficit goes to the squares that know least. Pixels are
+//! with sums over the squares of `p`. The picture is given `S` with `κ = 1`: a deficit counts by as
+//! much as it exceeds its noise (the step of James and Stein 1961), so that the light of one lucky
+//! path is given to no pixel, and that of many is. Squares have `κ = 4`, since the noise of a
+//! square of 16 pixels would be seen. The rest of the deficit goes to the noisiest squares. Pixels are
 //! multiplied by `1 + D / Σ R`, interpolated between the centres of the smallest squares.
 //!
 //! Exact pixels, and those that are not finite, neither count nor change.
@@ -22,7 +22,7 @@ use crate::color::Rgb;
 
 /// Sides of the squares (pixels); each is divided by the next.
 const SIDES: [usize; 3] = [64, 32, 16];
-/// `κ` of squares.
+/// Factor `κ` of squares. Chosen.
 const KAPPA: f64 = 4.0;
 /// Least and most factor of a square.
 const FACTORS: [f32; 2] = [0.5, 2.0];
@@ -70,11 +70,11 @@ pub fn conserve(radiance: &mut [Rgb], estimates: &[Rgb], variances: &[f32], widt
 /// Light of the pixels of a square (luminance).
 #[derive(Clone, Copy, Debug, Default)]
 struct Light {
-    /// `L`.
+    /// Deficit `L`.
     lack: f64,
-    /// `V`.
+    /// Variance `V` of the deficit.
     variance: f64,
-    /// `Σ R`.
+    /// Light `Σ R` of the reconstruction.
     found: f64,
 }
 
@@ -85,7 +85,7 @@ impl Light {
         self.found += other.found;
     }
 
-    /// `S`.
+    /// Certain part `S` of the deficit.
     fn sure_lack(&self, kappa: f64) -> f64 {
         let share = 1.0 - kappa * self.variance / (self.lack * self.lack);
         if share > 0.0 { share * self.lack } else { 0.0 }
@@ -106,7 +106,8 @@ impl Squares {
         Self { of: vec![Light::default(); across * down], side, across, down }
     }
 
-    /// `D` of each square, from that of the larger squares of the given number across and side.
+    /// Light `D` given to each square, from that of the larger squares, of which `across` with the
+    /// given side lie in a row.
     fn given(&self, larger: &[f64], across: usize, side: usize) -> Vec<f64> {
         let larger_of = |square: usize| {
             let [x, y] = [square % self.across, square / self.across];
@@ -152,7 +153,7 @@ mod tests {
         (colors.iter().map(|color| f64::from(color.luminance())).sum::<f64>() / colors.len() as f64) as f32
     }
 
-    /// A reconstruction that is a tenth too dark on its left half gets back the light where it lacks.
+    /// A reconstruction that is a tenth too dark on its left half gets back its light there.
     #[test]
     fn light_is_given_back_where_it_lacks() {
         let mut s = Stream::new(1, Purpose::Test, 0);
@@ -171,8 +172,8 @@ mod tests {
         }
     }
 
-    /// The light of one outlier is given to no other pixel, the light of many to all. Exact pixels and
-    /// pixels that are not finite change nothing and stay.
+    /// The light of one outlier is given to no other pixel, the light of many to all. Exact pixels
+    /// and pixels that are not finite neither count nor change.
     #[test]
     fn the_light_of_many_outliers_is_given_back() {
         for (outliers, share) in [(1, 0.0), (64, 1.0 - 1.0 / 64.0)] {

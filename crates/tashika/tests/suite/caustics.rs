@@ -137,8 +137,8 @@ fn the_account_of_light_paths_is_that_of_the_picture() {
     assert!((account.luminance / mean - 1.0).abs() < 0.05, "{account:?} for {mean}");
 }
 
-/// Lamps just below a mirror: directions to their image meet the lamps themselves, which are drawn as
-/// well.
+/// Lamps just below a mirror: directions to their image meet the lamps themselves, which are also
+/// drawn.
 #[test]
 fn lamps_before_their_own_image_are_counted_once() {
     let mut b = builder();

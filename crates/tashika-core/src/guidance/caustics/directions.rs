@@ -1,11 +1,11 @@
-//! Directions of caustics at one place: a density over directions, and samples of it.
+//! Directions of caustics at one place: a density over directions, and draws from it.
 
 use crate::math::elementary::{exp, ln, sin_cos};
 use crate::math::{Frame, Vec3};
 
-/// Exponent beyond which a kernel is taken for zero.
+/// Exponent beyond which a kernel counts as zero.
 const FARTHEST: f32 = 20.0;
-/// Most of the directions of a path that come from caustics.
+/// Largest share of the directions of a path that are drawn from caustics.
 const MOST: f32 = 0.5;
 
 /// A mixture of kernels on the sphere, one for each photon near by:
@@ -14,13 +14,13 @@ const MOST: f32 = 0.5;
 /// p(ω) = Σ_i w_i / (2π σ_i² (1 − e^{−2/σ_i²})) · e^{−|ω − ω_i|² / 2σ_i²}        Σ w_i = 1
 /// ```
 ///
-/// (von Mises, Fisher 1953), of spread `σ` about the directions `ω_i`.
+/// (von Mises, Fisher 1953), of spread `σ` around the directions `ω_i`.
 #[derive(Clone, Debug, Default)]
 pub struct Directions {
     kernels: Vec<Kernel>,
     weight: f32,
     weighted_share: f32,
-    /// Numbers of photons, kept to be used again.
+    /// Numbers of the photons near by; the memory is reused.
     pub(super) near: Vec<usize>,
 }
 
@@ -31,7 +31,7 @@ struct Kernel {
     square: f32,
     /// The factor before the exponential, without the weight (sr⁻¹).
     peak: f32,
-    /// Weight, unnormalised.
+    /// Unnormalised weight: luminance of the photon's intensity (W·sr⁻¹).
     weight: f32,
 }
 
@@ -43,7 +43,7 @@ impl Directions {
         self.weighted_share = 0.0;
     }
 
-    /// Adds the kernel of a photon, whose cell has this share of caustics.
+    /// Adds the kernel of a photon; `share` is the share of caustics in the flux around the photon.
     pub(super) fn add(&mut self, towards: Vec3, spread: f32, weight: f32, share: f32) {
         let square = spread * spread;
         let peak = 1.0 / (std::f32::consts::TAU * square * (1.0 - exp(-2.0 / square)));
@@ -52,13 +52,13 @@ impl Directions {
         self.weighted_share += weight * share;
     }
 
-    /// Share of the directions of a path that is to be drawn from these: zero if there are none,
-    /// and half of them where all light is of caustics. Chosen.
+    /// Returns the share of a path's directions that is to be drawn from these kernels: zero if
+    /// there are none, and half where all light is of caustics. Chosen.
     pub fn share(&self) -> f32 {
         if self.weight > 0.0 { MOST * (self.weighted_share / self.weight).sqrt() } else { 0.0 }
     }
 
-    /// The unit direction that three uniform numbers draw; none if there are no kernels.
+    /// Draws a unit direction from three uniform numbers; `None` if there are no kernels.
     pub fn sample(&self, [u, v, w]: [f32; 3]) -> Option<Vec3> {
         let mut left = u * self.weight;
         let drawn = self.kernels.iter().find(|kernel| {
@@ -74,7 +74,7 @@ impl Directions {
         Some(Frame::about(kernel.towards).to_world(local).normalize())
     }
 
-    /// The density with which a unit direction is drawn (sr⁻¹).
+    /// Returns the density with which a unit direction is drawn (sr⁻¹).
     pub fn density(&self, direction: Vec3) -> f32 {
         let of_kernel = |kernel: &Kernel| {
             let exponent = kernel.towards.distance_squared(direction) / (2.0 * kernel.square);
@@ -96,8 +96,9 @@ mod tests {
         directions
     }
 
-    /// The density is that of the samples: one over it, averaged over samples, is the solid angle of a
-    /// cone, `π c²` for directions within a chord `c`, and shares of samples are shares of the weight.
+    /// Samples have the stated density: the mean of its reciprocal over samples, counting only
+    /// those within a chord `c` of a direction, is the solid angle `π c²` of that cone. Shares of
+    /// samples are shares of the weight.
     #[test]
     fn samples_have_the_density() {
         let directions = two();
@@ -114,7 +115,8 @@ mod tests {
         }
         let expected = std::f64::consts::PI * f64::from(CHORD * CHORD);
         assert!((solid_angle / expected - 1.0).abs() < 0.05, "{solid_angle} of {expected}");
-        // Three quarters by e^{−2} less, and next to nothing of the wide kernel.
+        // The narrow kernel has three quarters of the weight, of which `1 − e^{−2}` is within the
+        // chord. The wide kernel adds next to nothing.
         let share = f64::from(inside) / f64::from(SAMPLES);
         assert!((share - 0.75 * 0.8647).abs() < 0.01, "{share}");
     }

@@ -1,10 +1,10 @@
-//! Caustics: light that comes to a surface from an emitter over specular surfaces, as light paths find
-//! it.
+//! Caustics: light that reaches a surface from an emitter over specular surfaces, as found by light
+//! paths.
 //!
-//! Sums over VPLs do not carry it, and a path from the camera meets a small emitter by chance only.
-//! Light paths that begin at the emitter know both how much there is ([`Photons`]) and where it comes
-//! from: each photon knows the [`Wavefront`] that it belongs to, which predicts the direction of the
-//! light at places near by. [`Directions`] guide paths to it.
+//! Sums over VPLs do not carry this light, and a camera path meets a small emitter by chance only.
+//! Light paths begin at the emitter, and so find both the amount of light ([`Photons`]) and its
+//! directions: each photon stores its [`Wavefront`], which predicts the direction of the light at
+//! places near by. [`Directions`] guide camera paths by these predictions.
 //!
 //! # Held to this by
 //! The tests below, and the suite's `caustics`.
@@ -21,9 +21,9 @@ use crate::vpl::{CausticPhoton, Vpl};
 pub use directions::Directions;
 use wavefront::{Neighbour, Wavefront};
 
-/// Most photons whose wavefronts guide a path at one place.
+/// Maximum number of photons whose wavefronts guide a path at one place.
 const MOST_KERNELS: usize = 24;
-/// Most neighbours from which a wavefront is learned.
+/// Maximum number of neighbours to which a wavefront is fitted.
 const MOST_NEIGHBOURS: usize = 256;
 
 /// Origin of the light of a photon.
@@ -32,10 +32,10 @@ struct Source {
     position: Vec3,
     /// Luminance of the intensity of its VPL (W·sr⁻¹).
     intensity: f32,
-    /// Share of caustics in the flux of all light paths around.
+    /// Share of caustics in the flux of all light paths around the photon.
     share: f32,
-    /// None where too few neighbours came over the same surfaces, and for light that is drawn through
-    /// panes.
+    /// Predicted directions near the photon. `None` where too few neighbours came over the same
+    /// surfaces, and for light that is drawn through panes.
     wavefront: Option<Wavefront>,
 }
 
@@ -43,13 +43,13 @@ struct Source {
 #[derive(Clone, Debug)]
 pub struct Caustics {
     photons: Photons,
-    /// In the order of the photons.
+    /// Origins of the light, in the order of the photons.
     sources: Vec<Source>,
 }
 
 impl Caustics {
-    /// The caustics of these photons, among all VPLs that the light paths left; none if there are too
-    /// few. Runs on the current thread pool.
+    /// Returns the caustics of these photons, among all VPLs that the light paths left; `None` if
+    /// the photons are too few. Runs on the current thread pool.
     pub(super) fn learn(found: &[CausticPhoton], lights: &[Vpl], bounds: &Aabb, seed: u64) -> Option<Self> {
         let of_photons: Vec<Vpl> = found.iter().map(|photon| photon.light).collect();
         Some(Self::of(found, lights, Photons::new(&of_photons, bounds, seed)?))
@@ -72,12 +72,14 @@ impl Caustics {
         Self { photons, sources }
     }
 
-    /// About the least luminance that a surface sends out of them (W·m⁻²·sr⁻¹).
+    /// Returns the approximate luminance that a surface sends out from caustics, less two standard
+    /// errors (W·m⁻²·sr⁻¹).
     pub fn importance_radiance(&self, position: Vec3, normal: Vec3) -> f64 {
         self.photons.importance_radiance(position, normal)
     }
 
-    /// The same, and adds the directions that the light comes from.
+    /// Adds the directions from which caustics reach a surface. Returns
+    /// [`importance_radiance`](Self::importance_radiance) there.
     pub fn look_for_directions(&self, position: Vec3, normal: Vec3, directions: &mut Directions) -> f64 {
         let mut near = std::mem::take(&mut directions.near);
         near.clear();
@@ -100,7 +102,8 @@ impl Caustics {
     }
 }
 
-/// The wavefront of a photon among all `found`, which are in the order of `photons`.
+/// Fits the wavefront of a photon to its neighbours among all photons, `found`, which are in the
+/// order of `photons`.
 fn wavefront(photon: &CausticPhoton, found: &[&CausticPhoton], photons: &Photons) -> Option<Wavefront> {
     if photon.is_through_panes {
         return None;
@@ -115,12 +118,12 @@ fn wavefront(photon: &CausticPhoton, found: &[&CausticPhoton], photons: &Photons
     Wavefront::fit(photon.towards, photon.distance, &neighbours.collect::<Vec<_>>())
 }
 
-/// At most `most` of the numbers, evenly spread.
+/// Returns at most `most` of the numbers, evenly spread.
 fn thinned(numbers: &[usize], most: usize) -> impl Iterator<Item = usize> {
     numbers.iter().copied().step_by(numbers.len().div_ceil(most).max(1))
 }
 
-/// Flux on each side of a surface that has any (W·sr⁻¹, luminance), sorted.
+/// Returns the flux on each [`Side`] that receives any (luminance, W·sr⁻¹), sorted.
 fn flux_by_side<'l>(lights: impl IntoIterator<Item = &'l Vpl>, size: f32) -> Vec<(Side, f64)> {
     let of_light =
         |light: &Vpl| (side(light.position, light.direction, size), f64::from(light.intensity.luminance()));
@@ -147,7 +150,7 @@ mod tests {
     use crate::rng::{Purpose, Stream};
     use crate::vpl::VplKind;
 
-    /// A wall on which light falls evenly from a point.
+    /// Position of a point light that illuminates a wall evenly.
     const POINT: Vec3 = Vec3::new(2.0, 0.0, 4.0);
 
     fn photon(position: Vec3, intensity: f32) -> CausticPhoton {
@@ -179,8 +182,9 @@ mod tests {
         Caustics::of(&photons, &lights, Photons::within(&lights, 0.2))
     }
 
-    /// At each place the directions are those to the point, as often as half of the time where all light
-    /// is of caustics; none on the other side, of other chains, or of light that is drawn.
+    /// Directions at a place on the wall lead to the point light, and half of a path's directions
+    /// are drawn from them where all light is of caustics. There are none on the other side of the
+    /// wall, from photons of other chains, or for light that is drawn through panes.
     #[test]
     fn directions_lead_to_where_the_light_is() {
         let mut directions = Directions::default();

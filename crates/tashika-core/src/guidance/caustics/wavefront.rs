@@ -1,7 +1,7 @@
 //! Wavefronts: the direction of light near a place, to first order.
 //!
-//! With the slope `δ` of a direction against that of the photon, and the offset `d` at which its ray
-//! crosses the plane through the photon,
+//! Let `δ` be the slope of a direction relative to the direction of the photon, and `d` the offset
+//! at which the ray of that direction crosses the plane through the photon. Then
 //!
 //! ```text
 //! δ(d) = −K d        K symmetric, 2 × 2 (m⁻¹)
@@ -9,33 +9,35 @@
 //!
 //! `K` is zero for light from infinity, and `1/D` times the identity for light from a point at the
 //! distance `D`, also if flat mirrors reflect it; curved surfaces bend the two axes differently
-//! (Igehy 1999, ray differentials). It is fitted to the photons near by.
+//! (Igehy 1999, ray differentials). `K` is fitted to the photons near by.
 
 use crate::math::{Frame, Vec2, Vec3};
 
-/// Fewest neighbours that show a wavefront.
+/// Least number of neighbours to which a wavefront is fitted.
 const FEWEST: usize = 4;
 /// Share of the neighbours that a wavefront has to predict: others may belong to other wavefronts.
 const PREDICTED: f32 = 0.25;
-/// Radius of that quarter of a Gaussian, over its standard deviation: `√(−2 ln (1 − ¼))`.
+/// Radius that holds this quarter of a Gaussian in two dimensions, over its standard deviation:
+/// `√(−2 ln (1 − ¼))`.
 const RADIUS_OF_QUARTER: f32 = 0.758_528;
-/// Range of the spread. Less than the least, no lamp is wide.
+/// Range of the spread (rad): no lamp is narrower than the least, and wavefronts beyond the
+/// greatest are discarded.
 const SPREADS: [f32; 2] = [2e-4, 0.5];
-/// Slope of directions that are too far off to be predicted.
+/// Slope beyond which a direction is too far off to be predicted.
 const FAR_OFF: f32 = 4.0;
-/// Least determinant of a place that is not in a focus.
+/// Determinant up to which a place counts as in a focus.
 const IN_FOCUS: f32 = 0.1;
 
 /// Another photon that came over the same surfaces.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Neighbour {
-    /// Its position relative to the photon's (m).
+    /// Position relative to the photon (m).
     pub(super) offset: Vec3,
-    /// Unit direction that its light came from.
+    /// Unit direction towards the origin of its light.
     pub(super) towards: Vec3,
 }
 
-/// The direction of light near a photon.
+/// Predicted direction of light near a photon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wavefront {
     towards: Vec3,
@@ -61,12 +63,12 @@ impl Curvature {
         Vec2::new(xx * d.x + xy * d.y, xy * d.x + yy * d.y)
     }
 
-    /// Distance of the slope of a neighbour from the predicted one.
+    /// Returns the distance between a neighbour's slope and the predicted slope.
     fn residual(&self, crossing: &Crossing) -> f32 {
         (crossing.slope + self.times(crossing.at)).length()
     }
 
-    /// The curvature for which the sum of squares of the residuals is least.
+    /// Returns the curvature with the least sum of squared residuals.
     fn least_squares(crossings: &[Crossing]) -> Option<Self> {
         let (mut m, mut v) = ([[0.0_f64; 3]; 3], [0.0_f64; 3]);
         for Crossing { at, slope } in crossings {
@@ -85,8 +87,8 @@ impl Curvature {
 }
 
 impl Wavefront {
-    /// The wavefront of light from the unit direction `towards` that has come as far as `distance` (m),
-    /// fitted to neighbours; none if these are too few.
+    /// Fits a wavefront to neighbours, for light that comes from the unit direction `towards` over
+    /// `distance` (m); `None` if neighbours are too few or their directions too scattered.
     pub(super) fn fit(towards: Vec3, distance: f32, neighbours: &[Neighbour]) -> Option<Self> {
         if neighbours.len() < FEWEST {
             return None;
@@ -113,7 +115,7 @@ impl Wavefront {
         (spread < most).then(|| Self { towards, curvature, spread: spread.max(least) })
     }
 
-    /// The unit direction of the light at an offset from the photon; none in a focus.
+    /// Returns the unit direction of the light at an offset from the photon; `None` in a focus.
     pub(super) fn towards_at(&self, offset: Vec3) -> Option<Vec3> {
         let frame = Frame::about(self.towards);
         let d = frame.to_local(offset);
@@ -159,7 +161,7 @@ mod tests {
     use super::*;
     use crate::rng::{Purpose, Stream};
 
-    /// Photons on a tilted plane whose light `towards` gives at each place.
+    /// Returns photons on a tilted plane; `towards` is the direction of the light at each place.
     fn neighbours(s: &mut Stream, towards: &dyn Fn(&mut Stream, Vec3) -> Vec3) -> Vec<Neighbour> {
         let one = |s: &mut Stream| {
             let [x, y] = s.uniform_2().map(|u| 0.2 * (u - 0.5));
@@ -169,8 +171,8 @@ mod tests {
         (0..40).map(|_| one(s)).collect()
     }
 
-    /// Light from a point, over mirrors or not, comes from the point at every place; its distance is
-    /// learned from the photons though another is stated.
+    /// Light from a point is predicted to come from that point at every place. Its distance is
+    /// learned from the photons even if another is stated.
     #[test]
     fn light_of_a_point_is_predicted_at_other_places() {
         let mut s = Stream::new(1, Purpose::Test, 0);
@@ -183,14 +185,14 @@ mod tests {
             let error = found.towards_at(offset).unwrap().distance(towards(&mut s, offset));
             assert!(error < 2e-3 && found.spread < 2e-3, "{error}, {}", found.spread);
         }
-        // The predicted direction would be off by the angle of the offset.
+        // Without curvature, the predicted direction is off by the angle of the offset.
         let flat = Wavefront { towards: point.normalize(), curvature: Curvature([0.0; 3]), spread: 0.1 };
         let offset = Vec3::new(-0.05, 0.08, -0.02);
         assert!(flat.towards_at(offset).unwrap().distance(towards(&mut s, offset)) > 0.05);
     }
 
-    /// A small sun among a wide sky, in one chain: the spread is that of the sun where at least a quarter
-    /// of the photons is of it.
+    /// A small sun in a wide sky, in one chain: the spread is that of the sun if at least a quarter
+    /// of the photons are from the sun.
     #[test]
     fn a_sun_in_a_sky_keeps_its_own_spread() {
         let mut s = Stream::new(2, Purpose::Test, 0);
