@@ -37,18 +37,23 @@ def paths(count):
 
 HEAD = """# Gallery
 
-Each picture was made by the command below it, on one thread, and then measured. *Claimed* is what the program said of it without
-knowing the truth; *measured* is what `tashika compare` says of it against a reference. References are by path tracing alone where
-that gets far enough, which shares nothing with the pictures but the scene; where
-paths are too noisy they are renders with another seed and more time. A reference is wrong by a little, too, which counts against the picture: how much is said beside it.
+Each picture was made by the command below it, on one thread, and then measured. *Claimed* is the
+program's claim, made without knowing the truth. *Measured* is the result of `tashika compare` with
+a reference.
 
-A draft claims that a share of its pixels is within 10 %, by an audit of pixels at random; a render with `--error` claims an interval for
-each pixel. Drafts were given the time in their command, on a machine that was busy with other work: with more they claim more. The fewer pixels an audit
-could look at by then, the further what it can claim is below what is measured.
+Where path tracing alone gets far enough, it makes the reference; it shares only the scene with the
+picture. Where paths are too noisy, the reference is a render with another seed and more time. A
+reference has an error of its own, which counts against the picture; the row *against* states it.
 
-`scripts/gallery.py` makes this page, and the [record](https://github.com/tashika-render/tashika/blob/main/record/2026-11-27-gallery.md) has
-the machine and all numbers. The scenes of this book can be downloaded; those of others are by the authors that are named, and are
-rendered as their files have them.
+A draft claims that a share of its pixels is within 10 %, by an audit of random pixels. A render
+with `--error` claims an interval for each pixel. Drafts had the time in their command, on a machine
+that was busy with other work; with more time they claim more. The fewer pixels an audit could check
+in that time, the lower is its claim, compared with the measured share.
+
+`scripts/gallery.py` makes this page, and the
+[record](https://github.com/tashika-render/tashika/blob/main/record/2026-11-27-gallery.md) has the
+machine and all numbers. The scenes of this book can be downloaded. The other scenes are by the
+authors named here, and are rendered as their files have them.
 """
 
 # Name, title, scene below FOLDER or below the book, caption, author, options of the picture, those
@@ -59,7 +64,7 @@ SCENES = [
     ("book-room", "The room of this book", "room.gltf", "[glTF](room.gltf): a lamp, a matt and a metal block.", None, f"--size 240x240 {DRAFT}", TIGHTER),
     ("marbles", "Marbles", "gallery/marbles.usda", "[USD](gallery/marbles.usda): matt, metal, varnish and a bubble under a lamp and a sky.", None, f"--size 240x180 {DRAFT}", TIGHTER),
     ("fan", "A fan and a ball", "gallery/fan.xml", "[Mitsuba](gallery/fan.xml): both move while the shutter is open, in light of a lamp and of a sky.", None, f"--size 240x180 {DRAFT}", TIGHTER),
-    ("fog", "Fog", "gallery/fog.pbrt", "[pbrt](gallery/fog.pbrt): a lamp above a lattice, in fog that fills the room. By path tracing, since it scatters.", None, f"--size 240x180 {DRAFT}", TIGHTER),
+    ("fog", "Fog", "gallery/fog.pbrt", "[pbrt](gallery/fog.pbrt): a lamp above a lattice, in fog that fills the room, by path tracing.", None, f"--size 240x180 {DRAFT}", TIGHTER),
     ("medieval", "Medieval building", "obj-nvpro/scenes/Medieval_building.obj", "OBJ: 91 materials of Phong's, under a clear sky and its sun.", "From [vk_raytracing_tutorial_KHR](https://github.com/nvpro-samples/vk_raytracing_tutorial_KHR) by NVIDIA, Apache-2.0.", f"--environment sky:elevation=35,azimuth=150 --light sun:elevation=35,azimuth=150 --size 240x180 {DRAFT}", paths(512)),
     ("level", "A level of a game", "gltf-zdm2/zdm2.glb", "glTF: white halls in the open, under a low sun.", "Map zdm2 of Cube 2: Sauerbraten, converted by Calinou, from [godot-demo-projects](https://github.com/godotengine/godot-demo-projects), " + BY.format("4.0") + ".", "--environment sky:elevation=20,azimuth=60 --light sun:elevation=20,azimuth=60 --size 160x120 --error 10%", paths(2048)),
     ("cornell", "Cornell box", "mi3-cornell-box/scene_v3.xml", "Mitsuba: the box of the Cornell Program of Computer Graphics.", f"Scene {BITTERLI}, CC0.", f"--size 200x200 {DRAFT}", TIGHTER),

@@ -30,7 +30,7 @@ def main():
         except RuntimeError:
             continue
     print("//! Written by `scripts/mitsuba_metals.py`.\n")
-    print(f"/// Name, `η` and `k` (red, green, blue) of what Mitsuba {mi.__version__} knows by name.")
+    print(f"/// Name, `η` and `k` (red, green, blue) of each metal that Mitsuba {mi.__version__} names.")
     print("#[rustfmt::skip]")
     print(f"pub(super) const METALS: [(&str, [f32; 3], [f32; 3]); {len(rows)}] = [")
     for name, values in rows:

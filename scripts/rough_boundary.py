@@ -128,9 +128,9 @@ def main():
     print(f"pub(super) const IORS: [f32; {len(IORS)}] = {IORS};\n")
     print("/// `k`, `q₀` to `q₃`, and the reflectance from the inside.")
     print(f"pub(super) type Fits = [[[f32; 6]; {len(IORS)}]; {len(ALPHAS)}];")
-    write("GGX", "Of GGX facets, correlated by height.", ggx_normals, correlated)
-    write("GGX_INDEPENDENT", "Of GGX facets.", ggx_normals, independent(ggx_unmasked))
-    write("BECKMANN", "Of Beckmann's facets.", beckmann_normals, independent(beckmann_unmasked))
+    write("GGX", "Table of GGX facets, correlated by height.", ggx_normals, correlated)
+    write("GGX_INDEPENDENT", "Table of GGX facets.", ggx_normals, independent(ggx_unmasked))
+    write("BECKMANN", "Table of Beckmann's facets.", beckmann_normals, independent(beckmann_unmasked))
 
 
 def write(name, words, *model):

@@ -94,7 +94,7 @@ const RUNGS: [Rung; 11] = [
         measure: mitsuba,
     },
     Rung { name: "tree for rays, of Embree's build", goal: "<= 1.5 x", measure: tree_for_rays },
-    Rung { name: "peak of memory", goal: "<= 250 MB", measure: peak },
+    Rung { name: "peak of memory", goal: "<= 250 MiB", measure: peak },
 ];
 
 fn main() -> Result<()> {
@@ -331,7 +331,7 @@ fn peak(_: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     if !output.status.success() {
         return Err(String::from_utf8_lossy(&output.stderr).into());
     }
-    Ok(Some(format!("{} MB", String::from_utf8(output.stdout)?.trim())))
+    Ok(Some(format!("{} MiB", String::from_utf8(output.stdout)?.trim())))
 }
 
 /// Peak resident memory of this process (MiB), from Linux's `VmHWM`.

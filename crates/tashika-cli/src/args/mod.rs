@@ -415,7 +415,7 @@ pub struct SourceArgs {
 #[derive(Debug, ClapArgs)]
 pub struct LightArgs {
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Light",
-        help = format!("Virtual point lights, about; 55k and 55_000 are accepted; more: less noise, less \
+        help = format!("Approximate number of virtual point lights; 55k and 55_000 are accepted; more: less noise, less \
             clamping [default: {} for sums; for light transport a million or more, for audited pictures 250k or more]", VplOptions::default().count))]
     pub vpls: Option<u64>,
 

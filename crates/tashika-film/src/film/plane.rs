@@ -215,9 +215,8 @@ impl Plane {
     ///
     /// # Panics
     /// If the pixel is outside the window, the plane holds counts, or the number of channels
-    /// differs; in debug builds, also if a channel is NaN.
+    /// differs.
     pub fn set_f32(&mut self, x: u32, y: u32, channels: &[f32]) {
-        debug_assert!(channels.iter().all(|v| !v.is_nan()), "NaN in {:?} at ({x}, {y})", self.name);
         let range = self.range(x, y);
         match &mut self.samples {
             Samples::F32(samples) => samples[range].copy_from_slice(channels),

@@ -13,8 +13,8 @@
 //! with sums over the squares of `p`. The picture is given `S` with `κ = 1`: a deficit counts by as
 //! much as it exceeds its noise (the step of James and Stein 1961), so that the light of one lucky
 //! path is given to no pixel, and that of many is. Squares have `κ = 4`, since the noise of a
-//! square of 16 pixels would be seen. The rest of the deficit goes to the noisiest squares. Pixels are
-//! multiplied by `1 + D / Σ R`, interpolated between the centres of the smallest squares.
+//! square of 16 pixels would be seen. The rest of the deficit goes to the noisiest squares. Pixels
+//! are multiplied by `1 + D / Σ R`, interpolated between the centres of the smallest squares.
 //!
 //! Exact pixels, and those that are not finite, neither count nor change.
 
@@ -63,7 +63,7 @@ pub fn conserve(radiance: &mut [Rgb], estimates: &[Rgb], variances: &[f32], widt
     };
     let factors: Vec<f32> = smallest.of.iter().zip(&parents.0).map(factor).collect();
     for p in counted {
-        radiance[p] = radiance[p] * smallest.interpolated(&factors, [p % width, p / width]);
+        radiance[p] *= smallest.interpolated(&factors, [p % width, p / width]);
     }
 }
 
@@ -72,7 +72,7 @@ pub fn conserve(radiance: &mut [Rgb], estimates: &[Rgb], variances: &[f32], widt
 struct Light {
     /// Deficit `L`.
     lack: f64,
-    /// Variance `V` of the deficit.
+    /// Variance `V` of the deficit, by the standard errors of the estimates.
     variance: f64,
     /// Light `Σ R` of the reconstruction.
     found: f64,

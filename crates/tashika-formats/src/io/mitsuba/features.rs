@@ -49,7 +49,7 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
         "distribution phong", Approximated, "Beckmann's of the same roughness";
         "distribution as", Approximated, "Beckmann's of the same roughness";
         "anisotropic roughness", Approximated,
-            "of ward the geometric mean in all directions, of plastic the root mean square in what the coat lets in";
+            "of plastics, the root mean square for the light that the coat lets in";
     }
     "texture" => {
         "bitmap", Full, "image";

@@ -1,6 +1,6 @@
 //! Written by `scripts/mitsuba_metals.py`.
 
-/// Name, `η` and `k` (red, green, blue) of what Mitsuba 3.9.1 knows by name.
+/// Name, `η` and `k` (red, green, blue) of each metal that Mitsuba 3.9.1 names.
 #[rustfmt::skip]
 pub(super) const METALS: [(&str, [f32; 3], [f32; 3]); 65] = [
     ("a-C", [2.94405, 2.22714, 1.96816], [0.88746, 0.79930, 0.81529]),

@@ -13,7 +13,7 @@ pub(super) const IORS: [f32; 16] =
 /// `k`, `q₀` to `q₃`, and the reflectance from the inside.
 pub(super) type Fits = [[[f32; 6]; 16]; 11];
 
-/// Of GGX facets, correlated by height.
+/// Table of GGX facets, correlated by height.
 #[rustfmt::skip]
 pub(super) const GGX: Fits = [
     [
@@ -216,7 +216,7 @@ pub(super) const GGX: Fits = [
     ],
 ];
 
-/// Of GGX facets.
+/// Table of GGX facets.
 #[rustfmt::skip]
 pub(super) const GGX_INDEPENDENT: Fits = [
     [
@@ -419,7 +419,7 @@ pub(super) const GGX_INDEPENDENT: Fits = [
     ],
 ];
 
-/// Of Beckmann's facets.
+/// Table of Beckmann's facets.
 #[rustfmt::skip]
 pub(super) const BECKMANN: Fits = [
     [
