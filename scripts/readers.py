@@ -31,6 +31,7 @@ PLANES = {
     "standard_error": ("Y",),
     "half_width": ("Y",),
     "half_width_parts": ("clustering", "lights", "compensation"),
+    "luminance_parts": ("emission", "vpls", "paths", "missing"),
     "claim": ("id",),
     "stop": ("id",),
     "pairs": ("n",),

@@ -190,14 +190,7 @@ fn of_pass(film: &Film) -> Option<String> {
     let metadata = film.metadata();
     let (passes, foreseen) = (metadata.number(keys::PASSES)?, metadata.number(keys::FORESEEN)?);
     let foreseen = percent_of_error(foreseen);
-    let before = metadata.number(keys::ERROR_BEFORE);
-    let before = before.map(|error| {
-        format!("; the picture before it was {} off, root mean square", percent_of_error(error))
-    });
-    Some(format!(
-        "pass {passes}: the median pixel is foreseen to be {foreseen} off, of which nothing is claimed{}",
-        before.unwrap_or_default()
-    ))
+    Some(format!("pass {passes}: about {foreseen} off in the median, an estimate that the audit checks"))
 }
 
 /// Returns true if the phase reads the flag that Ctrl-C sets, or must not be lost by it; in other

@@ -282,6 +282,25 @@ mod tests {
         });
     }
 
+    /// Light is unmet where light paths find twice the light that paths of the neighbourhood find,
+    /// by the upper end of its interval, and not where they find as much.
+    #[test]
+    fn light_that_only_light_paths_find_is_unmet() {
+        let matt = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };
+        look_at_tile(matt, |nearby, common| {
+            assert!(!nearby.is_light_unmet(common));
+            let found = nearby.whole(common)[0];
+            let most = found.mean() + 2.0 * found.standard_error();
+            for (factor, is_unmet) in [(1.0, false), (1.99, false), (2.01, true)] {
+                let mut whole = nearby.whole.get().unwrap().clone();
+                whole.by_light_paths = factor * most;
+                let compensation = nearby.compensation.clone();
+                let other = Nearby { place: [0; 2], key: 0, compensation, whole: OnceLock::from(whole) };
+                assert_eq!(other.is_light_unmet(common), is_unmet, "{factor}");
+            }
+        });
+    }
+
     /// The number of paths grows with variance over squared tolerance: a few paths estimate a matt
     /// floor under a lamp to a third, but not to a hundredth.
     #[test]
