@@ -6,9 +6,9 @@
 //! ```
 //!
 //! (Ashikhmin, Shirley 2000, equations 4 and 5, with the distribution `D` of GGX facets as in
-//! pbrt's `substrate`.) The diffuse part fades where the facets reflect. The factor `28/23π`
-//! gives the diffuse part the albedo `ρ_d (1 − F₀) s(c_o)`. Facets are not masked; `max(c_i, c_o)`
-//! keeps them from reflecting more than they receive.
+//! pbrt's `substrate`.) The diffuse part fades where the facets reflect. The factor `28/23π` gives
+//! the diffuse part the albedo `ρ_d (1 − F₀) s(c_o)`. The model has no masking of facets; instead,
+//! the denominator `max(c_i, c_o)` keeps them from reflecting more than they receive.
 //!
 //! Tested by `bsdf::tests`, and by the suite's `formula_materials`.
 

@@ -15,8 +15,8 @@
 //! H₂ = √(2 U ln(2/δ₂)) + (b/3) ln(2/δ₂)          U − V̂ − V̂ ln(U/V̂) = m ln(1/δ₃),   U ≥ V̂
 //! ```
 //!
-//! with `δ = δ₁ + δ₂ + δ₃`. No asymptotics, and no assumption on the values except that they are in
-//! `[0, R_k]`.
+//! with `δ = δ₁ + δ₂ + δ₃`. The bound is not asymptotic. It assumes nothing about the values except
+//! that they are in `[0, R_k]`.
 //!
 //! **Proof.** *H₁* fails with probability at most `δ₁`: `L̂` is a sum of independent variables
 //! `y/n_k` with ranges `R_k/n_k`. The squares of these ranges sum to `B` (Hoeffding 1963, theorem
@@ -49,17 +49,16 @@
 //! ```
 //!
 //! The first term is Student's, with the degrees of freedom of Satterthwaite 1946 corrected for
-//! estimated variances (`E S² = σ⁴ (1 + 2/ν_k)` for normal samples). The second term is the one by
-//! which Bernstein's inequality allows for a single rare, large value, with the smaller factor
-//! [`KAPPA`]. It is needed because equal samples, for example all in shadow, do not prove that a
-//! stratum has no variance. `R'` (`importance_range`, at most `R`) is the value that a stratum is
-//! expected to reach. If a share of about `p` of the stratum is visible and the root mean square of
-//! the visible values is about `q R`, the mean square of a value is `p (q R)²` and `R' = q R √p`.
-//! The second term depends on the largest stratum alone. If hundreds of strata seem to be in shadow
-//! and each may receive some light, their sum matters. Therefore a share [`GAMMA`] of the expected
-//! variance of each stratum, `σ'² = p (1 − p) (q R)²` (`importance_variance`), is added to the
-//! estimated variance, even if no sample shows any. The coverage of the interval is measured, not
-//! proven.
+//! estimated variances (`E S² = σ⁴ (1 + 2/ν_k)` for normal samples). The second term is that of
+//! Bernstein's inequality for a single rare, large value, with the smaller factor [`KAPPA`]. It is
+//! needed because equal samples, for example all in shadow, do not prove that a stratum has no
+//! variance. `R'` (`importance_range`, at most `R`) is the value that a stratum is expected to
+//! reach. If a share of about `p` of the stratum is visible and the root mean square of the visible
+//! values is about `q R`, the mean square of a value is `p (q R)²` and `R' = q R √p`. The second
+//! term depends on the largest stratum alone. If hundreds of strata seem to be in shadow and each
+//! may receive some light, their sum matters. Therefore a share [`GAMMA`] of the expected variance
+//! of each stratum, `σ'² = p (1 − p) (q R)²` (`importance_variance`), is added to the estimated
+//! variance, even if no sample shows any. The coverage of the interval is measured, not proven.
 
 use super::student_t_two_sided;
 use crate::math::elementary::ln_f64;
@@ -134,7 +133,7 @@ impl Spread {
         spread
     }
 
-    /// `V̂ + γ E`: the variance that calibrated intervals use.
+    /// Variance `V̂ + γ E` that calibrated intervals use.
     #[inline]
     pub fn reckoned_variance(&self) -> f64 {
         self.variance + GAMMA * self.importance_variance

@@ -1,8 +1,8 @@
 //! Small files that would cause much work: each is rejected with an error that names the limit and
 //! the location.
 //!
-//! Without its limit, each construct took more than a second per megabyte of input, or more than a
-//! gigabyte of memory. These tests do not measure time; `scripts/fuzz_program.py --scale` times
+//! Without its limit, each construct took more than a second or more than a gigabyte of memory per
+//! megabyte of input. These tests do not measure time; `scripts/fuzz_program.py --scale` times
 //! these families of files and eighty others.
 
 use std::fmt::Write;
@@ -57,12 +57,12 @@ fn namespaces_and_attributes_of_xml_are_limited() {
 fn defaults_that_double_say_what_doubles() {
     let doubling = joined(40, |i| format!("<default name=\"b{}\" value=\"$b{i}$b{i}\"/>\n", i + 1));
     let error = mitsuba(&format!("<default name=\"b0\" value=\"xx\"/>\n{doubling}"));
-    // Two characters doubled twenty times exceed the limit: `b0` is defined in line 2, `b20` in
-    // line 22.
+    // The default `b0` in line 2 has two characters, and each further default doubles the previous
+    // one. After twenty doublings, `b20` in line 22 exceeds the limit.
     let expected = "a.xml:22:1: the attribute value of <default>, more than 1048576 bytes long where $b19 is \
                     replaced; expected a shorter text: does one default double another?";
     assert!(error.ends_with(expected), "{error}");
-    // A long text that replaces `$b` a thousand times.
+    // A long default that replaces `$b` a thousand times.
     let long = "x".repeat(1 << 20);
     let error = mitsuba(&format!(
         "<default name=\"b\" value=\"{long}\"/>\n{}",
@@ -91,7 +91,7 @@ fn materials_of_materialx_have_names_of_a_limited_length() {
 
 #[test]
 fn defaults_of_pbrt_are_limited_in_all() {
-    // Each saved state and each shape has a copy of the parameters given by `Attribute`.
+    // Each saved state and each shape copies the parameters given by `Attribute`.
     let text = joined(8000, |i| format!("AttributeBegin Attribute \"shape\" \"float a{i}\" 1\n"));
     let error = load("a.pbrt", &format!("WorldBegin\n{text}")).unwrap_err().to_string();
     assert!(error.contains("bytes of parameters by Attribute; expected at most 32768"), "{error}");
