@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Compares Mitsuba 3 with itself: direct light by points on emitters, and by directions to them.
+"""Compares direct light in Mitsuba 3 by points sampled on emitters and by directions from BSDFs.
 
     pip install mitsuba numpy
     python3 scripts/mitsuba_direct.py 64x64 8192 SCENE.xml...
 
-Both estimate the same picture. Where they differ, the light that emitters send is not the light
-that surfaces receive from them: shadow segments end short of the emitter by a share of their
-length, and emitters are evaluated by their shading normals. Every material is a diffuse one of
-reflectance 0.5, so that both have little noise. Where LLVM is not found, name its library in
-`DRJIT_LIBLLVM_PATH`. """
+Both estimate the same picture. A difference means that the light sent by emitters is not the light
+received from them. The causes are two: shadow segments end short of the emitter by a share of their
+length, and emitters are evaluated with their shading normals. Principled and diffuse materials are
+replaced by a diffuse one of reflectance 0.5, so that both estimates have little noise. If LLVM is
+not found, set `DRJIT_LIBLLVM_PATH` to the path of its library. """
 
 import re
 import sys

@@ -1,16 +1,16 @@
-//! Costs of a pixel against goals of speed and memory: one row for each goal, all measured in one
-//! run.
+//! Speed and memory of the renderer compared with goals. Each goal is a row; all rows are measured
+//! in one run.
 //!
 //!     cargo bench -p tashika-bench --bench ladder -- --scene SCENE --embree libembree4.so.4
 //!
 //! The built-in room is always measured; `--scene` adds another scene. Rows that need Embree are
 //! omitted without `--embree`, and the row of Mitsuba without `--mitsuba` (the head of
-//! `scripts/mitsuba_beside.py` lists the scenes that it takes). Times are medians of ratios in the
-//! same round.
+//! `scripts/mitsuba_beside.py` lists the scenes that it takes). Ratios are formed within each
+//! round; a row prints the median over the rounds.
 //!
-//! Choose the window with `--crop` and the rows with `--only`. In windows of less than a few cells
-//! of 16x16 pixels, the work that is done once for a pixel's neighbourhood is too large a share. In
-//! large windows, whole sums of many terms take long.
+//! Choose the window with `--crop` and the rows with `--only`. Some work is done once for each cell
+//! of 16x16 pixels. In a window of only a few cells its share of the time is too large. In large
+//! windows, whole sums of many terms take long.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 
@@ -54,7 +54,7 @@ struct Args {
     tell_peak: bool,
 }
 
-/// Row of the table: a goal and the measurement that belongs to it.
+/// Row of the table: a goal and its measurement.
 struct Rung {
     name: &'static str,
     goal: &'static str,
@@ -253,8 +253,9 @@ fn threads(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     Ok(Some(format!("{speed:.2} ({:.2}-{:.2})", speeds[0], speeds[speeds.len() - 1])))
 }
 
-/// Renders the scene and measures the processor time of the render. The script reads the image and
-/// prints the time that Mitsuba takes for as many right pixels.
+/// Renders the scene and measures the processor time of the render. The script then reads the
+/// image, and prints the time that Mitsuba takes to bring the same number of pixels within the
+/// tolerance.
 fn mitsuba(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     let (Some(file), None) = (&args.mitsuba, &of.scene) else { return Ok(None) };
     let error = of.error.unwrap_or(0.02);
@@ -315,7 +316,7 @@ fn tree_for_rays(args: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     Ok(Some(format!("{ratio:.2} ({:.2}-{:.2})", ratios[0], ratios[ratios.len() - 1])))
 }
 
-/// Peak of memory of a process of its own that makes the default render and nothing else.
+/// Peak memory of a separate process that only makes the default render.
 fn peak(_: &Args, of: &SubjectArgs) -> Result<Option<String>> {
     let mut process = Command::new(std::env::current_exe()?);
     process.arg("--tell-peak");

@@ -1,11 +1,11 @@
-//! Time of a render by part of the library, and the functions that take most.
+//! Time of a render by part of the library, and the functions that take the most time.
 //!
 //!     cargo bench -p tashika-bench --bench profile -- --scene SCENE --crop 32
 //!
-//! The call stack is sampled up to a thousand times a second of processor time. A sample counts for
-//! its innermost function whose source is the library's, so that calls to other libraries and to
-//! the system count for their caller. Inlined functions count for themselves, except operations on
-//! vectors (`math::simd`), which count for their caller.
+//! The call stack is sampled up to a thousand times a second of processor time. A sample is
+//! attributed to the innermost function of the library, so that calls to other libraries and to the
+//! system are attributed to their caller. An inlined function is treated like any other, except
+//! operations on vectors (`math::simd`), which are attributed to their caller.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 

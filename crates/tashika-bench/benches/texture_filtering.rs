@@ -4,18 +4,18 @@
 //!
 //! The scene is a floor of a repeated picture, seen from eye height at a grazing angle. For each
 //! pixel, `T` is the mean of the picture over 4096 camera samples with point lookups: the true
-//! value of the pixel. Compared with `T` are means over few gather points, by point lookups and by
-//! mip levels (trilinear, of boxes; Williams 1983). The level is that of a footprint on the floor
-//! in texels,
+//! value of the pixel. Means over few gather points are compared with `T`, with point lookups and
+//! with mip levels (trilinear, box-filtered; Williams 1983). The level is chosen by the size of a
+//! footprint on the floor, in texels:
 //!
 //! ```text
 //! distance · angle of a pixel · texels a metre · (1, 1/√cos or 1/cos)      [ / √n ]
 //! ```
 //!
-//! These are the footprint's width, the root of its area, and its length; with `/ √n`, the share of
-//! one of `n` points. Errors are root mean squares over pixels, relative to the mean of the
-//! picture, by distance. *Change* is the error of the mean over all 4096 samples: more gather
-//! points do not reduce it.
+//! The three factors in parentheses give the footprint's width, the square root of its area, and
+//! its length. `/ √n` divides the footprint among `n` points. Errors are root mean squares over
+//! pixels, relative to the mean of the picture, by distance. *Change* is the error of the mean of
+//! filtered lookups over all 4096 samples, which more gather points do not reduce.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 
@@ -103,8 +103,8 @@ struct Band {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let checks = Pyramid::of(|x, y| f32::from(u8::from((x / 8 + y / 8) % 2 == 0)) * 0.8 + 0.1);
-    // Cells of a hash: a picture without a period within the metre, of the same range as the
-    // checks.
+    // Cells with hashed values: a picture that does not repeat within the metre and has the range
+    // of the checks.
     let gravel = Pyramid::of(|x, y| {
         let mut z = (u64::from(y / 2) << 32 | u64::from(x / 2)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         z = (z ^ (z >> 29)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -175,7 +175,7 @@ fn measure(name: &str, picture: &Pyramid) -> Result<(), Box<dyn Error>> {
                 };
                 picture.filtered(s.uv, footprint)
             };
-            // The change of the ways with `/ √n` is that at 16 points.
+            // For footprints with `/ √n`, the change is measured at `n` = 16.
             sums[0] += (mean(&all, &|s| value(s, 16)) - truth).powi(2);
             for ((sum, few), points) in sums[1..].iter_mut().zip(&few).zip(POINTS) {
                 *sum += (mean(few, &|s| value(s, points)) - truth).powi(2);

@@ -1,5 +1,5 @@
-//! Times of the rays and segments of a render, traced again alone: against the whole render, and
-//! against Embree 4 on the same segments.
+//! Time of tracing only the rays and segments of a render again, compared with the whole render and
+//! with Embree 4 on the same segments.
 //!
 //!     cargo bench -p tashika-bench --bench tracing -- --scene SCENE --crop 64 \
 //!       --embree libembree4.so.4
@@ -112,8 +112,8 @@ fn work(args: &Args) -> Result<(), Box<dyn Error + Send + Sync>> {
     Ok(())
 }
 
-/// Prints the number of visibilities that differ in any bit, and of hits that differ, from those of
-/// the scalar twin.
+/// Compares the tracer with its scalar twin. Prints the number of visibilities that differ in any
+/// bit, and the number of hits that differ.
 fn compare_levels(tracer: &Tracer, recording: &Recording) {
     let plain = tracer.plain();
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());

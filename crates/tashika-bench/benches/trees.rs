@@ -4,9 +4,8 @@
 //!     cargo bench -p tashika-bench --bench trees -- --scene SCENE --vpls 1000000 \
 //!       --embree libembree4.so.4
 //!
-//! Times are elapsed times on `--threads` threads, since parallel builds are waited for. The trees
-//! for rays also have the processor time of all threads, which is the better measure on a busy
-//! machine.
+//! Times are elapsed times on `--threads` threads. For trees for rays, the processor time of all
+//! threads is also printed; on a busy machine it is the better measure.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 

@@ -1,11 +1,10 @@
-//! Embree 4, loaded at run time: another ray tracer for the segments of a render.
+//! Embree 4, loaded at run time, as another ray tracer for the segments of a render.
 //!
 //! Declarations follow the documentation of its C interface (Embree 4, `rtcore_*.h`; Apache-2.0).
 //! Building this crate needs no part of Embree. PyPI's package `embreex` carries the library.
 //!
-//! Meshes are built as the scene places them: those that are placed once in world space, the rest
-//! as instances. Materials that let light pass are evaluated in an occlusion filter, as a user of
-//! the library would.
+//! A mesh with one instance is built in world space; other meshes are instanced. Materials that let
+//! light pass are evaluated in an occlusion filter, as users of Embree do.
 
 use std::ffi::{CString, c_char, c_int, c_uint, c_void};
 use std::path::Path;
@@ -16,7 +15,8 @@ use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW, Symbol};
 use tashika::math::Vec3;
 use tashika::scene::{InstanceId, Scene};
 
-/// Ray parameter that is skipped at each end of a segment, where surfaces would shadow themselves.
+/// Range of the ray parameter that is skipped at each end of a segment, so that surfaces do not
+/// shadow themselves.
 const MARGIN: f32 = 1e-4;
 
 /// Number of segments in a packet of `rtcOccluded16`.
@@ -139,7 +139,7 @@ struct OccludedArguments {
     context: *mut c_void,
     filter: *mut c_void,
     occluded: *mut c_void,
-    /// Room for further fields of other builds of the library.
+    /// Space for additional fields in other builds of the library.
     reserve: [u64; 4],
 }
 
@@ -161,7 +161,7 @@ struct Model<'a> {
     ids: &'a [InstanceId],
 }
 
-// Sizes of these structures by the library's headers.
+// The library's headers give these sizes.
 const _: () = assert!(size_of::<Ray1>() == 48 && size_of::<RayHit1>() == 96 && size_of::<Ray16>() == 768);
 
 /// Function of Embree that traces segments.
@@ -201,8 +201,8 @@ pub struct Traced<'a> {
     ids: Vec<InstanceId>,
 }
 
-// SAFETY: a committed scene may be queried from any thread, and nothing else is done with the
-// handles until they are dropped.
+// SAFETY: a committed scene may be queried from any thread. Until they are dropped, the handles are
+// used for queries only.
 unsafe impl Sync for Traced<'_> {}
 
 impl Library4 {
@@ -264,7 +264,8 @@ impl Library4 {
                 (f.rtcReleaseGeometry)(geometry);
             }
         }
-        // SAFETY: handles that live; instances hold the scenes that they place.
+        // SAFETY: the handles are valid. An instance holds a reference to its scene, so the scenes
+        // can be released.
         unsafe {
             (f.rtcCommitScene)(top);
             for below in shared.into_iter().filter(|below| !below.is_null()) {
@@ -285,8 +286,8 @@ impl Library4 {
         transparent: bool,
     ) {
         let f = &self.functions;
-        // SAFETY: handles that live; buffers are filled with the number of items that they are made
-        // for.
+        // SAFETY: the handles are valid, and each buffer is filled with exactly the number of items
+        // that it was allocated for.
         unsafe {
             let geometry = (f.rtcNewGeometry)(device, GEOMETRY_TRIANGLE);
             let vertices =
@@ -307,14 +308,14 @@ impl Library4 {
     }
 }
 
-/// Multiplies the visibility of each segment by the fraction that a transparent surface lets pass,
-/// and rejects the hit if any visibility is left.
+/// Multiplies the visibility of each segment by the transmittance of the transparent surface that
+/// it hits. Rejects the hit if the product is not zero, so that the segment continues.
 ///
 /// # Safety
 /// To be called by Embree, with a [`Context`].
 unsafe extern "C" fn let_pass(arguments: *const FilterArguments) {
-    // SAFETY: the pointers and layouts are those of the documentation: arrays of `count` numbers,
-    // one after the other.
+    // SAFETY: Embree passes pointers and layouts as documented: each field is an array of `count`
+    // numbers, and the arrays are contiguous.
     unsafe {
         let arguments = &*arguments;
         let n = arguments.count as usize;
@@ -416,8 +417,8 @@ impl Traced<'_> {
                 geometry: INVALID,
                 instance: [INVALID; 2],
             };
-            // SAFETY: a committed scene and a ray of the documented layout; no arguments are the
-            // default ones.
+            // SAFETY: a committed scene and a ray of the documented layout. A null pointer means
+            // default arguments.
             unsafe { (self.library.functions.rtcIntersect1)(self.top, &raw mut hit, null_mut()) };
             parameters.push(if hit.geometry == INVALID { f32::INFINITY } else { hit.ray.far });
         }
@@ -426,7 +427,7 @@ impl Traced<'_> {
 
 impl Drop for Traced<'_> {
     fn drop(&mut self) {
-        // SAFETY: handles that live and are used no more.
+        // SAFETY: the handles are valid, and are not used after this.
         unsafe {
             (self.library.functions.rtcReleaseScene)(self.top);
             (self.library.functions.rtcReleaseDevice)(self.device);

@@ -1,9 +1,8 @@
-//! Variants timed in turns: medians, and ratios to the first.
+//! Timing of several variants in turns, with medians, and ratios to the first variant.
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// Processor time (s) of this thread, without that of other libraries' threads, which may spin
-/// beside it.
+/// Processor time (s) of this thread. Threads of other libraries, which may spin, are not included.
 pub fn cpu_seconds() -> f64 {
     seconds(ClockId::ThreadCPUTime)
 }

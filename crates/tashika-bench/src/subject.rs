@@ -16,7 +16,7 @@ use tashika::scene::{Scene, builtin};
 use tashika::tree::LightTree;
 use tashika::vpl::VplSet;
 
-/// Options of the subject; those that are not given have the program's defaults.
+/// Options of the subject. Options that are not given have the program's defaults.
 #[derive(Args, Clone, Debug)]
 pub struct SubjectArgs {
     /// Scene file; the built-in room if none is given
@@ -94,7 +94,7 @@ impl Subject {
     /// Prepares a render with this tracer.
     pub fn of(tracer: Tracer, args: &SubjectArgs) -> Result<Self, Box<dyn Error>> {
         let SubjectArgs { method, truth, error, vpls, points, size, crop, .. } = *args;
-        // With a largest cut given, short sums are estimated as well, not computed whole.
+        // If a largest cut is set, short sums are estimated too, instead of being computed whole.
         let is_our_sum = matches!(method, SumMethod::Tashika(_)) && truth == Some(Truth::Vpl);
         let max_pairs = is_our_sum.then_some(MANY_PAIRS);
         let request = Request {
@@ -129,7 +129,7 @@ impl Subject {
         self.prepared.window()
     }
 
-    /// Renders with `tracer`: the subject's own, or a copy that has a listener.
+    /// Renders with `tracer`, which is the subject's tracer or a copy of it with a listener.
     pub fn render(&self, tracer: &Tracer) -> Rendered {
         self.prepared.on(tracer).render().expect("options are those of a render")
     }

@@ -15,7 +15,8 @@ use crate::plan::ComparePlan;
 use crate::progress::{Meter, metered};
 use crate::summary::{Rows, typed_command, write_json};
 
-/// Result of a comparison, as JSON; shares in 0 to 1, errors relative, `null` for infinite.
+/// Result of a comparison, as JSON. Shares are in 0 to 1, errors are relative, and infinite numbers
+/// are `null`.
 #[derive(Debug, Serialize)]
 struct Report {
     image: PathBuf,
@@ -26,7 +27,7 @@ struct Report {
     error_from: &'static str,
     /// Tolerance for dark pixels, luminance.
     absolute: f64,
-    /// Pixels that have an error; all shares are of these.
+    /// Number of pixels that have an error. All shares are relative to this number.
     pixels: u64,
     /// Pixels among them whose radiance is not finite in the image.
     failed: u64,
@@ -39,23 +40,23 @@ struct Report {
     /// Pixel of the worst error.
     worst_at: [u32; 2],
     bias: f64,
-    /// Relative error of the reference that half of its pixels do not exceed, at 99.9 %; none if
-    /// the reference does not state its error, or is exact.
+    /// Median over pixels of the relative error of the reference, at a confidence of 99.9 %. None
+    /// if the reference does not state its error, or is exact.
     reference_error: Option<f64>,
     /// Mean distance over mean reference.
     relative_l1: f64,
-    /// RMSE of linear RGB, in the unit of the images. This number and those that follow are none if
+    /// RMSE of linear RGB, in the unit of the images. This measure and the five below are none if
     /// all pixels failed.
     rmse: Option<f64>,
     relmse: Option<f64>,
     /// PSNR of the display picture (dB).
     psnr: Option<f64>,
-    /// SSIM of the display picture; none, too, for images of fewer than 11 pixels a side.
+    /// SSIM of the display picture; also none if a side of the images has fewer than 11 pixels.
     ssim: Option<f64>,
     flip: Option<f64>,
-    /// Stops by which the display picture is exposed.
+    /// Exposure of the display picture (stops).
     exposure_stops: Option<f64>,
-    /// Pixels that have not failed and whose error is infinite.
+    /// Number of pixels that have not failed but whose error is infinite.
     infinite: u64,
     left_out: LeftOut,
     /// Share of the claims that are certainly true; none if the image makes no claims.
@@ -63,8 +64,8 @@ struct Report {
     claims: Option<ClaimsReport>,
     /// Verdict on the claim about the whole picture; none if there is no such claim.
     picture: Option<PictureReport>,
-    /// Agreement of the intervals of both films; none if no pixel is claimed by both, or the films
-    /// have different truths or error metrics.
+    /// Agreement between the intervals of both films. None if no pixel has an interval in both, or
+    /// if the films have different truths or error metrics.
     intervals: Option<IntervalsReport>,
     files: Vec<PathBuf>,
 }
@@ -77,17 +78,18 @@ struct LeftOut {
 
 #[derive(Debug, Serialize)]
 struct ClaimsReport {
-    /// Claims that are certainly true, certainly false, and undecidable, given the error of the
-    /// reference.
+    /// Number of claims that are certainly true; then, certainly false; then, undecidable because
+    /// of the error of the reference.
     kept: u64,
     broken: u64,
     undecidable: u64,
     of: u64,
-    /// Claims whose interval contains the reference, taken for the truth.
+    /// Number of claims whose interval contains the value of the reference.
     inside: u64,
-    /// Claims that are consistent with the reference if the errors of both are normal.
+    /// Number of claims that are consistent with the reference, if the errors of both images are
+    /// normally distributed.
     consistent: u64,
-    /// Bounds of the share of true claims; undecidable claims widen them.
+    /// Lower and upper bound of the share of true claims. Undecidable claims widen the interval.
     low: f64,
     high: f64,
     confidence: f64,
@@ -103,8 +105,8 @@ struct ClaimsReport {
 #[derive(Debug, Serialize)]
 struct PictureReport {
     claim: PictureClaim,
-    /// Pixels within the claimed error of the reference, pixels outside of it given the error of
-    /// the reference, and their total.
+    /// Number of pixels within the claimed error of the reference; number outside even if the
+    /// reference's own error is allowed for; number of pixels in all.
     within: u64,
     outside: u64,
     of: u64,

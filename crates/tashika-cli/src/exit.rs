@@ -16,7 +16,7 @@ pub enum Outcome {
     Contradicted,
     /// Done, but some pixels are infinite or not a number (6).
     NotFinite,
-    /// Ended by Ctrl-C: finished work is written and marked as incomplete (130).
+    /// Ended by Ctrl-C: the finished part of the work is written and marked as incomplete (130).
     Interrupted,
 }
 
@@ -93,7 +93,7 @@ impl Failure {
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
         match error {
-            // The library's names of options are those of the fields that hold them.
+            // The library names an option by its field, which differs from the typed name.
             Error::Option { option, value, expected } => {
                 let option = typed(&option);
                 Self::usage(format!("--{}", Error::Option { option, value, expected }))

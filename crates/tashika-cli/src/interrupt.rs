@@ -1,5 +1,5 @@
-//! Ctrl-C, and SIGTERM, by which schedulers and systems end programs: the first signal asks a
-//! running render to finish, the second ends the program.
+//! Handling of Ctrl-C and of SIGTERM, which schedulers and systems send to end a program. The first
+//! signal requests a running render to finish early; the second ends the program.
 
 use std::io::IsTerminal;
 use std::process;
@@ -15,11 +15,12 @@ static RENDERING: AtomicBool = AtomicBool::new(false);
 /// True once a signal has asked that render to finish.
 static ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Takes over Ctrl-C and SIGTERM; to be called once. Outside [`with_flag`] they still end the
-/// program.
+/// Installs handlers for Ctrl-C and SIGTERM; to be called once. Outside [`with_flag`], both signals
+/// still end the program.
 pub fn listen(common: &Common) {
     let json = common.log.style == LogStyle::Json;
-    // Without a handler Ctrl-C ends the program at once, which is no reason not to render.
+    // If the handler cannot be installed, Ctrl-C ends the program at once. The render can still be
+    // done.
     let _ = ctrlc::set_handler(move || asked(json));
     #[cfg(unix)]
     if let Ok(mut signals) = signal_hook::iterator::Signals::new([signal_hook::consts::SIGTERM]) {

@@ -1,12 +1,12 @@
 //! The program `tashika`.
 //!
-//! Arguments are read in two steps: [`args`] has them as typed, [`plan`] the work to do, with every
-//! value checked. Each command then has one module. All computing is in the library: each of its
-//! public operations is one call here.
+//! Arguments are read in two steps: [`args`] holds them as typed, and [`plan`] holds the work to
+//! do, with every value checked. Each command then has one module. The library does all of the
+//! computing; a command calls its public operations.
 //!
 //! Results go to standard output, progress and errors to standard error.
 #![forbid(unsafe_code)]
-// A program prints its results; the lint keeps the library silent.
+// The lint forbids printing in the library. The program prints its results.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;

@@ -104,7 +104,8 @@ fn pictures(
     let mut worst = Outcome::Done;
     for (k, (stage, outputs)) in stages.iter().zip(&outputs).enumerate() {
         let mut seconds = seconds.clone();
-        // Read again for each camera, so that the set is not held beside the trees over it.
+        // The file is read again for each camera, so that the set need not stay in memory beside
+        // the trees built from it.
         let stored = match stored.take() {
             None => stored_lights(plan.asked.vpl_file(), meter, &mut seconds)?,
             read => read,
@@ -155,7 +156,8 @@ fn image(
             write_png(&outputs.png, film, &plan.tone_map).map_err(|trouble| beside(&outputs.exr, &trouble))
         };
         let exposure_stops = watcher.timed(|seconds| &mut seconds.write, write)?;
-        // After the image is safe: another set takes as much memory as the first.
+        // This follows after the image is written, because the other set needs as much memory as
+        // the first.
         let other_set = prepared.other_set(&rendered)?;
         if other_set.is_some() {
             meter.finish();
@@ -164,8 +166,8 @@ fn image(
             lights: lights_report(plan, &prepared),
             method: prepared.method().clone(),
             gather: prepared.setting().view.gather.points,
-            // Without a finished tile there is no progress, and the window has the number of
-            // pixels.
+            // If no tile is finished, there is no progress, and the number of pixels is that of the
+            // window.
             pixels_asked: if pixels_asked > 0 { pixels_asked } else { prepared.window().area() },
             rendered,
             other_set,
@@ -178,7 +180,7 @@ fn image(
     let contradicted = done.audit.as_ref().is_some_and(|audit| audit.contradicts);
     let accepts_budget = plan.accept_budget || done.method.is_picture();
     let ended = match outcome(accepts_budget, done.rendered.complete, contradicted, &tally) {
-        // A share of a job leaves this exit code to the merged image.
+        // In a share of a job this exit code is suppressed; merging returns it.
         Outcome::NotFinite if plan.accept_budget && !plan.asked.share.is_whole() => Outcome::Done,
         ended => ended,
     };

@@ -45,8 +45,8 @@ fn save(film: &Film, layout: &ExrLayout, exr: &Path) -> Result<PathBuf, Error> {
     Ok(path)
 }
 
-/// Makes a new folder of this user alone: in a folder that all may write to, others could have put
-/// links at the path of a file.
+/// Makes a new folder that only this user can access. In a folder that everybody may write to,
+/// other users could have placed a link at the path of the file.
 fn own_folder(temporary: &Path) -> io::Result<PathBuf> {
     let mut builder = DirBuilder::new();
     #[cfg(unix)]

@@ -1,4 +1,4 @@
-//! A page that is served to this machine: of a file, or of a render in progress.
+//! Page that is served to browsers on this machine. It shows a file or a render in progress.
 
 use std::sync::Arc;
 use std::thread;
@@ -40,7 +40,7 @@ impl Served {
         let options = Options { port: serving.port };
         let server = Server::start(images, Box::new(html), &options)
             .map_err(|e| Failure::file(format!("cannot serve a page on port {}: {e}", serving.port)))?;
-        // On machines without a browser, the printed address has to do.
+        // If no browser can be started, the user has the printed address.
         let opened = serving.browser && open::that_detached(server.address()).is_ok();
         Ok(Self { server, opened })
     }
@@ -80,7 +80,7 @@ impl LivePage {
         self.film.progress(Headline { text, pixels, of: progress.of, claiming, promise_met: claiming });
     }
 
-    /// Shows the film as it was written, until nobody watches or Ctrl-C ends it.
+    /// Shows the film as it was written, until no browser watches the page or until Ctrl-C.
     pub fn end(self, film: Film, meter: &Meter) {
         self.film.finish(film);
         let begun = Instant::now();

@@ -1,4 +1,4 @@
-//! Help for shells: completions, and pages for `man`, both made from the definition of the
+//! Completions for shells and pages for `man`. Both are generated from the definition of the
 //! arguments.
 
 use clap::{Command, CommandFactory};
@@ -77,7 +77,7 @@ mod tests {
                     assert!(words.contains(&name.as_str()), "{shell}: {path:?}");
                 }
                 for option in options(&command) {
-                    // fish has the name after `-l`.
+                    // Completions for fish have the bare name, after `-l`.
                     let bare = option.trim_start_matches('-');
                     let is_there = words.contains(&option.as_str()) || words.contains(&bare);
                     assert!(is_there, "{shell}: {path:?} {option}");

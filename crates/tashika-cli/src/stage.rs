@@ -1,4 +1,5 @@
-//! Scene, cameras, tree for rays and lights from a file, which are made once and timed.
+//! Scene, cameras, tree for rays, and lights from a file. Each is made once, and the time is
+//! measured.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -43,7 +44,8 @@ fn of_scene(plan: &StagePlan, error: Error) -> Error {
 }
 
 impl Stage {
-    /// Reads the scene and builds the tree for rays, for the one camera that was chosen.
+    /// Reads the scene and builds the tree for rays, for the only chosen camera; an error if
+    /// several are chosen.
     pub fn load(plan: &StagePlan, meter: &Meter, seconds: &mut Seconds) -> Result<Self, Failure> {
         let mut stages = Self::load_all(plan, meter, seconds)?;
         match (stages.pop(), stages.is_empty()) {
@@ -123,7 +125,7 @@ impl Stage {
     }
 }
 
-/// Reads the lights from a file, if one is given. The file is small beside most scenes: it is read
+/// Reads the lights from a file, if one is given. The file is smaller than most scenes and is read
 /// first, so that its errors are reported early.
 pub fn stored_lights(
     path: Option<&Path>,
@@ -138,7 +140,8 @@ pub fn stored_lights(
 /// Largest number of notes on the scene that are printed; `info` prints all.
 const NOTES_TOLD: usize = 3;
 
-/// Reports how the picture may differ from the file; with `--strict`, a departure is an error.
+/// Prints notes on how the picture may differ from the scene's file. With `--strict`, such a
+/// difference is an error.
 fn tell_notes(plan: &StagePlan, scene: &Scene, meter: &Meter) -> Result<(), Failure> {
     if let (true, Some(first)) = (plan.strict, scene.notes().first_departure()) {
         let (at, what) = (&first.first, &first.message);

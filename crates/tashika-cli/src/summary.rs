@@ -1,4 +1,4 @@
-//! Summary of a command: rows for people, JSON for scripts, both of the same numbers.
+//! Summary of a command, as rows for people and as JSON for scripts. Both state the same numbers.
 
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -73,7 +73,7 @@ pub fn typed_command() -> String {
 /// Prints to standard output.
 pub fn print(text: &str) -> Result<(), Failure> {
     match std::io::stdout().write_all(text.as_bytes()) {
-        // The reader may have closed the pipe: `tashika info | head`.
+        // A closed pipe is not an error: `tashika info | head`.
         Err(e) if e.kind() != ErrorKind::BrokenPipe => {
             Err(Failure::file(format!("cannot write to standard output: {e}")))
         }
@@ -91,7 +91,7 @@ pub fn write_json(path: &Path, report: &impl Serialize) -> Result<(), Failure> {
     Ok(write_file(path, json.as_bytes())?)
 }
 
-/// Formats a count with separators, and its noun in the right number.
+/// Formats a count with separators, followed by the singular or plural of its noun.
 pub fn counted(n: u64, one: &str, many: &str) -> String {
     format!("{} {}", HumanCount(n), if n == 1 { one } else { many })
 }
@@ -110,7 +110,7 @@ pub struct LightsReport {
     pub direct: u64,
     /// VPLs of indirect light, at the vertices of light paths.
     pub indirect: u64,
-    /// Distance below which lights grow no brighter (m); zero for no clamp.
+    /// Distance below which the contribution of a light is clamped (m); zero for no clamp.
     pub clamp_m: f32,
     /// Seed of the light paths.
     pub seed: u64,
@@ -125,7 +125,7 @@ pub struct Triangles {
     pub stored: u64,
     /// Number in the picture.
     pub instanced: u64,
-    /// Number of triangles without area, which are ignored because no picture shows them.
+    /// Number of triangles without area. They are ignored, since they cannot be seen.
     pub without_area: u64,
 }
 
@@ -262,7 +262,7 @@ pub struct RenderReport {
     pub other_set: Option<OtherSet>,
     /// Result of the audit, if one was requested.
     pub audit: Option<Audit>,
-    /// Stops by which the picture was exposed.
+    /// Exposure of the picture (stops).
     pub exposure_stops: f32,
     /// Tone mapping of the picture.
     pub tonemap: &'static str,

@@ -1,4 +1,4 @@
-//! Parsers of typed values of options; each error names the accepted values.
+//! Parsers of option values from the command line; each error names the accepted values.
 
 use std::time::Duration;
 
@@ -24,12 +24,12 @@ pub fn count(typed: &str) -> Result<u64, String> {
         return Err(wrong());
     }
     let number = digits.parse::<f64>().map_err(|_| wrong())? * unit;
-    // Below 2⁵³ every whole number has its own `f64`.
+    // Below 2⁵³ every whole number is exactly representable as an `f64`.
     let exact = number.fract() == 0.0 && number < (1_u64 << 53) as f64;
     if exact { Ok(number as u64) } else { Err(wrong()) }
 }
 
-/// Parses a share: `2%`, `0.02`.
+/// Parses a share, as a percentage or a fraction: `2%`, `0.02`.
 pub fn percentage(typed: &str) -> Result<f64, String> {
     let wrong = || "expected a percentage or a share, such as 2% or 0.02".to_owned();
     let (number, unit) = match typed.strip_suffix('%') {
@@ -40,7 +40,7 @@ pub fn percentage(typed: &str) -> Result<f64, String> {
     if number.is_finite() { Ok(number / unit) } else { Err(wrong()) }
 }
 
-/// Parses a quality by its name.
+/// Parses the name of a quality preset.
 pub fn quality(typed: &str) -> Result<Quality, String> {
     typed.parse().map_err(|_| format!("expected {}", Quality::ALL.map(Quality::name).join(", ")))
 }
@@ -114,7 +114,7 @@ pub fn clamp(typed: &str) -> Result<Clamp, String> {
     }
 }
 
-/// Parses the brightness of a picture: `auto` or stops.
+/// Parses the exposure of a picture: `auto` or a number of stops.
 pub fn exposure(typed: &str) -> Result<Exposure, String> {
     match typed {
         "auto" => Ok(Exposure::Auto),
@@ -130,7 +130,7 @@ pub fn controlled(typed: &str) -> Result<Controlled, String> {
     named(&Controlled::ALL, typed)
 }
 
-/// Parses the truth that errors are measured from, by its name.
+/// Parses the name of a truth, the quantity from which errors are measured.
 pub fn truth(typed: &str) -> Result<Truth, String> {
     named(&Truth::ALL, typed)
 }
@@ -157,18 +157,18 @@ fn named<T: Copy + ToString>(all: &[T], typed: &str) -> Result<T, String> {
     })
 }
 
-/// Parses the name of a measured method: any except the exact one, by which the others are judged.
+/// Parses the name of a method that experiments measure: any except `exact`, their reference.
 pub fn method(typed: &str) -> Result<SumMethod, String> {
     let method = measured().find(|method| method.name() == typed.trim());
     method.ok_or_else(|| format!("expected {}, or several of them with commas between", method_names()))
 }
 
-/// Names of the methods that are measured.
+/// Names of the [`measured`] methods, with commas between.
 pub fn method_names() -> String {
     measured().map(SumMethod::name).collect::<Vec<_>>().join(", ")
 }
 
-/// The methods that are measured.
+/// Methods that experiments measure: all except the reference, [`SumMethod::Exact`].
 pub fn measured() -> impl Iterator<Item = SumMethod> {
     SumMethod::ALL.into_iter().filter(|method| *method != SumMethod::Exact)
 }

@@ -9,7 +9,7 @@ use tashika::film::planes;
 /// A small audited picture of the built-in box.
 const RENDER: &str = "render builtin:tiny --size 48x36 --claim audited --vpls 5000";
 const EASY: &str = "--share 90% --assurance 90% --audit 60";
-/// A picture in parts, of six tiles.
+/// Options of a picture of six tiles that is rendered in parts.
 const PARTS: &str = "render builtin:tiny --size 70x50 --method path --claim audited --error 50% --share 90% \
                      --assurance 90% --audit 60";
 
@@ -47,7 +47,8 @@ fn a_picture_says_what_share_of_it_is_certain() {
     assert_eq!(json(folder, "c.json")["picture"]["held"].as_bool(), Some(true));
 }
 
-/// Test of an error that is out of reach: the picture is written all the same.
+/// The requested error cannot be reached in the given time. The picture is written, and the exit
+/// code is 4.
 #[test]
 fn there_is_an_answer_when_the_time_is_up() {
     let folder = tempfile::tempdir().unwrap();
@@ -63,7 +64,8 @@ fn there_is_an_answer_when_the_time_is_up() {
     assert!(!page.contains("do not rely on"), "what shows nothing is known");
 }
 
-/// Test that parts claim nothing, and that merged files do not depend on the number of parts.
+/// A picture is rendered in two parts and in three. Parts claim nothing, and both merged files have
+/// the same bytes.
 #[test]
 fn audited_parts_are_merged_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
@@ -75,7 +77,7 @@ fn audited_parts_are_merged_to_the_same_bytes() {
     };
     for share in ["1/2", "2/2", "1/3", "2/3", "3/3"] {
         let name = share.replace('/', "-");
-        // Finished tiles may be kept.
+        // Checkpoints are permitted for parts.
         let line = format!("{PARTS} --tiles {share} --checkpoint -o {name}.exr --json {name}.json");
         let told = succeeds(&line);
         assert!(!told.contains("pixels were checked") && told.contains("merge"), "{told}");
@@ -107,7 +109,8 @@ fn audited_parts_are_merged_to_the_same_bytes() {
     assert!(code == Some(3) && err.contains("seed = 2"), "{err}");
 }
 
-/// Test that merging detects a part whose picture was changed.
+/// The radiance in both parts is multiplied by 2.5. The audit then fails, and merging ends with
+/// exit code 4.
 #[test]
 fn merging_ends_with_4_where_the_share_was_not_reached() {
     let folder = tempfile::tempdir().unwrap();

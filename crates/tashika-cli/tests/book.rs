@@ -1,16 +1,16 @@
 //! Every command of the book, run at small sizes.
 //!
-//! In a block of `sh` each line is a command; those of `tashika` are run in the order of the
-//! chapter, in a folder of the chapter that has the book's room and the scenes of its gallery.
-//! Sizes, tolerances and times are made small; all else is as printed. A picture may run out of its
-//! budget (exit code 4).
+//! Each line of an `sh` block is a command. The commands of `tashika` in a chapter are run in
+//! order, in one folder that contains the book's room and the scenes of its gallery. Sizes, numbers
+//! of paths, errors and times are replaced to make the runs short; all other words are as printed.
+//! Exit code 4, for a picture that runs out of budget, is accepted.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 
-/// Options that are made small, with their small values.
+/// Options whose values are replaced, with the values that make a run short.
 const SMALL: [(&str, &str); 5] =
     [("--size", "12x12"), ("--paths", "4"), ("--error", "20%"), ("--time", "2s"), ("--audit", "2")];
 
@@ -18,7 +18,7 @@ fn source() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/book/src")
 }
 
-/// Chapters, by their place below the source.
+/// Paths of the chapters, relative to the book's source folder.
 fn chapters() -> Vec<PathBuf> {
     let summary = fs::read_to_string(source().join("SUMMARY.md")).unwrap();
     let links = summary.split("](").skip(1).filter_map(|rest| rest.split_once(')'));
@@ -91,8 +91,8 @@ fn commands_are_found_and_made_small() {
     assert_eq!(small(&found[0]).join(" "), "tashika render a --size 12x12 --paths 4");
 }
 
-/// Images of the chapter's commands: merged shares have the bits and the truth of an image that is
-/// rendered in one piece.
+/// Runs the commands of the chapter on farms. The merged shares have the same bits and the same
+/// truth as an image that is rendered in one piece.
 #[test]
 fn shares_of_the_chapter_on_farms_are_joined_to_what_one_machine_renders() {
     let text = fs::read_to_string(source().join("farm.md")).unwrap();
@@ -102,7 +102,7 @@ fn shares_of_the_chapter_on_farms_are_joined_to_what_one_machine_renders() {
     let mut said = String::new();
     for command in commands(&text).into_iter().take_while(|command| !command.contains("--checkpoint")) {
         let mut words = small(&command);
-        // Two tiles at least, so that no share is empty.
+        // The image has at least two tiles, so that no share is empty.
         if let Some(at) = words.iter().position(|word| word == "--size") {
             words[at + 1] = "40x36".to_owned();
         }

@@ -81,7 +81,8 @@ fn several_cameras_give_an_image_each_that_is_the_one_of_a_call_of_its_own() {
         assert_eq!(all.metadata().text("camera"), Some(*camera));
         assert_eq!(pixels(&one), pixels(&all), "{camera}");
     }
-    // Cameras have the typed order, by commas or repeated options; the scene is read once.
+    // Images are written in the order in which the cameras were typed, whether separated by commas
+    // or in repeated options. The scene is read once.
     let both = format!("--camera {1},{0} --camera {1}", cameras[0], cameras[1]);
     let told =
         folder.succeeds(&format!("render builtin:room --method path --paths 1 --size 8x4 {both} -o b.exr"));
@@ -132,7 +133,7 @@ fn projections_and_lenses_are_chosen_and_named_in_the_film() {
     }
 }
 
-/// Test that parts of two views of one camera are not joined.
+/// Two parts are rendered with the same camera but different projections. Merging refuses them.
 #[test]
 fn parts_of_other_projections_are_not_joined() {
     let folder = Folder::new();
@@ -148,12 +149,13 @@ fn parts_of_other_projections_are_not_joined() {
     folder.succeeds("merge part-1.exr part-2.exr -o whole.exr --quiet");
 }
 
-/// Test that the default camera of a file without one shows the whole scene, whatever the
-/// proportions: no object touches an edge, and in one direction the scene comes near both edges.
+/// A scene without a camera is rendered with wide, tall and square images. The default camera shows
+/// the whole scene: nothing touches the edge of the image, and in one direction the scene nearly
+/// reaches both edges.
 #[test]
 fn a_file_without_a_camera_is_framed_in_any_proportions() {
     let folder = Folder::new();
-    // Two walls that have all eight corners of their box.
+    // Two walls, whose corners are the eight corners of a box.
     let wall = |z: f32| format!("v -1 0 {z}\nv 1 0 {z}\nv 1 3 {z}\nv -1 3 {z}\n");
     let quad = wall(0.0) + &wall(0.5) + "usemtl m\nf 1 2 3 4\nf 5 6 7 8\n";
     fs::write(folder.path("s.obj"), format!("mtllib s.mtl\n{quad}")).unwrap();

@@ -38,8 +38,8 @@ fn intervals_of_two_seeds_are_held_against_each_other() {
         run(folder, &format!("{path} --error 30% --seed {seed} -o {seed}.exr"));
     }
     let films = ["1.exr", "2.exr"].map(|name| read_exr(&folder.join(name)).unwrap());
-    // The second film, nine times as bright: farther from the first than intervals of 30 % reach,
-    // wherever there is light.
+    // The second film is made nine times as bright. Wherever there is light, its intervals of 30 %
+    // are disjoint from those of the first film.
     let mut brighter = films[1].clone();
     for (x, y) in brighter.window().pixels() {
         let color = brighter.plane("").unwrap().f32_at(x, y).iter().map(|c| 9.0 * c).collect::<Vec<_>>();
@@ -50,7 +50,8 @@ fn intervals_of_two_seeds_are_held_against_each_other() {
     for (name, other) in [("2", &films[1]), ("brighter", &brighter)] {
         let (said, json) = compared(folder, "1", name);
         let found = &json["intervals"];
-        // The same numbers from the samples; none of these is so close that rounding decides.
+        // The counts are computed again from the samples. No pixel is so close to the limit that
+        // rounding matters.
         let luminance = |film: &Film| -> Vec<f32> { film.colors().unwrap().map(|c| c.luminance()).collect() };
         let claims = |film: &Film| film.plane("claim").unwrap().u32_samples().unwrap().to_vec();
         let (a, b) = (luminance(&films[0]), luminance(other));
@@ -74,7 +75,8 @@ fn intervals_of_two_seeds_are_held_against_each_other() {
         assert_eq!(disjoint == lit, name == "brighter", "{disjoint} of {lit} that are lit");
     }
 
-    // A reference without claims, and sums over VPLs that differ between seeds.
+    // Intervals are not compared if the reference has no claims, or if the films are sums over
+    // different sets of VPLs.
     run(folder, &format!("{path} --paths 4 -o count.exr"));
     let sums = "render builtin:tiny --size 8x6 --truth vpl --vpls 100 --gather 1 -q";
     run(folder, &format!("{sums} --seed 1 -o sum.exr"));
@@ -131,7 +133,7 @@ fn pixels_that_are_not_finite_have_failed_and_measures_are_of_the_others() {
     for (pixel, value) in spoiled.into_iter().zip([f32::NAN, f32::INFINITY, f32::NEG_INFINITY]) {
         samples[3 * pixel] = value;
     }
-    // One of the other pixels is off, by 0.5 in green.
+    // One of the other pixels has an error of 0.5 in green.
     samples[3 * 100 + 1] += 0.5;
     let mut image = Film::new(film.size(), window, &[]).unwrap();
     image.add_plane(&planes::RADIANCE, Samples::F32(samples));
@@ -147,7 +149,7 @@ fn pixels_that_are_not_finite_have_failed_and_measures_are_of_the_others() {
     assert!(number("flip") > 0.0 && number("flip") < 0.1 && number("exposure_stops").is_finite(), "{json}");
     assert!(said.contains("3 pixels: not finite, outside of any tolerance"), "{said}");
     assert!(said.contains("RMSE") && said.contains("FLIP"), "{said}");
-    // Such pixels of a reference are not counted.
+    // Pixels that are not finite in the reference are not counted.
     let (_, json) = compared(folder, "whole", "spoiled");
     assert_eq!((&json["pixels"], &json["failed"]), (&189.into(), &0.into()));
     assert_eq!(json["left_out"]["not_finite"], 3);

@@ -36,7 +36,7 @@ fn options_that_contradict_each_other_are_refused() {
     ] {
         refused(&format!("{small} {options}"), &said);
     }
-    // The scene alone decides whether it needs paths.
+    // `--paths` is refused although some scenes need path tracing: this scene does not.
     refused(&format!("{small} --paths 7"), &["--paths = 7", "none with method tashika"]);
     let (code, said, error) = run(&format!("{small} --method path --paths 2"));
     assert!(code == Some(0) && said.contains("2 paths a pixel"), "{said}{error}");

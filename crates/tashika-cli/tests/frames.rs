@@ -1,4 +1,4 @@
-//! Frames of an animation: a scene at a time, and files named after frames.
+//! Frames of an animation: the scene at the time of each frame, in files named after the frames.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -61,7 +61,7 @@ fn frames_are_the_scene_at_their_times_in_files_of_their_numbers() {
     assert_eq!(found.collect::<BTreeSet<_>>(), expected);
     let json: serde_json::Value = serde_json::from_slice(&bytes(folder.join("n-0011.json"))).unwrap();
     assert_eq!(json["time_seconds"], 1.1);
-    // Each file has the bytes of a separate call.
+    // Each file has the same bytes as a render with `--at`.
     for (number, at) in [("0009", "0.9"), ("0010", "1"), ("0011", "1.1")] {
         succeeds(folder, &format!("{SMALL} --at {at} -o alone.exr -q"));
         assert!(bytes(folder.join("alone.exr")) == bytes(folder.join(format!("walk-{number}.exr"))), "{at}");
@@ -150,7 +150,8 @@ fn cameras_are_blurred_while_the_shutter_is_open() {
     );
     let still = succeeds(folder, &format!("{SMALL} --at 1 -o s.exr"));
     assert!(!still.contains("shutter"), "{still}");
-    // The shape moves too, so that path tracing renders it, or a sum at instants.
+    // The shape moves while the shutter is open. The default is then path tracing; a sum needs
+    // several instants.
     assert_eq!(film.metadata().text("method"), Some("path"));
     succeeds(folder, "render s.xml --shutter 0,1 --method mdlc --vpls 200 --instants 4 -o m.exr");
     let film = read_exr(&folder.join("m.exr")).unwrap();
@@ -198,7 +199,7 @@ fn frames_without_anything_visible_show_the_background() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     fs::write(folder.join("h.usda"), HIDDEN).unwrap();
-    // Frames by every way to render.
+    // Path tracing, a sum over VPLs, and an audited picture.
     for way in ["--method path --paths 1", "--method exact --vpls 10", "--quality draft --share 50%"] {
         succeeds(folder, &format!("render h.usda {way} --size 4x4 --frames 11..20 --fps 24 -o w.exr"));
         for number in [12, 19] {

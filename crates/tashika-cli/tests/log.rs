@@ -27,7 +27,7 @@ fn named<'a>(events: &'a [(String, Value)], name: &str) -> Vec<&'a Value> {
 }
 
 const TINY: &str = "render builtin:tiny --size 32x24 --truth vpl --vpls 100 --gather 1";
-/// Command with lights from a file, which gives a note: the truth is the sum over these lights.
+/// Command with lights from a file. The program notes that the truth is the sum over these lights.
 const NOTED: &str = "render builtin:tiny --size 32x24 --vpl-file lights.vpl --gather 1";
 
 /// Writes the lights of [`NOTED`].

@@ -13,8 +13,9 @@ fn run(folder: &TempDir, line: &str) -> (Option<i32>, String, String) {
     (output.status.code(), text(output.stdout), text(output.stderr))
 }
 
-/// Test of a name that colours the text after it and reverses the direction of writing. The name is
-/// that of an existing file, a missing file, a camera, and an unknown item in a file.
+/// A name contains control characters that would colour the text after it and reverse the direction
+/// of writing. It is used for an existing file, a missing file, a camera, and an unknown item in a
+/// file. The program prints it escaped.
 #[test]
 fn names_of_others_do_not_steer_the_terminal() {
     let folder = tempfile::tempdir().unwrap();

@@ -9,8 +9,8 @@ use serde_json::Value;
 use tashika::film::{Claim, RenderFilm, Stop};
 use tashika::io::read_exr;
 
-/// White floor under the left half of the film, and a sky near the largest number of single
-/// precision, so that light reflected by the floor may exceed it.
+/// White floor under the left half of the film. The radiance of the sky is close to the largest
+/// number of single precision, so that light reflected by the floor may overflow.
 const SCENE: &str = "\
 LookAt 0 5 0  0 0 0  0 0 1
 Camera \"orthographic\" \"float screenwindow\" [-2 2 -2 2]
@@ -32,8 +32,8 @@ fn ended(folder: &Path, line: &str) -> (i32, String) {
     (output.status.code().unwrap(), String::from_utf8(output.stdout).unwrap())
 }
 
-/// Counts the pixels of a film that are not finite. Each of them states so and claims nothing; no
-/// other pixel states so.
+/// Counts the pixels of a film that are not finite. Asserts that exactly these have the stop `not
+/// finite`, and that they claim nothing.
 fn not_finite(film: &Path) -> u64 {
     let film = read_exr(film).unwrap();
     let (read, stop) = (RenderFilm::of(&film), film.plane("stop").unwrap());
@@ -70,8 +70,8 @@ fn pixels_that_are_not_finite_are_said_and_no_success() {
     }
 }
 
-/// Parts report pixels that are not finite themselves; shares of a job leave the report to the
-/// merged image.
+/// A part with pixels that are not finite ends with exit code 6. A share of a job
+/// (`--accept-budget`) ends with 0, and merging reports the pixels.
 #[test]
 fn parts_and_what_is_merged_from_them_say_it() {
     let folder = tempfile::tempdir().unwrap();

@@ -35,7 +35,8 @@ fn shares_are_merged_to_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     succeeds(folder, &format!("{RENDER} -o whole.exr -q"));
-    // Lights that are traced once for all parts are the same as those that each part traces.
+    // The parts read lights that were traced once; the whole image traces its own. The lights are
+    // the same.
     succeeds(folder, "vpl builtin:tiny --vpls 200 -o lights.vpl -q");
     let shared = RENDER.replace("--vpls 200", "--vpl-file lights.vpl");
     for (number, threads) in [(1, 1), (2, 2), (3, 1)] {
@@ -81,7 +82,8 @@ fn planes_of_light_groups_are_merged_and_kept_in_checkpoints() {
     let output = run(folder, "render builtin:tiny --size 8x6 --truth vpl --groups each -o a.exr");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.code() == Some(2) && said.contains("method path"), "{said}");
-    // Beside pixels that claim something, groups have paths of their own: `--paths` is not ignored.
+    // If pixels claim something, the planes of groups use separate paths, whose number is
+    // `--paths`.
     let render =
         "render builtin:tiny --size 20x15 --error 50% --vpls 2000 --paths 4 --groups each --accept-budget -q";
     for (options, name) in [("", "all"), ("--tiles 1/2", "one"), ("--tiles 2/2", "two")] {
@@ -114,8 +116,8 @@ fn layouts_of_files_do_not_enter() {
     assert!(output.status.code() == Some(2) && said.contains("keeps all bits"), "{said}");
 }
 
-/// Test that tone mapping changes the picture alone, and that merged parts give the picture of the
-/// whole.
+/// An image is rendered with several tone mappings. Only the PNG differs. Merged parts give the
+/// same PNG as the whole image.
 #[test]
 fn tone_mappings_change_the_picture_alone() {
     let temporary = tempfile::tempdir().unwrap();
@@ -158,7 +160,7 @@ fn many_shares_are_small_films_that_merge_to_the_same_bytes() {
     parts.reverse();
     succeeds(folder, &format!("merge {} -o merged.exr -q", parts.join(" ")));
     same_as_whole(folder, "merged");
-    // Another crop of the same image is another render.
+    // A part of another crop is refused.
     succeeds(
         folder,
         &format!("{RENDER} -q --cryptomatte=4 --motion-vectors --crop 3,5,60,41 --tiles 1/20 -o part-1.exr"),
@@ -183,12 +185,12 @@ fn parts_of_another_render_are_refused_by_name() {
     assert!(!folder.join("c.exr").exists());
 }
 
-/// A render of some seconds, which finishes hundreds of tiles in a second.
+/// A render that takes some seconds and finishes hundreds of tiles a second.
 const LONG: &str =
     "render builtin:tiny --size 160x90 --truth vpl --vpls 2k --gather 16 --error 2% --threads 2 --checkpoint";
 
-/// Begins a render, and ends it by force once its checkpoint has `bytes` bytes; returns false if it
-/// was too fast.
+/// Begins a render, and kills it once its checkpoint has `bytes` bytes. Returns false if the render
+/// finished before.
 fn killed(folder: &Path, bytes: u64) -> bool {
     let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_tashika"))
         .current_dir(folder)
@@ -208,7 +210,7 @@ fn killed(folder: &Path, bytes: u64) -> bool {
     true
 }
 
-/// Asserts that image and picture have the bytes of those rendered in one go.
+/// Asserts that image and PNG have the same bytes as those of the whole render.
 #[track_caller]
 fn same_as_whole(folder: &Path, name: &str) {
     for ending in ["exr", "png"] {
@@ -227,7 +229,7 @@ fn a_render_that_was_killed_goes_on_to_the_same_bytes() {
     };
     succeeds(folder, &format!("{LONG} -o whole.exr -q --json whole.json"));
     assert!(!folder.join("whole.exr.checkpoint").exists(), "what is written is not kept twice");
-    // Twice, each time a little further.
+    // The render is killed twice, the second time later.
     for bytes in [100_000, 400_000] {
         assert!(killed(folder, bytes), "it was over before it was ended");
         assert!(!folder.join("a.exr").exists());
@@ -259,7 +261,8 @@ fn a_render_that_was_killed_goes_on_to_the_same_bytes() {
     same_as_whole(folder, "a");
 }
 
-/// Test with a limit on the size of files, which stands for a full disk.
+/// A limit on the size of files simulates a full disk. Finished tiles stay in the checkpoint, and
+/// the render resumes from them.
 #[cfg(unix)]
 #[test]
 fn what_is_finished_survives_a_full_disk() {
@@ -271,7 +274,8 @@ fn what_is_finished_survives_a_full_disk() {
         let line = format!("trap '' XFSZ; ulimit -f {blocks}; exec {program} {LONG} -o a.exr");
         std::process::Command::new("sh").current_dir(folder).args(["-c", &line]).output().unwrap()
     };
-    // Blocks are of 512 or of 1024 bytes: the checkpoint does not fit, nor does the image.
+    // A block has 512 or 1024 bytes, depending on the shell. In both cases the limit is too small
+    // for the checkpoint and for the image.
     let output = limited(300);
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(3), "{stderr}");
@@ -283,8 +287,8 @@ fn what_is_finished_survives_a_full_disk() {
     same_as_whole(folder, "a");
 }
 
-/// Stand-in for Slurm: runs submitted scripts at once, each task of an array once, the second task
-/// after it was lost halfway.
+/// Stand-in for Slurm's `sbatch`. It runs a submitted script at once, and each task of an array
+/// once. The second task is first killed halfway and then run again.
 #[cfg(unix)]
 const SBATCH: &str = r#"#!/bin/sh
 set -e
@@ -300,7 +304,7 @@ fi
 echo 7
 "#;
 
-/// Runs the job in a folder by the script that stands for Slurm.
+/// Runs the job in a folder with the stand-in for Slurm.
 #[cfg(unix)]
 fn submit(folder: &Path) {
     use std::os::unix::fs::PermissionsExt;
@@ -317,7 +321,7 @@ fn submit(folder: &Path) {
 fn a_job_for_slurm_gives_the_same_bytes() {
     let folder = tempfile::Builder::new().prefix("it's a job ").tempdir().unwrap();
     let folder = folder.path();
-    // Pixels that run out of budget must not count as a lost worker.
+    // Pixels run out of budget. The engine must not take the exit code 4 for a lost worker.
     let render = format!("{RENDER} --max-pairs 3");
     assert_eq!(run(folder, &format!("{render} -o whole.exr -q")).status.code(), Some(4));
     let program = env!("CARGO_BIN_EXE_tashika");
@@ -328,8 +332,8 @@ fn a_job_for_slurm_gives_the_same_bytes() {
     assert!(folder.join("job/part-3.exr").exists() && !folder.join("job/part-3.exr.checkpoint").exists());
 }
 
-/// Test of the default method: the large set is traced once for all shares, and pixels that ran out
-/// of budget are no failure of a picture.
+/// A job with the default method. The set of VPLs is traced once for all shares, and pixels that
+/// run out of budget do not change the exit code of a picture.
 #[cfg(unix)]
 #[test]
 fn a_picture_is_shared_with_the_lights_of_one() {
@@ -349,7 +353,8 @@ fn a_picture_is_shared_with_the_lights_of_one() {
     assert!(json["budget_hit"].as_u64().unwrap() > 0, "{json}");
 }
 
-/// Fog is rendered by paths, so that there are no lights to trace.
+/// A job for a scene in fog, which is rendered by path tracing. The job has no step that traces
+/// lights.
 #[cfg(unix)]
 #[test]
 fn a_scene_in_fog_is_shared_without_lights() {
@@ -369,7 +374,8 @@ fn a_scene_in_fog_is_shared_without_lights() {
     assert!(!folder.join("job/lights.sh").exists());
 }
 
-/// Test that the last step audits the picture, and that its options go to all shares.
+/// A job for an audited picture. The options of the audit are passed to all shares, and the last
+/// step audits the picture.
 #[cfg(unix)]
 #[test]
 fn an_audited_picture_is_a_job_too() {
@@ -434,7 +440,7 @@ fn a_job_for_render_farms_is_the_lights_the_shares_and_the_merge() {
     let template = fs::read_to_string(folder.join("own/template.json")).unwrap();
     let own = folder.join("own.vpl");
     assert!(template.contains(own.to_str().unwrap()), "a job runs in a folder of its own: {template}");
-    // Files of lights are named as other machines find them.
+    // Files of lights are named by absolute paths, so that other machines find them.
     let lights = "--environment sky.hdr,scale=2 --light=ies:a.ies@1,2,3 --light point:1,2,3,4";
     succeeds(folder, &format!("farm openjd --out lit -- render builtin:tiny {lights} --size 20x10 -o b.exr"));
     let template = fs::read_to_string(folder.join("lit/template.json")).unwrap();
@@ -463,7 +469,7 @@ fn parts_of_a_scene_that_was_changed_are_refused() {
     succeeds(folder, &format!("{render} --tiles 1/2 -o a.exr"));
     succeeds(folder, &format!("{render} --tiles 2/2 -o b.exr"));
     succeeds(folder, "merge a.exr b.exr -o c.exr");
-    // A changed file beside that of the scene; the number of lights is the same.
+    // The material file of the scene is changed. The number of lights stays the same.
     fs::write(folder.join("a.mtl"), "newmtl a\nKd 0.5 0.5 0.4\n").unwrap();
     succeeds(folder, &format!("{render} --tiles 2/2 -o b.exr"));
     fails(folder, "merge a.exr b.exr -o c.exr", &["b.exr: scene.digest = "]);

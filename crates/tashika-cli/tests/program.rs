@@ -1,4 +1,4 @@
-//! The program as its users meet it: output, files and exit codes.
+//! The program as a user runs it: output, files and exit codes.
 
 use std::fs;
 use std::path::PathBuf;
@@ -9,7 +9,8 @@ use tashika::film::Film;
 use tashika::io::read_exr;
 use tempfile::TempDir;
 
-/// A floor under a square light, with a camera-less OBJ's default view; 4 triangles.
+/// A floor under a square light, of 4 triangles. OBJ files have no camera, so the default view is
+/// used.
 const OBJ: &str = "\
 mtllib scene.mtl
 v -1 0 -1
@@ -190,7 +191,7 @@ fn a_render_writes_image_picture_and_numbers() {
     assert_eq!(png[16..24], [0, 0, 0, 9, 0, 0, 0, 5], "width and height of the PNG header");
 
     let json = folder.json("a.json");
-    // The default is light transport, made as a picture.
+    // By default, a picture of light transport is rendered.
     let [pixels, kept, out] = ["pixels", "promise_met", "budget_hit"].map(|key| json[key].as_u64().unwrap());
     assert_eq!(
         (pixels, kept + out, &json["truth"], &json["picture"]),
@@ -200,7 +201,7 @@ fn a_render_writes_image_picture_and_numbers() {
     let sum_of_rays: f64 =
         film.plane("rays").unwrap().f32_samples().unwrap().iter().map(|r| f64::from(*r)).sum();
     assert!(sum_of_rays > 0.0);
-    // A decimal number may be read with another last bit than it was written.
+    // A number written as a decimal may be read back with a different last bit.
     let told = 45.0 * json["rays_per_pixel"].as_f64().unwrap();
     assert!((told - sum_of_rays).abs() < 1e-9 * sum_of_rays, "{told} rays, {sum_of_rays}");
     assert!(json["pairs_per_pixel"].as_f64().unwrap() > 0.0);
@@ -226,14 +227,15 @@ fn an_audit_says_what_was_kept() {
     folder.run(&format!("{stage} --crop 3,2,9,7 --audit 99 --json c.json")).succeeds();
     assert_eq!(folder.json("c.json")["audit"]["of"], 63, "all pixels of the part");
 
-    // Cuts that may not grow are far off, but claim nothing that could be contradicted.
+    // With a largest cut of 2 pairs, pixels have large errors. They claim nothing, so the audit
+    // contradicts nothing.
     let run = folder.run(&format!("{stage} --audit 60 --max-pairs 2 --json b.json"));
     assert_eq!(run.code, Some(4), "{}", run.stderr);
     let audit = folder.json("b.json")["audit"].clone();
     assert!(audit["within"].as_u64().unwrap() < 54, "{audit}");
     assert!(audit["contradicts"] == false && audit["claiming"].as_u64().unwrap() < 30, "{audit}");
     assert_eq!(audit["claiming_within"], audit["claiming"]);
-    // Claims by the published rule are false for 16 pixels of 384.
+    // With the published rule, the claims of 16 of 384 pixels are false.
     let published = "render builtin:tiny --size 24x16 --truth vpl --vpls 3000 --gather 64 --error 10%";
     let rule = "--method iwasaki2019 --confidence 99% --audit 384 --json d.json";
     let run = folder.run(&format!("{published} {rule}"));
@@ -243,8 +245,8 @@ fn an_audit_says_what_was_kept() {
     folder.run(exact).fails(2, &["--audit = 9", "none with method exact"]);
 }
 
-/// Test that the claim of a sum comes with the change by another set of lights, which is larger for
-/// few lights than for many.
+/// With a claim about a sum, the program also prints how much another set of lights would change
+/// the pixels. This change is larger with few lights than with many.
 #[test]
 fn a_promise_about_one_set_of_lights_says_what_another_would_change() {
     let folder = Folder::new();
@@ -282,7 +284,8 @@ fn light_transport_is_promised_and_audited() {
     let json = folder.json("a.json");
     assert_eq!(json["truth"], "transport");
     let audit = &json["audit"];
-    // Pixels whose truth is too uncertain are not counted.
+    // Pixels whose truth is too uncertain are not counted, so `of` may be less than the requested
+    // number.
     assert!(audit["of"].as_u64() > Some(30) && audit["contradicts"] == false, "{audit}");
     assert!(json["error_budget"]["compensation"].as_f64() > Some(0.0), "{}", json["error_budget"]);
     let film = folder.film("render.exr");
@@ -314,13 +317,13 @@ fn light_transport_is_measured_against_a_path_tracer() {
     for row in rows.as_array().unwrap() {
         assert!(row["pixels"].as_u64() > Some(10) && row["within_tolerance"].as_f64() > Some(0.6), "{row}");
     }
-    // The truth was written, and can be used again.
+    // The truth was written to a file; a second run reads it.
     let again = folder.run(&format!("{command} --out again --paths 20k --reference reference.exr"));
     again.succeeds();
     for (a, b) in folder.json("again/table.json").as_array().unwrap().iter().zip(rows.as_array().unwrap()) {
         assert_eq!(a["within_tolerance"], b["within_tolerance"]);
     }
-    // Other seeds have other lights, and are compared with each other.
+    // With two seeds, each has separate lights, and their intervals are compared with each other.
     let seeds =
         folder.run(&format!("{command} --out seeds --methods tashika --seeds 2 --reference reference.exr"));
     assert!(
@@ -373,7 +376,8 @@ fn lights_are_shared_by_a_file() {
     folder.run(&format!("{common} --vpls 80 -o own.exr")).succeeds();
     folder.run(&format!("{common} --vpl-file lights.vpl -o file.exr")).succeeds();
     assert_eq!(folder.film("own.exr"), folder.film("file.exr"));
-    // The same lights, as a sample of all possible lights.
+    // With `--truth transport`, the same lights are a sample of all possible lights, and the image
+    // differs.
     let command = "render scene.obj --size 6x6 --truth transport --max-pairs 200 --vpl-file lights.vpl";
     folder.run(&format!("{command} -o transport.exr --json t.json")).succeeds();
     let json = folder.json("t.json");
@@ -400,7 +404,8 @@ fn info_counts_what_is_there() {
     assert!(folder.run("info builtin:tiny").succeeds().stdout.contains("36 stored"));
 }
 
-/// Test that media are listed, and rendered by paths, or by VPLs if requested.
+/// `info` lists the media of a scene. The scene is rendered by path tracing, or as a sum over VPLs
+/// if requested.
 #[test]
 fn media_are_told_and_rendered_by_paths_and_as_sums() {
     let folder = Folder::new();
@@ -447,8 +452,9 @@ fn media_are_told_and_rendered_by_paths_and_as_sums() {
     assert_eq!((&json["method"], &json["picture_claim"]["reached"]), (&"path".into(), &true.into()));
 }
 
-/// Test that default light is reported, however many notes there are, and that requested light
-/// replaces it and is reported. Parts of pictures in different light are not merged.
+/// A scene without light is rendered with default light, which is reported even if there are many
+/// other notes. Requested light replaces it and is reported. Parts rendered in different light are
+/// not merged.
 #[test]
 fn light_that_is_asked_for_is_told_and_not_mixed() {
     let folder = Folder::new();
@@ -491,7 +497,8 @@ fn light_that_is_asked_for_is_told_and_not_mixed() {
     folder.run("render dark.obj --environment scene.mtl").fails(3, &["scene.mtl", "HDR"]);
 }
 
-/// Test that one message names all missing files; with the option they are notes.
+/// A scene names two missing files. One error message names both. With `--allow-missing`, the scene
+/// loads and the files are notes.
 #[test]
 fn missing_files_are_all_told_and_refused_unless_allowed() {
     let folder = Folder::new();
@@ -550,7 +557,7 @@ fn what_departs_from_the_file_is_told_and_refused_when_strict() {
     folder.run(&format!("render builtin:tiny {small} --strict")).succeeds();
 }
 
-/// Waits until the render begins, then sends the signal that Ctrl-C sends.
+/// Sends SIGINT, as Ctrl-C does, once the render has begun. The finished tiles are written.
 #[cfg(unix)]
 #[test]
 fn ctrl_c_leaves_a_valid_partial_image() {
@@ -558,7 +565,7 @@ fn ctrl_c_leaves_a_valid_partial_image() {
     use std::process::{Command, Stdio};
 
     let folder = Folder::new();
-    // The render would take many minutes, each of its tiles a fraction of a second.
+    // The whole render would take many minutes, but each tile only a fraction of a second.
     let mut child = Command::new(env!("CARGO_BIN_EXE_tashika"))
         .current_dir(folder.0.path())
         .args("render scene.obj --size 600x600 --truth vpl --vpls 2000 --gather 64 --json a.json".split(' '))
@@ -608,7 +615,7 @@ fn two_renders_are_compared() {
     assert!(kept.as_f64() > low.as_f64() && kept.as_f64() < high.as_f64(), "{json}");
     let number = |key: &str| json[key].as_f64().unwrap();
 
-    // The same numbers from the samples.
+    // The numbers are computed again from the samples.
     let luminance = |name: &str| -> Vec<f64> {
         folder.film(name).colors().unwrap().map(|c| f64::from(c.luminance())).collect()
     };
@@ -695,7 +702,7 @@ const KEYS: [&str; 13] = [
     "seconds",
 ];
 
-/// Rows of a table for scripts, each with all keys and consistent numbers.
+/// Returns the rows of a table for scripts. Asserts that each has all keys and consistent numbers.
 #[track_caller]
 fn sound_rows(json: Value) -> Vec<Value> {
     let Value::Array(rows) = json else { panic!("not rows: {json}") };
@@ -754,7 +761,7 @@ fn coverage_is_measured_by_error_confidence_and_seed() {
     assert!(lines[0].contains("claims kept") && lines[6].contains("iwasaki2019"), "{}", run.stdout);
     assert!(run.stderr.contains("exact sums of 15 pixels"), "{}", run.stderr);
 
-    // The same numbers from one thread, except the time.
+    // With one thread, all numbers are the same except the times.
     folder.run(&format!("{common} --json again.json --threads 1 -q")).succeeds();
     let timeless = |mut rows: Vec<Value>| {
         rows.iter_mut().for_each(|row| row["seconds"] = Value::Null);
@@ -795,7 +802,7 @@ fn the_seed_experiment_is_what_render_and_compare_say() {
     assert!(lines.len() == 3 && lines[0].starts_with("method,scene,") && lines[2].starts_with("sakai2018,"));
     assert!(fs::read_to_string(folder.path("out/quality-and-cost.svg")).unwrap().starts_with("<svg"));
 
-    // Against some of the exact sums.
+    // The experiment is repeated with exact sums of only 9 pixels.
     folder
         .run(&format!("experiment seed {stage} --out some --methods mdlc --pixels 9 --json some.json -q"))
         .succeeds();
@@ -833,12 +840,12 @@ fn methods_are_brought_to_the_same_quality() {
     for row in &rows {
         assert!(row["within_tolerance"].as_f64().unwrap() >= 0.9 && row["error"] == 0.02, "{row}");
     }
-    // A cut of one pair has a large error, whatever its target.
+    // With a largest cut of one pair, the error is large for any target.
     let run = folder.run(
         "experiment equal-quality builtin:tiny --size 20x12 --out . --vpls 200 --pixels 10 --max-pairs 1 --methods mdlc",
     );
     assert!(run.succeeds().stdout.contains("mdlc was not brought to 95.0 % within 2 %"), "{}", run.stdout);
-    // Pixels that see no surface need no pair.
+    // Pixels without surfaces do not run out of budget, since they need no pair; others do.
     assert!(sound_rows(folder.json("table.json"))[0]["budget_hit"].as_u64() > Some(0));
 }
 
@@ -868,7 +875,7 @@ fn typing_errors_of_measurements_are_answered() {
     assert_eq!(folder.names(), before, "nothing was written");
 }
 
-/// Waits until the second row begins, then sends the signal that Ctrl-C sends.
+/// Sends SIGINT, as Ctrl-C does, once the second row has begun. The first row is written.
 #[cfg(unix)]
 #[test]
 fn ctrl_c_leaves_the_rows_that_are_finished() {
@@ -876,8 +883,8 @@ fn ctrl_c_leaves_the_rows_that_are_finished() {
     use std::process::{Command, Stdio};
 
     let folder = Folder::new();
-    // The first row takes a moment, the second many minutes, each of its pixels a fraction of a
-    // second.
+    // The first row takes a moment. The second would take many minutes, but each of its pixels only
+    // a fraction of a second.
     let line = "coverage builtin:tiny --size 8x8 --vpls 2k --gather 64 --pixels 5 --seeds 300 --json a.json \
                 --methods mdlc --error 100%,0.001% --max-pairs 50k";
     let mut child = Command::new(env!("CARGO_BIN_EXE_tashika"))

@@ -63,7 +63,7 @@ fn json_goes_to_standard_output_alone_and_the_log_to_standard_error() {
 fn the_json_of_a_render_has_notes_claims_and_the_exit_code() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    // Lines are no surfaces: one note, with a count of two.
+    // The file has two lines, which are not surfaces. They give one note, with a count of two.
     fs::write(folder.join("a.obj"), "v -1 0 -1\nv -1 0 1\nv 1 0 1\nf 1 2 3\nl 1 2\nl 2 3\n").unwrap();
     let render = "render a.obj --size 8x6 --truth vpl -q --json a.json";
     let json = |line: &str, code: i32| -> Value {
@@ -105,7 +105,7 @@ fn a_job_without_its_scene_or_over_another_is_refused() {
         let other = format!("{line} --seed 7");
         fails(folder, &other, 3, &["is of a job that is there", "--out names another folder"]);
         assert!(!before.is_empty() && files() == before, "the job is as it was");
-        // One file of a job is enough for a refusal.
+        // Even if one file of the job is moved away, the remaining files are not overwritten.
         fs::rename(folder.join(engine).join(&before[0].0), folder.join("moved")).unwrap();
         if before.len() > 1 {
             fails(folder, &other, 3, &["is of a job that is there"]);
@@ -129,8 +129,8 @@ fn shells_and_man_are_told_what_there_is() {
     fails(folder, "man info more", 2, &["no command \"more\"; expected no more words"]);
 }
 
-/// Begins a render of many minutes, and sends it `signal` once it has begun; `meanwhile` runs
-/// before that.
+/// Begins a render that would take many minutes. Once it has begun, calls `meanwhile`, and then
+/// sends `signal` to the process.
 #[cfg(unix)]
 fn ended_by(signal: &str, folder: &Path, temporary: &Path, meanwhile: impl FnOnce()) -> Output {
     use std::io::{BufRead, BufReader, Read};

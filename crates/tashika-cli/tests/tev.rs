@@ -1,5 +1,6 @@
-//! `render --tev`, with a server in place of the viewer: packets are read by tev's layout alone
-//! (`src/tev/packet.rs` states it), and the image that they make must be the one in the file.
+//! `render --tev`, tested with a server in place of the viewer. The server reads packets according
+//! to tev's layout, which `src/tev/packet.rs` states. The image that they form must equal the image
+//! in the file.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -71,7 +72,7 @@ impl<'a> Bytes<'a> {
 struct Shown {
     name: String,
     size: [usize; 2],
-    /// Samples of the full image, none where nothing was sent.
+    /// Samples of the full image for each channel; `None` for samples that were not sent.
     channels: BTreeMap<String, Vec<Option<f32>>>,
     tiles: usize,
 }
@@ -188,7 +189,7 @@ fn a_viewer_that_goes_or_sleeps_disturbs_nothing() {
     let said = check(&address);
     gone.join().unwrap();
     assert_eq!(said.matches(&format!("note: tev at {address} shows no more")).count(), 1, "{said}");
-    // The connection stays open, but nobody reads.
+    // A viewer that keeps the connection open but never reads.
     let (address, asleep) = server(|stream| stream);
     check(&address);
     drop(asleep.join().unwrap());
@@ -197,7 +198,7 @@ fn a_viewer_that_goes_or_sleeps_disturbs_nothing() {
 #[test]
 fn an_absent_viewer_is_told_before_any_work() {
     let folder = tempfile::tempdir().unwrap();
-    // An address that was free a moment ago.
+    // The listener is closed at once, so that nobody listens at this address.
     let address = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
     let (code, said) = render(folder.path(), &format!("--tev {address}"));
     assert_eq!(code, Some(3), "{said}");

@@ -129,7 +129,8 @@ pub enum Error {
         /// Remedy for the user.
         instead: String,
     },
-    /// The input refers to a file outside of its folder, where no file is read.
+    /// The input refers to a file outside of its folder. Such files are not read unless the user
+    /// permits it.
     #[error("{at}: {reference:?} is outside of the folder of the scene file; --allow-outside permits it")]
     Outside {
         /// Place of the reference.
@@ -205,7 +206,8 @@ mod tests {
         assert_eq!(e.to_string(), "box.mtl:14: newmtl floor: Ns = -3; expected a number from 0 to 100000");
     }
 
-    /// A name that clears a terminal, continues in red on another line, and reads backwards.
+    /// A name that would clear a terminal, continue in red on another line, and read backwards.
+    /// Messages contain it with escapes only.
     #[test]
     fn names_in_messages_cannot_steer_a_terminal() {
         let name = "a\u{1b}[2J\n\u{9b}31merror: \u{202e}b";

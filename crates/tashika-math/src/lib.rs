@@ -3,7 +3,7 @@
 //! every machine and any number of threads.
 //!
 //! * [`math`]: boxes, cones, frames and rays, elementary functions, bounds of rounding errors, and
-//!   formulas for one number or for vectors.
+//!   arithmetic for formulas that take one number or a vector of several.
 //! * [`rng`]: streams of random numbers, keyed by their purpose.
 //! * [`warp`]: maps from uniform squares to disks, spheres, triangles.
 //!

@@ -1,8 +1,8 @@
 //! Random numbers that are a function of their *purpose*.
 //!
-//! A [`Stream`] is keyed by (seed, purpose, index): the same key gives the same numbers on any
-//! thread, tile or machine, and different keys give independent ones. The key is hashed into the
-//! state and the increment of a PCG-XSH-RR generator (O'Neill 2014, `rand_pcg`).
+//! A [`Stream`] is keyed by (seed, purpose, index). The same key gives the same numbers in any
+//! thread, for any tile and on any machine. Different keys give independent numbers. The key is
+//! hashed into the state and the increment of a PCG-XSH-RR generator (O'Neill 2014, `rand_pcg`).
 
 use rand_core::Rng;
 use rand_pcg::Pcg32;
@@ -15,7 +15,7 @@ pub enum Purpose {
     Gather = 1,
     /// Light paths of a VPL set.
     LightPath = 2,
-    /// Light paths traced only to learn how many VPLs one path leaves.
+    /// Light paths traced only to estimate the number of VPLs per path.
     LightPathPilot = 3,
     /// VPLs placed directly on emitters.
     DirectLight = 4,
@@ -29,9 +29,9 @@ pub enum Purpose {
     Modelling = 8,
     /// Random decisions whether a ray meets a partly transparent surface.
     Opacity = 9,
-    /// Terms drawn from the pairs of a cut.
+    /// Choice of the terms that are sampled in the pairs of a cut.
     Cut = 11,
-    /// Heuristics that guide where work goes, and nothing else.
+    /// Heuristics that decide where work is spent. They do not enter estimates in any other way.
     Guidance = 13,
     /// Independent repetitions: sets of VPLs, gather points.
     Replicate = 14,
@@ -39,7 +39,7 @@ pub enum Purpose {
     Compensation = 15,
     /// Paths of pictures that are reconstructed.
     Picture = 16,
-    /// Pixels that an audit draws, and their reference values.
+    /// Choice of the pixels of an audit, and paths of their reference values.
     Audit = 17,
     /// Times of camera samples while the shutter is open.
     Shutter = 18,
@@ -117,7 +117,7 @@ mod tests {
     fn streams_are_stable() {
         let mut s = Stream::new(1, Purpose::Test, 2);
         let got: Vec<u32> = (0..4).map(|_| (s.uniform() * (1 << 24) as f32) as u32).collect();
-        // If these numbers change, every image changes: a value change.
+        // These numbers are part of every image: a change of them changes all images.
         assert_eq!(got, [4_253_212, 53_849, 6_634_636, 15_927_962]);
     }
 

@@ -22,13 +22,13 @@ use crate::media::{Media, Medium};
 
 /// Triangles of one material. `vertices` has shape (n, 3), in metres, and `triangles` shape (m, 3),
 /// with indices of vertices. Each vertex may have a normal, `normals` (n, 3), and texture
-/// coordinates, `uvs` (n, 2), of which (0, 0) is the top left of an image and (1, 1) its bottom
-/// right. `material` is a `Material`, or the name of one of the scene's. `transforms` of shape (k,
-/// 4, 4) place the mesh k times, by matrices whose columns are the images of the axes and of the
-/// origin; without them it stands once, untransformed. The arrays are copied. `inside` and
-/// `outside` are the `Medium` of either side: the outside is where triangles run counter-clockwise.
-/// If only one is given the other is vacuum; if neither is, the mesh stands in the surrounding
-/// medium.
+/// coordinates, `uvs` (n, 2): (0, 0) is the top left of an image and (1, 1) its bottom right.
+/// `material` is a `Material`, or the name of a material of the scene. `transforms` of shape (k, 4,
+/// 4) place the mesh k times, by matrices whose columns are the images of the axes and of the
+/// origin. Without `transforms` the mesh is placed once, untransformed. The arrays are copied.
+/// `inside` and `outside` are the media (`Medium`) of the two sides; triangles run
+/// counter-clockwise as seen from the outside. If only one is given, the medium of the other side
+/// is vacuum. If none is given, the surrounding medium is on both sides.
 ///
 /// ```python
 /// >>> import numpy as np
@@ -127,8 +127,8 @@ impl Light {
     }
 
     /// Light in a cone around a direction. The intensity (W/sr) is constant up to `inner` degrees
-    /// from it, and falls to zero at `outer` (the square of the cosine's share of the way, as in
-    /// glTF).
+    /// from the direction, and falls to zero at `outer` degrees: with the square of a linear
+    /// function of the angle's cosine, as in glTF.
     #[staticmethod]
     #[pyo3(signature = (position, direction, intensity, *, inner=0.0, outer=45.0))]
     fn spot(
@@ -170,10 +170,11 @@ impl Light {
 }
 
 /// A camera at `eye` that looks at `target`: a pinhole, or a thin lens of `lens_radius` (m) that is
-/// sharp at `focus_distance` (m; by default that of the target). The lens is round, or a polygon of
-/// `blades` (3 to 100) with corners on the circle of the radius, turned by `blade_rotation`
-/// (degrees, counter-clockwise as the camera sees it; at 0 a corner is up). `vertical_fov` is in
-/// degrees. `size` is the (width, height) in pixels of its images unless a render sets another.
+/// sharp at `focus_distance` (m; by default the distance of the target). The lens is round, or a
+/// polygon of `blades` corners (3 to 100) on the circle of `lens_radius`, turned by
+/// `blade_rotation` (degrees, counter-clockwise as the camera sees it; at 0 a corner is up).
+/// `vertical_fov` is in degrees. `size` is the (width, height) in pixels of its images unless a
+/// render sets another.
 #[pyclass(frozen, module = "tashika")]
 pub struct Camera {
     camera: scene::Camera,

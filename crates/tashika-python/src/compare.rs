@@ -35,7 +35,8 @@ impl Comparison {
         self.found.tolerance.relative
     }
 
-    /// Origin of the tolerance: "asked", the "image" that was rendered to it, or "default".
+    /// Origin of the tolerance: "asked" (an argument), "image" (the error that the image was
+    /// rendered to), or "default".
     #[getter]
     fn error_from(&self) -> &'static str {
         self.error_from.name()
@@ -128,7 +129,7 @@ impl Comparison {
         self.found.measures.map(|m| m.relmse)
     }
 
-    /// Peak signal-to-noise ratio (dB) of the sRGB pictures, clamped to 0 to 1.
+    /// Peak signal-to-noise ratio (dB) of the sRGB pictures, whose samples are clamped to 0 to 1.
     #[getter]
     fn psnr(&self) -> Option<f64> {
         self.found.measures.map(|m| m.psnr)
@@ -153,7 +154,7 @@ impl Comparison {
         self.found.measures.map(|m| m.exposure_stops)
     }
 
-    /// Number of pixels whose error is infinite: lit, where the reference is black.
+    /// Number of pixels whose error is infinite: they are lit, but black in the reference.
     #[getter]
     fn infinite(&self) -> u64 {
         self.found.infinite
@@ -174,11 +175,11 @@ impl Comparison {
         self.found.claims.as_ref().and_then(Claims::share)
     }
 
-    /// Claims, as a dict; None if the image makes none. Counts, given the error of the reference:
-    /// "kept" (certainly true), "broken" (certainly false), "undecidable", and "of", the total.
-    /// Counts without that error: "inside", of intervals that contain the reference, and
-    /// "consistent", of those that agree with it if the errors of both are normal. "low" and "high"
-    /// are the bounds of the true share at "confidence"; "promised" is the promised share.
+    /// Claims, as a dict; None if the image makes none. Counts that allow for the error of the
+    /// reference: "kept" (certainly true), "broken" (certainly false), "undecidable", and "of", the
+    /// total. "inside" counts the intervals that contain the reference itself, "consistent" those
+    /// that agree with the reference if the errors of both images are normal. "low" and "high" are
+    /// the bounds of the share of true claims at "confidence"; "promised" is the promised share.
     /// "verdict" is "kept", "not_kept", "reference_too_noisy" or "too_few_pixels"; it is None if
     /// nothing is promised, or if the reference estimates another truth. "same_truth" is True if
     /// the reference has the same VPLs and gather points.
@@ -202,9 +203,10 @@ impl Comparison {
     }
 
     /// Claim about the picture as a whole, as a dict; None if there is none. "claim" is
-    /// `Image.picture_claim`. "within" and "outside" count the pixels within the claimed error, and
-    /// those certainly outside of it given the error of the reference; "of" is their total. "held"
-    /// is True if the claim is confirmed, "open" if the reference is too noisy for a verdict.
+    /// `Image.picture_claim`. "within" counts the pixels within the claimed error of the reference,
+    /// "outside" those that exceed it whatever the error of the reference; "of" is the number of
+    /// judged pixels. "held" is True if the claim is confirmed, "open" if the reference is too
+    /// noisy for a verdict.
     #[getter]
     fn picture<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(found) = &self.found.picture else { return Ok(None) };
@@ -219,10 +221,10 @@ impl Comparison {
     }
 
     /// Comparison of the intervals of both images, as a dict. "claimed_in_both" counts the pixels
-    /// with a claim in both, "disjoint" those of them whose intervals do not overlap, so that one
-    /// of the two is wrong. "share" is the disjoint share, "low" and "high" are the ends of its
-    /// interval at "confidence". None if no pixel is claimed in both, or if the images are about
-    /// different truths.
+    /// with a claim in both images. "disjoint" counts those among them whose intervals do not
+    /// overlap, so that at least one of the two is wrong. "share" is the disjoint share, "low" and
+    /// "high" are the ends of its interval at "confidence". None if no pixel is claimed in both, or
+    /// if the images are about different truths.
     #[getter]
     fn intervals<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(found) = &self.found.intervals else { return Ok(None) };
@@ -285,9 +287,9 @@ fn named(image: &Image) -> Named<'_> {
 }
 
 /// Compares an image with a reference of the same size. Errors are distances of luminance, relative
-/// to the reference, or to `absolute` over `error` where that is more. The default of `error` is
-/// the error that the image was rendered to, with its absolute tolerance unless `absolute` is
-/// given, or else 2 %.
+/// to the reference, or to `absolute` over `error` where that is more. By default, `error` is the
+/// error that the image was rendered to, or 2 % if there is none. In the former case the default of
+/// `absolute` is the absolute tolerance of the image, otherwise 0.
 ///
 /// ```python
 /// >>> scene = tashika.builtin("tiny")

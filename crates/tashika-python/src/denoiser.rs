@@ -9,7 +9,7 @@ use tashika_oidn::{Oidn, SYSTEM};
 
 use crate::errors::raised;
 
-/// Returns the smoother of this name or file; none for our own.
+/// Returns the smoother of this name or file; `None` for the built-in reconstruction.
 pub fn of(py: Python<'_>, name: &Path, threads: usize) -> PyResult<Option<Arc<dyn Smoother>>> {
     Oidn::by_name(name, || of_package(py), threads).map_err(raised)
 }

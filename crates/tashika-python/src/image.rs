@@ -232,9 +232,9 @@ impl Image {
         if self.keys_in_order().contains(&name) { self.__getitem__(py, name).map(Some) } else { Ok(default) }
     }
 
-    /// Coverage against a reference: "within", the share of the pixels whose error is at most
-    /// `error` (by default that of this image), and "claims", the claims whose interval holds the
-    /// reference, with the ends of the interval of their share at 95 %; None without claims.
+    /// Coverage against a reference, as a dict. "within" is the share of the pixels whose error is
+    /// at most `error` (by default, the error that this image was rendered to). "claims" is
+    /// `Comparison.claims`, the judgement of this image's claims; None without claims.
     ///
     /// ```python
     /// >>> scene = tashika.builtin("tiny")
@@ -263,9 +263,10 @@ impl Image {
     /// Writes the image, whole or not at all, in the format of its ending: `.exr` has everything,
     /// `.png` is a picture, `.html` an interactive page.
     ///
-    /// `tonemap` and `exposure` are those of the picture, and those that a page begins with:
-    /// "natural", "linear", "filmic", "aces" or "agx", and stops, by default the log-average at
-    /// middle gray. An OpenEXR file stores neither.
+    /// `tonemap` is "natural", "linear", "filmic", "aces" or "agx": the tone mapping of a picture,
+    /// and the one that a page begins with. `exposure` is that of a picture, in stops; by default,
+    /// and at the beginning of a page, the log-average becomes middle gray. An OpenEXR file stores
+    /// neither.
     ///
     /// `exr` is the layout of an OpenEXR file, words with commas between them: "parts", one for
     /// each plane; "tiles" of 64×64 pixels; and a compression, "none", "rle", "zips", "zip" or
@@ -326,14 +327,14 @@ pub fn read(py: Python<'_>, path: PathBuf) -> PyResult<Image> {
 /// Joins parts of an image that were rendered with `tiles`. All shares together give the image that
 /// one machine renders, bit by bit.
 ///
-/// `parts` is any iterable; each part is taken when the one before is joined, so that a generator
-/// that reads files needs memory for one at a time. A share that occurs twice has to be equal both
-/// times. Pixels that no part has are zero, and `complete` is then false. Raises `InputError`,
-/// naming the part, for parts of different renders.
+/// `parts` is any iterable. Each part is requested when the preceding one has been joined, so that
+/// a generator that reads files needs memory for one part at a time. If a share occurs twice, its
+/// two parts must be equal. Pixels that no part has are zero, and `complete` is then false. Raises
+/// `InputError`, naming the part, for parts of different renders.
 ///
-/// Parts of an audited picture claim nothing. When none is missing the joined picture is
-/// reconstructed and audited, with `picture_claim` as its claim, by the `denoiser` that its parts
-/// were rendered for; default: "own".
+/// Parts of an audited picture claim nothing. If no part is missing, the joined picture is
+/// reconstructed and audited; its claim is `picture_claim`. `denoiser` (default: "own") must be the
+/// one that the parts were rendered for.
 ///
 /// ```python
 /// >>> scene = tashika.builtin("tiny")

@@ -50,7 +50,8 @@ enum Paint {
 }
 
 impl Paint {
-    /// Reads a colour; arrays of bytes are sRGB, others linear and nowhere below zero.
+    /// Reads a colour. Arrays of bytes are sRGB; others are linear, and refused if a number is
+    /// below zero.
     fn color(name: &str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         match Color::of(value) {
             Some(color) => Ok(Self::Flat(color.into())),
@@ -161,10 +162,10 @@ type Recipe = Arc<dyn Fn(&mut Palette<'_>) -> Result<Surface> + Send + Sync>;
 
 /// Material of a mesh, made by `Material.diffuse` and the like.
 ///
-/// Colours are linear Rec. 709: a number for gray, three, or an image: an array of shape (height,
-/// width, 3), or (height, width) for gray, at the texture coordinates of the mesh, repeated. Arrays
-/// of `uint8` are read as sRGB, as pictures are stored, others as linear. Roughness may be an array
-/// of shape (height, width) too. Arrays are copied.
+/// Colours are linear Rec. 709: one number for gray, three numbers, or an image. An image is an
+/// array of shape (height, width, 3), or (height, width) for gray; it repeats, and is read at the
+/// texture coordinates of the mesh. Arrays of `uint8` are read as sRGB, as pictures are stored,
+/// others as linear. Roughness may be an array of shape (height, width) too. Arrays are copied.
 ///
 /// ```python
 /// >>> tashika.Material.diffuse(0.8), tashika.Material.diffuse(0).emitting((5, 5, 4))
@@ -213,7 +214,7 @@ impl Material {
     }
 
     /// Metal with GGX microfacets of roughness `alpha` (0: smooth). `f0` is the reflectance at
-    /// normal incidence, a colour without image.
+    /// normal incidence, a constant colour.
     #[staticmethod]
     fn conductor(f0: Color, alpha: &Bound<'_, PyAny>) -> PyResult<Self> {
         let (f0, alpha) = (f0.into(), Paint::number("alpha", alpha)?);

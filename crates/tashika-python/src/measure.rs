@@ -1,4 +1,5 @@
-//! Measurements: exact sums of single pixels, and how often methods keep to their tolerance.
+//! Measurements: exact sums of single pixels, and shares of pixels at which methods meet their
+//! tolerance.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -69,13 +70,13 @@ pub fn exact<'py>(
 }
 
 /// Shares of random pixels at which methods meet their tolerance, and at which their intervals
-/// hold, by the exact sums of these pixels. The result is a list of rows as dicts, those of
-/// `tashika coverage --json`, where infinite errors are None.
+/// hold, judged by the exact sums of these pixels. The result is a list of rows as dicts, as
+/// `tashika coverage --json` writes them; infinite errors are None.
 ///
-/// One row for each of `methods` (default: all), `errors`, and, for methods with intervals,
-/// `confidences`; with `by`, of "brightness" and "material", also rows of the pixels of each group.
-/// Each pixel is rendered `seeds` times. `pixels=None` takes all. The other arguments are those of
-/// `render`.
+/// There is one row for each combination of `methods` (default: all), `errors` and, for methods
+/// with intervals, `confidences`. With `by`, a list of "brightness" and "material", there are also
+/// rows for the pixels of each group. Each pixel is rendered `seeds` times. `pixels=None` measures
+/// all pixels. The other arguments are those of `render`.
 ///
 /// ```python
 /// >>> rows = tashika.coverage(

@@ -22,12 +22,12 @@ use crate::materials::Color;
 /// each; `g` (-1 to 1) is the asymmetry of the phase function of Henyey and Greenstein, 0 for
 /// scattering in all directions alike.
 ///
-/// `density` is a factor of both coefficients that varies: an array of shape (depth, height,
-/// width), or (depth, height, width, 3) by channel, of samples in the middle of the cells of a box,
-/// the last of these axes along x. The box is the unit cube, placed by `transform`, a matrix of
-/// shape (4, 4); beyond it the medium is clear. `albedo` is an array of the same kind: the share of
-/// the extinction that is scattering, 0 to 1, in place of that of the coefficients. Arrays are
-/// copied.
+/// `density` is a factor of both coefficients that varies in space: an array of shape (depth,
+/// height, width), or (depth, height, width, 3) by channel. Its samples are at the middles of the
+/// cells of a box, with the width along x. The box is the unit cube, placed by `transform`, a
+/// matrix of shape (4, 4); beyond it the medium is clear. `albedo` is an array of the same kind:
+/// the share of the extinction that is scattering, 0 to 1. It replaces the share that follows from
+/// the coefficients. Arrays are copied.
 ///
 /// A mesh may have a medium `inside` and one `outside`, a camera may stand `within` one. By
 /// default, scenes with media that scatter are rendered by paths.

@@ -32,55 +32,56 @@ use crate::words;
 ///
 /// - `camera`: name, by default the first; `size`: (width, height) in pixels, by default the
 ///   camera's or (640, 360); `crop`: (x, y, width, height) in pixels from the top left; `tiles`:
-///   "K/N" or (K, N), the K-th of N shares of the image; with more than 16 shares, the image is the
-///   part that holds the share (`window`).
+///   "K/N" or (K, N), the K-th of N shares of the image; with more than 16 shares, the returned
+///   image covers only the part that contains the share (`window`).
 /// - `projection`: replaces the camera's: "perspective", "fisheye", "spherical" or "equal-area";
 ///   `fov` in degrees, of a perspective (vertical) or a fisheye (across its circle); `lens_radius`
 ///   and `focus_distance` in metres, `blades` and `blade_rotation` (degrees) of a perspective's
 ///   lens, as in `Camera`.
 /// - `method`: "tashika", "exact", "lightcuts", "mdlc", "nabata2016", "sakai2018", "iwasaki2019" or
 ///   "path".
-/// - `error`: relative error allowed in a pixel. By default the work is limited, to minutes, and
-///   pixels that are not within 0.05 by then are marked (0.02 with `truth` "vpl"; with "path":
-///   none, 64 `paths` a pixel). `absolute`: error that suffices in dark pixels (W/m²/sr); by
-///   default 0 for a sum, and `error` of a hundredth of the view's mean for light transport.
-///   `control`: "luminance" or "channels"; `confidence` of the intervals, 0.95; `claim`:
-///   "calibrated" or "certified", or "audited": of the picture as a whole (below); `truth`:
-///   "transport" (light in the scene, the default), "vpl" (the sum over one set, the default for
-///   certified claims and for a `VplSet`) or "clamped"; `max_pairs`: largest cut, pairs and paths
-///   with "transport".
+/// - `error`: relative error allowed in a pixel. By default it is 0.05 (0.02 with `truth` "vpl"),
+///   the work is limited to minutes, and pixels that are not within the error by then are marked.
+///   With `method` "path" there is no default: 64 `paths` a pixel are traced. `absolute`: error
+///   that suffices in dark pixels (W/m²/sr); by default 0 for a sum, and `error` times a hundredth
+///   of the view's mean for light transport. `control`: "luminance" or "channels"; `confidence` of
+///   the intervals, 0.95; `claim`: "calibrated" or "certified", or "audited": of the picture as a
+///   whole (below); `truth`: "transport" (light in the scene, the default), "vpl" (the sum over one
+///   set, the default for certified claims and for a `VplSet`) or "clamped"; `max_pairs`: largest
+///   cut of a pixel; with "transport", largest number of pairs and paths.
 /// - `vpls`: a `VplSet`, or the number to trace (a million at 0.05, 2.5 million at 0.02; 5000 with
-///   `truth` "vpl"); `clamp`: "auto", "off" or metres; `instants`: number of times at which they
-///   sample moving objects (32); `gather`: gather points a pixel (51 at 0.05, 128 at 0.02; 4 with
-///   `truth` "vpl"); `filter`: "box", "tent", "gaussian" or "blackman-harris", the pixel filter of
-///   gather points or paths.
+///   `truth` "vpl"); `clamp`: "auto", "off" or metres; `instants`: number of times at which the
+///   VPLs sample moving objects (32); `gather`: gather points a pixel (51 at 0.05, 128 at 0.02; 4
+///   with `truth` "vpl"); `filter`: "box", "tent", "gaussian" or "blackman-harris", the pixel
+///   filter of gather points or paths.
 /// - `quality`: "draft" and "good" are audited pictures, within 0.1 and 0.05, "final" has each
-///   pixel within 0.02. An audited picture is reconstructed, and the reference values of `audit` of
-///   its pixels, 600, are computed: `share` of the pixels, 0.95, are then within `error`, 0.1, with
-///   the probability `assurance`, 0.99; `Image.picture_claim` has the result. Rendering takes about
-///   `time` seconds at most; the claim is the one that was reached by then. Parts (`tiles`) claim
-///   nothing; `merge` audits the whole.
+///   pixel within 0.02. An audited picture is reconstructed, and the reference values of `audit`
+///   (600) of its pixels are computed. The claim is that `share` (0.95) of the pixels are within
+///   `error` (0.1), with the confidence `assurance` (0.99); `Image.picture_claim` has the result.
+///   Rendering takes about `time` seconds at most; the result is then the claim that was reached.
+///   Parts (`tiles`) claim nothing; `merge` audits the whole.
 /// - `denoiser`: smoother of audited pictures: "own", "oidn" (Open Image Denoise 2, from
 ///   `pip install tashika[oidn]`, or as named by TASHIKA_OIDN or the system), or the file of that
-///   library; with the library the same bits are not promised for every machine.
+///   library. With the library, bits may differ between machines.
 /// - `cryptomatte`: True, or the number of names that a pixel distinguishes (6), adds the planes
 ///   "CryptoObject00" and "CryptoMaterial00", "…01", "…02" of Cryptomatte, whose manifests are in
 ///   the metadata, and "object_id" and "material_id", the numbers of the object and the material
 ///   that cover most of a pixel.
 /// - `motion_vectors`: True adds the plane "motion", the displacement on the film of the visible
 ///   surface while the shutter is open: pixels to the right, and up. Scenes in motion have the
-///   plane "time", the time at which the surface in front is there. Scenes with media have the
-///   plane "transmittance", that between the first surface and the camera.
+///   plane "time", the mean time at which the object in front is there. Scenes with media have the
+///   plane "transmittance", the transmittance between the first surface and the camera.
 /// - `groups`: "each", or {"key": ["lamp", …], …}, names of objects or materials that emit, of
 ///   lights, or "environment": planes "light_key" with the contribution of each group, and
 ///   "light_key_standard_error". Lights that are not named are "light_rest". With `method` "path"
-///   the planes add up to the radiance; with the default method they are estimated by `paths` (64)
-///   of their own, so that they add up to it except for both errors.
+///   the planes add up to the radiance; with the default method they are estimated by separate
+///   paths, `paths` (64) a pixel, so that their sum differs from the radiance by the errors of
+///   both.
 /// - `seed` of all random numbers; `threads`: 0 is one a core, the image does not depend on it.
 /// - `checkpoint`: a file that stores finished tiles. If it exists from an earlier call with the
-///   same arguments, however that ended, the render continues from it, to the same bits. The file
-///   stays: remove it when the image is saved. Damaged tiles cause a warning and are rendered
-///   again; the file of another render is an `InputError`.
+///   same arguments, however that call ended, the render continues from it, and the result has the
+///   same bits. The file stays: remove it when the image is saved. Damaged tiles cause a warning
+///   and are rendered again; the file of another render is an `InputError`.
 /// - `progress`: called as `progress(pixels, of, claiming, rays)` about ten times a second. An
 ///   exception from it ends the render and is raised again, and so is Ctrl-C.
 ///
@@ -89,7 +90,7 @@ use crate::words;
 ///
 /// Raises `OptionError` for values out of range, and for arguments that contradict each other. The
 /// default method of scenes with motion or scattering media is path tracing. Arguments that have no
-/// effect on it are ignored, with a warning.
+/// effect on the chosen method are ignored, with a warning.
 ///
 /// ```python
 /// >>> image = tashika.render(tashika.builtin("tiny"), size=(8, 6), vpls=200)

@@ -71,12 +71,14 @@ impl Scene {
         request.in_scene(&self.scene)
     }
 
-    /// Returns the names of the options of a request that have no effect in this scene only.
+    /// Returns the names of the options of a request that have an effect in other scenes, but not
+    /// in this one.
     pub(crate) fn unused(&self, request: &Request) -> Result<Vec<&'static str>> {
         request.check_in(&self.scene)
     }
 
-    /// Renderer of a request, with the VPLs of the last render; for the pool of the work.
+    /// Renderer of a request, with the VPLs of the last render. Call it on the thread pool that
+    /// does the work.
     pub(crate) fn renderer(&self, camera: &scene::Camera, request: &Request) -> Renderer<'_> {
         Renderer::on(self.tracer()).camera(camera.clone()).request(request.clone()).light_cache(&self.lights)
     }
@@ -93,10 +95,10 @@ impl Scene {
 
 #[pymethods]
 impl Scene {
-    /// A scene of meshes, lights and a camera; `materials` are those that meshes name. `sky` is a
-    /// constant radiance (W/m²/sr), or a map of it by latitude and longitude: an array of shape
-    /// (height, width, 3) whose top row is up (+y) and whose middle column is -z, with +x to the
-    /// right of it.
+    /// A scene of meshes, lights and a camera; `materials` are the materials that meshes refer to
+    /// by name. `sky` is a constant radiance (W/m²/sr), or a map of it by latitude and longitude:
+    /// an array of shape (height, width, 3) whose top row is up (+y) and whose middle column is -z,
+    /// with +x to the right of it.
     ///
     /// A scene without a camera gets one that sees all of it, and a line in `notes`; a scene
     /// without light is dark. Raises `InputError` for a scene that cannot be rendered.
@@ -177,7 +179,7 @@ impl Scene {
 
     /// The scene at another time, in seconds, read again from its file with the other options of
     /// `load`. `shutter` is the beginning and end of the time that the shutter is open, in seconds
-    /// from then. Raises the exceptions of `load`, and `OptionError` for a scene that was not
+    /// from `seconds`. Raises the exceptions of `load`, and `OptionError` for a scene that was not
     /// loaded from a file.
     ///
     /// ```python
@@ -222,13 +224,13 @@ impl Scene {
 ///
 /// `at` is the time of the scene in seconds, if anything in its file moves;
 /// `Scene.animated_seconds` is the interval of that motion. `shutter` is the beginning and end of
-/// the time that the shutter of cameras is open, in seconds from `at` or 0: cameras that move
-/// meanwhile are blurred, and so are moving objects, by path tracing and in sums over one set of
-/// lights. `environment` replaces that of the scene, `lights` are added to its own, in the syntax
-/// of the program's options `--environment` and `--light`; `Scene.light_changes` lists both.
-/// `allow_outside` permits files outside the folder of the scene, `allow_missing` continues without
-/// missing files; `strict` refuses a scene that cannot be rendered as in its file. Raises
-/// `FileError`, `InputError` or `UnsupportedError`.
+/// the time that the shutter of cameras is open, in seconds from `at` or 0: cameras that move in
+/// this time are blurred. Moving objects are blurred by path tracing and in sums over one set of
+/// lights. `environment` replaces the environment of the scene, and `lights` are added to its
+/// lights. Both have the syntax of the program's options `--environment` and `--light`;
+/// `Scene.light_changes` lists both. `allow_outside` permits files outside the folder of the scene,
+/// `allow_missing` continues without missing files; `strict` refuses a scene that cannot be
+/// rendered as in its file. Raises `FileError`, `InputError` or `UnsupportedError`.
 ///
 /// ```python
 /// >>> tashika.load("builtin:tiny")

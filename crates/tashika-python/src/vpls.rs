@@ -48,12 +48,12 @@ impl VplSet {
     const KINDS: [&str; VplKind::COUNT] = ["omni", "oriented", "spot", "directional", "volume"];
 
     /// A set of lights given by arrays of `n` rows: positions (m), unit normals, intensities
-    /// (W/sr). `kinds` are numbers of `KINDS`, all "oriented" if not given: intensity times the
-    /// cosine to the normal. Omni lights have the normal zero. The normal of directional lights is
-    /// the direction of their light, and their intensity an irradiance (W/m²). Lights in media and
-    /// spots cannot be given; lights that emit by an image are spots. `scene` names the scene that
-    /// the set belongs to; `clamp` is the distance (m) below which a light grows no brighter, 0 for
-    /// none.
+    /// (W/sr). `kinds` are numbers of `KINDS`, all "oriented" if not given; oriented lights emit
+    /// their intensity times the cosine to the normal. Omni lights have the normal zero. The normal
+    /// of directional lights is the direction of their light, and their intensity an irradiance
+    /// (W/m²). Lights in media and spots cannot be given; lights that emit by an image are spots.
+    /// `scene` names the scene that the set belongs to; `clamp` is the distance (m) below which a
+    /// light grows no brighter, 0 for none.
     ///
     /// ```python
     /// >>> lamp = tashika.VplSet.from_arrays([[0, 1, 0]], [[0, -1, 0]], [[5, 5, 5]])

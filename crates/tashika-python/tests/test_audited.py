@@ -11,7 +11,7 @@ FEW = dict(size=(48, 36), error=0.25, share=0.9, assurance=0.9, audit=60, vpls=5
 def test_a_picture_says_what_share_of_it_is_certain():
     image = tashika.render(tashika.builtin("tiny"), claim="audited", **FEW)
     claim = image.picture_claim
-    # If the first interim analysis leaves hope, twice as many pixels are checked.
+    # If the first interim analysis is undecided, twice as many pixels are checked.
     assert claim["reached"] and claim["audited"] in (60, 120)
     assert claim["upper_outside"] <= 0.1
     assert image.tally["audited"] == claim["population"]

@@ -1,4 +1,5 @@
-"""The Python of the book: blocks of its chapter, and its notebook, in their order."""
+"""The Python code of the book: the blocks of its chapter, and the cells of its notebook, run in
+order."""
 
 import json
 import re

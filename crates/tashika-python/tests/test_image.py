@@ -127,7 +127,8 @@ def test_groups_of_lights_add_up(tiny: tashika.Scene) -> None:
     for wrong in ({"key": ["no such lamp"]}, "all", 3):
         with pytest.raises(tashika.OptionError, match="groups"):
             tashika.render(tiny, groups=wrong, **options)
-    # Beside pixels with claims, the planes of groups are those of that number of paths.
+    # In a render with claims, the planes of groups are equal to those of path tracing with that
+    # number of paths.
     claims = {"size": (16, 12), "error": 0.5, "vpls": 2000}
     plain = tashika.render(tiny, **claims)
     with warnings.catch_warnings():
@@ -221,7 +222,8 @@ def test_comparisons_tell_disjoint_intervals(tiny: tashika.Scene, image: tashika
     found = tashika.compare(image, exact)
     assert found.claims is not None and found.intervals is not None
     assert list(found.intervals) == ["claimed_in_both", "disjoint", "share", "low", "high", "confidence"]
-    # An exact interval is one number: it is inside the other, or a claim is broken.
+    # The interval of an exact pixel is one number: it is inside the other interval, or the claim of
+    # the other is broken.
     assert found.intervals["claimed_in_both"] == found.claims["of"] == 192
     assert found.intervals["disjoint"] == 192 - found.claims["kept"]
     assert "that both films claim are disjoint" in repr(found)

@@ -60,21 +60,23 @@ def test_a_box_has_a_medium_inside():
 
 
 def test_densities_vary_as_their_array_says():
-    # Dense at the far end along z alone, in red and green: axes and channels are in their order.
+    # The density is 1 in red and 2 in green at the far end along z, and 0 elsewhere. This tests the
+    # order of axes and channels.
     density = np.zeros((2, 1, 1, 3))
     density[0, 0, 0] = (1, 2, 0)
     transform = placed(2, (-1, -1, -3))
     smoke = tashika.Medium(0.8, 0, density=density, transform=transform)
     scene = tashika.Scene.build([LAMP, box(transform, inside=smoke)], camera=CAMERA)
-    # From a half at the edge to 1 within a quarter of the way, and to 0 within another half.
+    # Along the ray, the density goes from a half at the edge to 1 in a quarter of the way, and then
+    # to 0 in half of the way.
     mean = 0.25 * 0.75 + 0.5 * 0.5
     found = -np.log(radiance(scene, paths=20_000) / 2)
     np.testing.assert_allclose(found, [0.8 * 2 * mean * k for k in (1, 2, 0)], rtol=0.02, atol=1e-3)
 
 
 def test_what_is_scattered_is_the_albedo():
-    # In a white medium as bright as its surroundings nothing changes; with half the albedo, much
-    # does.
+    # The surroundings have the radiance 1. A medium of albedo 1 is then as bright and changes
+    # nothing; a medium of albedo 0.5 is much darker.
     def seen(albedo):
         grid = np.full((1, 1, 1), albedo)
         transform = placed(2, (-1, -1, -3))

@@ -14,8 +14,8 @@ from conftest import SUM
 
 ocio = pytest.importorskip("PyOpenColorIO")
 
-#: Largest error of OpenColorIO's fast powers, in codes of 8 bits: four times that on [0, 1],
-#: 0.0025.
+#: Largest error of OpenColorIO's fast powers, in codes of 8 bits: four times the error on [0, 1],
+#: which is 0.0025.
 POWERS = 0.01
 #: Rounding is an error of half a code.
 ROUNDING = 0.5 + POWERS
@@ -158,8 +158,8 @@ def test_linear_rec_709_is_found_by_name_and_by_role(tmp_path: Path) -> None:
     for name in (*names, "Utility - Linear - Rec.709", "Utility - Linear - sRGB"):
         config = configuration(tmp_path / "a.ocio", name)
         assert tashika.ocio.display(image, config=config)[0, 1:].tolist() == (255 * np.eye(3)).tolist()
-    # The reference is that of the Academy: white stays, primaries become the matrix of Rec. 709
-    # (Bradford) to AP0.
+    # The configuration's reference space is the Academy's, AP0. White stays white, and the
+    # primaries of Rec. 709 become the columns of the matrix to AP0 (adapted by Bradford's).
     config = configuration(tmp_path / "a.ocio", "theirs", aces_interchange="theirs")
     matrix = np.float64(
         [[0.43963, 0.08978, 0.01754], [0.38299, 0.81344, 0.11155], [0.17738, 0.09678, 0.87091]]
@@ -248,7 +248,7 @@ def test_no_number_is_too_much(tmp_path: Path) -> None:
     for config in (academy, "ocio://default"):
         shown, black = (tashika.ocio.display(one, config=config)[0] for one in (image, without))
         assert np.array_equal(shown[5], black[0]), "one channel that is no number is black, and it alone"
-    # The view's result may be no number again: infinity times zero.
+    # The view's result may be NaN although its input is not: infinity times zero.
     views = ocio.Config.CreateFromFile(str(own))
     way = ocio.GroupTransform()
     way.appendTransform(ocio.LogTransform(base=10, direction=ocio.TRANSFORM_DIR_INVERSE))

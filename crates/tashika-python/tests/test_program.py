@@ -1,4 +1,5 @@
-"""The same planes, bit for bit, as the program `tashika` writes with the same options."""
+"""The package renders the same planes, bit for bit, as the program `tashika` with the same
+options."""
 
 import json
 import subprocess

@@ -41,7 +41,7 @@ def lamp_over_floor(*, two_sided: bool = False, **camera: object) -> tashika.Sce
 
 
 def test_a_pixel_is_the_sum_over_the_lights() -> None:
-    # So narrow a view that all of the pixel is one point, known to 5e-7 m.
+    # The view is so narrow that the whole pixel shows one point, whose position is known to 5e-7 m.
     camera = tashika.Camera((1.2, 0.3, 0), (0.4, 0, 0.2), vertical_fov=5e-5, size=(1, 1))
     scene = lamp_over_floor(camera=camera)
     lights = tashika.vpls(scene, count=500, clamp="off")
@@ -56,7 +56,8 @@ def test_a_pixel_is_the_sum_over_the_lights() -> None:
     )
     assert np.count_nonzero(geometric) == lights.provenance["direct"] > 100
     by_hand = np.float64([0.8, 0.5, 0.25]) / np.pi * (geometric @ lights.intensities)
-    # The point is 0.5 m from the lamp: 4e-6 for its position, and float32 elsewhere.
+    # The relative tolerance is 4e-6 for the position of the point, which is 0.5 m from the lamp,
+    # and the rounding of float32 elsewhere.
     assert np.allclose(found, by_hand, rtol=1e-5)
 
 
@@ -126,7 +127,8 @@ def test_images_are_on_surfaces_where_their_coordinates_say() -> None:
 
     def albedo(picture: np.ndarray) -> np.ndarray:
         wide = FLOOR * np.float32([2, 1, 1])
-        # A texel a pixel, in squares of equal texels: nothing is blended in at their middles.
+        # One texel per pixel, in squares of equal texels. The middles of the squares are compared,
+        # where no other colour is blended in.
         material = tashika.Material.diffuse(picture.repeat(5, 0).repeat(5, 1))
         scene = tashika.Scene.build(
             [tashika.Mesh(wide, QUAD, material=material, uvs=uvs)], camera=camera, sky=1
@@ -172,7 +174,7 @@ def test_transforms_place_a_mesh_by_columns() -> None:
     covered = tashika.render(scene, vpls=10, gather=256)["coverage"]
     wanted = np.zeros((8, 8))
     wanted[3:5, 3:5] = wanted[6:8, 3:5] = 1
-    # Half as large at x = 3: a quarter of each of four pixels.
+    # The copy at x = 3 is half as large and covers a quarter of each of four pixels.
     wanted[3:5, 6:8] = 0.25
     assert np.allclose(covered, wanted, atol=0.05)
     for wrong, message in [

@@ -1,10 +1,10 @@
 //! Judgement of a film's claims about its own error, by a reference.
 //!
-//! A film claims where its plane `half_width` holds the half-width `h` of an interval around the
-//! luminance (W·m⁻²·sr⁻¹) and its plane `claim` is not 0. Without a plane `claim` every half-width
-//! is a claim. Let `d = |L − L_r|` be the distance from a reference whose own error is at most `q`
-//! ([`OwnError`]), and `ρ = 2⁻²³ (|L_r| + d)` a bound on the rounding of stored colours to single
-//! precision. A claim is
+//! A film makes a claim at a pixel if its plane `half_width` holds the half-width `h` of an
+//! interval around the luminance (W·m⁻²·sr⁻¹) and its plane `claim` is not 0 there. Without a plane
+//! `claim` every half-width is a claim. Let `d = |L − L_r|` be the distance from a reference whose
+//! own error is at most `q` ([`OwnError`]), and `ρ = 2⁻²³ (|L_r| + d)` a bound on the rounding of
+//! stored colours to single precision. A claim is
 //!
 //! ```text
 //! kept          d + q ≤ h + ρ      it holds for every truth within q of the reference
@@ -15,8 +15,8 @@
 //! # Verdict
 //! Claims at confidence `c` promise that a share `p = 1 − (1 − c) n_i/n` of the `n` pixels is kept,
 //! where `n_i` pixels state an interval and the others are exact. A true claim is called broken
-//! only if the reference is off by more than `q`, with probability `α` of 0.1 % at most. With the
-//! Clopper–Pearson interval of a share, the verdict is
+//! only if the reference is off by more than `q`. The probability of this, `α`, is 0.1 % at most.
+//! With the Clopper–Pearson interval of a share, the verdict is
 //!
 //! ```text
 //! not kept      low(broken) > 1 − p + α
@@ -28,15 +28,16 @@
 //! can only lower this count: an error `X` that is symmetric and unimodal and noise `N` that does
 //! not depend on it have `P(|X + N| ≤ h) ≤ P(|X| ≤ h)` (Anderson 1955).
 //!
-//! The share of true claims is between that of the kept claims and that of the claims that are not
-//! broken. Its bounds are the lower end of the interval of the first share and the upper end of the
-//! interval of the second.
+//! The share of true claims is between the share that is kept and the share that is not broken. Its
+//! bounds are the lower end of the Clopper–Pearson interval of the former and the upper end of that
+//! of the latter.
 //!
-//! If the verdict is open, a weaker count is reported. If the errors of both films are normal, the
-//! interval around their difference has the half-width `√(h² + (z(c) s)²)`, with the reference's
-//! standard error `s = q/z(99.9 %)`. For true claims it contains zero with probability `c`. The
-//! larger `s` is, the weaker is this count: against a reference of pure noise, any claims have a
-//! share `c`.
+//! If the verdict is open, the number of *consistent* claims is reported, which is weaker evidence.
+//! If the errors of both films are normal, the interval around their difference has the half-width
+//! `√(h² + (z(c) s)²)`, with the reference's standard error `s = q/z(99.9 %)`. A claim is
+//! consistent if this interval contains zero; for a true claim it does with probability `c`. The
+//! larger `s` is, the less the count shows: against a reference of pure noise, a share `c` of any
+//! claims is consistent.
 //!
 //! # Guarantee
 //! For independent pixels and a reference whose errors are normal, true claims are called *not
@@ -45,10 +46,11 @@
 //!
 //! # Assumption
 //! The interval of the share takes pixels for independent trials. Pixels of one image share their
-//! VPLs, so that it is narrower than the variation from render to render.
+//! VPLs, so that the interval is narrower than the variation from render to render.
 //!
 //! # Held to this by
-//! `claims::tests`, on films whose truth is known, with references of every noise.
+//! `claims::tests`, on films whose truth is known, with references from exact ones to nearly pure
+//! noise.
 
 use super::own_error::OwnError;
 use super::truths::Truths;
@@ -69,8 +71,8 @@ pub struct Claims {
     /// Number of claims of pixels that have an error.
     pub of: u64,
     /// Bounds of the share of true claims, at [`Claims::CONFIDENCE`]: the lower end of the
-    /// Clopper–Pearson interval of the share kept, and the upper end of that of the share not
-    /// broken.
+    /// Clopper–Pearson interval of the share kept, and the upper end of the interval of the share
+    /// not broken.
     pub interval: Interval,
     /// Promised share of true claims; `None` if the film states no confidence.
     pub promised: Option<f64>,
@@ -174,8 +176,8 @@ pub(super) struct Judge<'f> {
     by_estimates: u64,
     intervals: u64,
     of: u64,
-    /// Half-width at the confidence of the claims, over half-width at the confidence of the
-    /// reference's own error.
+    /// Factor that converts a half-width at the confidence of the reference's own error to one at
+    /// the confidence of the claims.
     of_own: f64,
 }
 
@@ -247,8 +249,9 @@ mod tests {
     const PIXELS: u32 = 20_000;
 
     /// Judges an image by a reference, both with the truth 1. The errors of the image are normal
-    /// with a standard deviation of 0.01; its half-widths are those of 95 % times `widths`. The
-    /// errors of the reference have `noise` times that deviation, which the reference states.
+    /// with a standard deviation of 0.01; its half-widths are `widths` times the correct ones at
+    /// 95 %. The errors of the reference have a standard deviation of `noise` times 0.01, which the
+    /// reference states.
     fn verdict(widths: f64, noise: f64) -> Claims {
         const SIGMA: f64 = 0.01;
         let size = [PIXELS, 1];
@@ -281,7 +284,8 @@ mod tests {
         compare(named(&image), named(&reference), &Tolerance::default()).unwrap().claims.unwrap()
     }
 
-    /// Half-widths that hold for 95 % and more, with references of any noise.
+    /// Half-widths of 1 to 2 times the correct ones, so that at least 95 % of the claims hold, and
+    /// references of any noise. The verdict is never `NotKept`.
     #[test]
     fn claims_that_hold_are_never_called_broken() {
         for noise in [0.0, 0.1, 0.3, 1.0, 3.0, 30.0] {
@@ -293,7 +297,8 @@ mod tests {
                 // Shares of normal errors within the half-widths.
                 let truth = [(1.0, 0.95), (1.3, 0.989_2), (2.0, 0.999_911)];
                 let (_, truth) = truth.into_iter().find(|(w, _)| *w == widths).unwrap();
-                // Five standard errors of the sampled pixels, and the errors of the reference.
+                // Tolerance: five standard errors due to the number of pixels, and 0.001 for errors
+                // of the reference above its bound.
                 let of_pixels = 5.0 * (truth * (1.0 - truth) / f64::from(PIXELS)).sqrt();
                 let spread = of_pixels + 0.001;
                 // With normal errors the share is at least the claimed one.
@@ -309,12 +314,14 @@ mod tests {
                 }
             }
         }
-        // With the reference taken for the truth, 1 − P(|Z| > 1.96/√2) of the claims would hold.
+        // If this reference were taken for the truth, only 1 − P(|Z| > 1.96/√2) of the claims would
+        // hold.
         let naive = verdict(1.0, 1.0);
         assert!((naive.inside as f64) < 0.85 * naive.of as f64, "{naive:?}");
     }
 
-    /// Half-widths that are a half and four fifths of the correct ones: 67 % and 88 % hold.
+    /// Half-widths of 0.5 and 0.8 times the correct ones, so that 67 % and 88 % of the claims hold.
+    /// The verdict is never `Kept`.
     #[test]
     fn claims_that_do_not_hold_are_never_called_kept() {
         for widths in [0.5, 0.8] {

@@ -1,9 +1,9 @@
 //! Colours of errors: black, blue, green, yellow for `[0, 1]`, and red beyond.
 //!
-//! Straight lines in the colour space Oklab (Ottosson 2020) between four points whose lightness is
-//! proportional to the value, so that a larger error is always a lighter colour. The picture is
-//! legible in print without colours and with colour vision deficiency. Red is off these lines: it
-//! means "beyond the scale", without an amount.
+//! The scale consists of straight lines in the colour space Oklab (Ottosson 2020) between four
+//! points. Their lightness is nearly proportional to the value, so that a larger error is always a
+//! lighter colour. The picture is legible in print without colours and with colour vision
+//! deficiency. Red is off these lines: it means "beyond the scale", without an amount.
 //!
 //! ```text
 //! value        0       0.36     0.70     1

@@ -13,7 +13,8 @@
 //! ```
 //!
 //! A pixel where the image is not finite has *failed*: its error is infinite, whatever the
-//! tolerance, and its claim is not kept. It has no luminance, so that sums omit it; it is counted.
+//! tolerance, and its claim is not kept. It has no luminance, so sums omit it, but it counts as a
+//! pixel.
 //!
 //! The mean is over finite errors; the number of infinite errors is reported separately. `bias` and
 //! the mean distance are over the pixels that did not fail. All other quantities are over all
@@ -103,9 +104,9 @@ impl ToleranceFrom {
 }
 
 impl Tolerance {
-    /// Returns the requested tolerance, else the error that the film was rendered to, else the
-    /// default, and the origin. The absolute tolerance is the requested one, else that of the film
-    /// if its error is used.
+    /// Returns a tolerance and its origin: the requested tolerance, else the error that the film
+    /// was rendered to, else the default. The absolute tolerance is the requested one; without a
+    /// request, that of the film if its error is used, else 0.
     pub fn asked_or_of(relative: Option<f64>, absolute: Option<f64>, film: &Film) -> (Self, ToleranceFrom) {
         let (own, from) = match (relative, Self::of(film)) {
             (Some(relative), _) => (Self { relative, absolute: 0.0 }, ToleranceFrom::Asked),

@@ -9,15 +9,17 @@
 //! |a − b| > h_a + h_b + 2⁻²³ (|b| + |a − b|)        channels: of any of the three; |b| and |a − b| the largest of them
 //! ```
 //!
-//! where the last term bounds the rounding of the four numbers to single precision:
-//! `2⁻²⁴ (|a| + |b| + h_a + h_b)`, with `|a| ≤ |b| + |a − b|`, and with `h_a + h_b` at most the
-//! distance, because otherwise nothing is disjoint. An exact pixel has the half-width 0.
+//! where the last term bounds the rounding of the four numbers to single precision. The rounding
+//! is at most `2⁻²⁴ (|a| + |b| + h_a + h_b)`, where `|a| ≤ |b| + |a − b|`, and
+//! `h_a + h_b ≤ |a − b|`, because otherwise the intervals are not disjoint. An exact pixel has the
+//! half-width 0.
 //!
 //! # Expected number
-//! Intervals that hold with probability `c` each, with independent errors, both hold with
-//! probability `c²`, so at most `1 − c²` of them are disjoint: 9.75 % at 95 %. Most shares are far
-//! smaller. Normal errors of standard deviations `σ_a` and `σ_b` have half-widths `z σ_a` and
-//! `z σ_b`, where `P(|Z| ≤ z) = c`. The difference is normal too, of variance `σ_a² + σ_b²`, and so
+//! If each interval holds with probability `c` and the errors of the films are independent, both
+//! hold with probability `c²`. So at most a share `1 − c²` of the pairs is disjoint: 9.75 % at
+//! 95 %. Most shares are far smaller. Normal errors of standard deviations `σ_a` and `σ_b` have
+//! half-widths `z σ_a` and `z σ_b`, where `P(|Z| ≤ z) = c`. The difference is normal too, of
+//! variance `σ_a² + σ_b²`, and so
 //!
 //! ```text
 //! P(disjoint) = P(|Z| > z (σ_a + σ_b) / √(σ_a² + σ_b²))
@@ -25,12 +27,12 @@
 //!             = 1 − c                   if one of them is 0, as it is where a film is exact
 //! ```
 //!
-//! and between the two otherwise. A share far above it shows claims that do not hold. A share below
-//! it proves nothing: the intervals of two films with equal errors overlap.
+//! and between the last two otherwise. A share far above this probability shows claims that do not
+//! hold. A share below it proves nothing: the intervals of two films with equal errors overlap.
 //!
 //! # Guarantee
-//! For colours that are not negative, intervals that both held before they were stored are never
-//! counted as disjoint.
+//! For colours that are not negative: if both intervals held before they were rounded to single
+//! precision, they are never counted as disjoint.
 //!
 //! # Assumption
 //! Both films estimate one truth. So nothing is reported if their metadata name different truths or
@@ -48,9 +50,10 @@ use super::truths::Truths;
 use crate::film::{Film, RenderFilm};
 use crate::stats::{Interval, clopper_pearson};
 
-/// Number of disjoint intervals of two films about one truth: `|a − b| > h_a + h_b`, and a rounding
-/// bound, for values `a` and `b` with half-widths `h_a` and `h_b`. At least one of two disjoint
-/// intervals is wrong, whatever the truth.
+/// Number of pixels at which the intervals of two films about one truth are disjoint. Values `a`
+/// and `b` with half-widths `h_a` and `h_b` have disjoint intervals if `|a − b|` exceeds
+/// `h_a + h_b` by more than a rounding bound. At least one of two disjoint intervals is wrong,
+/// whatever the truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Intervals {
     /// Pixels that are finite and claimed in both films; at least one.
@@ -65,7 +68,7 @@ impl Intervals {
     /// Confidence of the interval of the share.
     pub const CONFIDENCE: f64 = Claims::CONFIDENCE;
 
-    /// Share of the pixels that both films claim whose intervals are disjoint.
+    /// Share of disjoint intervals among the pixels that both films claim.
     pub fn share(&self) -> f64 {
         self.disjoint as f64 / self.claimed_in_both as f64
     }
@@ -285,8 +288,8 @@ mod tests {
         assert_eq!(found(&a, &b), Some((1, 1)));
     }
 
-    /// Share of disjoint intervals among 40,000 with normal errors and half-widths of `widths`
-    /// standard deviations.
+    /// Share of disjoint intervals among 40,000 pairs. Their errors are normal, their half-widths
+    /// are `widths` standard deviations.
     fn share_of_normal(sigma_a: f64, sigma_b: f64, widths: f64) -> f64 {
         let row = |sigma: f64, key: u64| {
             let mut s = Stream::new(3, Purpose::Test, key);

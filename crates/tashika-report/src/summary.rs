@@ -168,8 +168,8 @@ fn other(truths: &Truths) -> Option<String> {
     })
 }
 
-/// Describes disjoint intervals, which should be rare: small shares have three digits, as errors
-/// do.
+/// Describes disjoint intervals. They should be rare, so their share is formatted with three
+/// digits, as errors are.
 fn disjoint(intervals: &Intervals) -> String {
     let Intervals { claimed_in_both, disjoint, interval } = intervals;
     let [share, low, high] = [intervals.share(), interval.low, interval.high].map(percent_of_error);

@@ -48,7 +48,8 @@ fn near(found: f64, expected: f64) {
     assert!((found - expected).abs() <= f64::from(f32::EPSILON), "{found}, not {expected}");
 }
 
-/// 1 to 100 thousandths of error, in a shuffled order, alternately too bright and too dark.
+/// An image and its reference, with relative errors of 0.001 to 0.1 in a shuffled order,
+/// alternately too bright and too dark.
 fn known_errors() -> (Film, Film) {
     let error = |i: u32| (i * 37 % 100 + 1) as f32 / 1000.0;
     let image: Vec<f32> = (0..100).map(|i| 2.0 + if i % 2 == 0 { 2.0 } else { -2.0 } * error(i)).collect();
@@ -69,8 +70,8 @@ fn known_errors_give_known_numbers() {
     assert_eq!(c.worst_at, [CORNER[0] + 27, CORNER[1]]);
     near(c.errors[0], 0.001);
     near(c.relative_l1, 0.0505);
-    // Even pixels have even multiples of 37 and so odd thousandths; those of odd pixels are a
-    // thousandth larger on average.
+    // Even pixels are too bright by odd numbers of thousandths. Odd pixels are too dark by even
+    // numbers, which are larger by one on average.
     near(c.bias, -0.0005);
 }
 
@@ -81,7 +82,7 @@ fn the_95th_percentile_is_within_exactly_if_95_percent_are() {
         let c = compared(&image, &reference, tolerance, 0.0);
         assert_eq!((c.within_share() >= 0.95, c.p95 <= tolerance), (kept, kept));
     }
-    // Each quantile of one pixel is that pixel; of two the first is the median.
+    // With one pixel, each quantile is its error. With two, the smaller error is the median.
     let c = compared(&film(&[1.5]), &film(&[1.0]), 0.5, 0.0);
     assert_eq!([c.median, c.p95, c.worst].map(|e| (1e6 * e).round()), [5e5; 3]);
     let c = compared(&film(&[1.5, 1.25]), &film(&[1.0, 1.0]), 0.5, 0.0);
@@ -120,7 +121,8 @@ fn dark_pixels_are_judged_by_the_absolute_tolerance() {
     let c = compared(&image, &reference, 0.02, 0.02);
     assert_eq!((c.within, c.infinite), (4, 0));
     near(c.errors[0], 0.0015);
-    // Relative to 0.02/0.02 = 1, the absolute tolerance over the relative one.
+    // Errors of dark pixels are relative to the absolute tolerance over the relative one,
+    // 0.02/0.02 = 1.
     c.errors[1..].iter().for_each(|e| near(*e, 0.015));
     assert_eq!(compared(&image, &reference, 0.02, 0.014).within, 1);
 }
@@ -173,7 +175,7 @@ fn a_pixel_that_is_not_finite_has_failed_and_keeps_no_claim() {
         (f64::INFINITY, f64::INFINITY, [CORNER[0] + 2, CORNER[1]])
     );
     assert_eq!((c.mean, c.p95), (0.25, f64::INFINITY));
-    // Sums over the three finite pixels: 3.5 for 2.
+    // Sums over the three finite pixels: 3.5 in the image, 2 in the reference.
     assert_eq!((c.bias, c.relative_l1), (0.75, 0.75));
     let claims = c.claims.as_ref().unwrap();
     assert_eq!((claims.kept, claims.of), (3, 4));
@@ -240,8 +242,8 @@ fn what_a_film_was_rendered_to_is_a_tolerance_if_it_can_be() {
 #[test]
 fn claims_are_kept_up_to_their_half_widths() {
     let specs = [COLOR, HALF_WIDTH, CLAIM];
-    // Distance 0.1, with half-widths around 0.1; the third claims nothing, the last claims to be
-    // exact.
+    // The first four pixels are 0.1 from the reference; the third of them claims nothing. The last
+    // pixel equals the reference and claims to be exact.
     let grays = [1.1, 1.1, 1.1, 0.9, 1.0];
     let half_widths = [0.11, 0.09, 0.01, f32::INFINITY, 0.0];
     let mut image = film_in_rows(5, &grays, &specs);
@@ -306,7 +308,8 @@ fn what_cannot_be_compared_is_refused_by_name() {
 
 #[test]
 fn the_picture_shows_errors_where_they_are() {
-    // No error, the tolerance, the end of the scale (five times the tolerance), and beyond the end.
+    // Pixels with no error, with the tolerance, just below the end of the scale (five times the
+    // tolerance), and beyond it; then one that failed, and one whose reference is infinite.
     let c = compared(
         &film_in_rows(2, &[1.0, 1.02, 1.0999, 1.3, f32::INFINITY, 1.0], &[COLOR]),
         &film_in_rows(2, &[1.0, 1.0, 1.0, 1.0, 1.0, f32::INFINITY], &[COLOR]),
@@ -343,7 +346,8 @@ fn the_picture_shows_errors_where_they_are() {
 fn the_picture_of_half_widths_is_on_the_same_scale() {
     let specs = [COLOR, HALF_WIDTH, spec("claim", &["id"], SampleKind::U32)];
     let mut film = Film::new([2, 2], Window::full([2, 2]), &specs).unwrap();
-    // Exact; the tolerance; beyond the scale; the tolerance, but without a claim.
+    // Relative half-widths: 0 (exact), the tolerance, beyond the scale, and the tolerance without a
+    // claim.
     for (pixel, (half_width, claim)) in (0..).zip([(0.0, 1), (0.04, 3), (0.3, 3), (0.04, 0)]) {
         let [x, y] = [pixel % 2, pixel / 2];
         film.plane_mut("").unwrap().set_f32(x, y, &[2.0; 3]);
@@ -354,8 +358,8 @@ fn the_picture_of_half_widths_is_on_the_same_scale() {
     let picture = half_width_image(&film, &tolerance).unwrap();
     // Two rows are magnified 128 times.
     let at = |x: u32, y: u32| picture.pixel(12 + x * 128 + 64, 12 + y * 128 + 64);
-    // Colours of errors of no, more than five times, and one tolerance: three rows of one pixel,
-    // magnified 86 times.
+    // Colours of the errors 0, more than five tolerances, and one tolerance. They are read from an
+    // error image of three rows of one pixel, magnified 86 times.
     let errors = compared(
         &film_in_rows(1, &[1.0, 1.3, 1.02], &[COLOR]),
         &film_in_rows(1, &[1.0; 3], &[COLOR]),
@@ -387,7 +391,8 @@ fn pictures_of_extreme_shapes_are_drawn() {
 fn half_widths_are_told_by_their_sources() {
     let specs = [COLOR, HALF_WIDTH, spec("half_width_parts", &["a", "b", "c"], SampleKind::F32)];
     let mut film = Film::new([5, 1], Window::full([5, 1]), &specs).unwrap();
-    // The fourth claims nothing, the fifth is black.
+    // Luminances and half-widths. The fourth half-width is 0, and the fifth pixel is black; both
+    // are ignored.
     let pixels = [(1.0, 0.1), (2.0, 0.6), (4.0, 0.8), (1.0, 0.0), (0.0, 0.5)];
     for (x, (luminance, half_width)) in (0..).zip(pixels) {
         film.plane_mut("").unwrap().set_f32(x, 0, &[luminance; 3]);

@@ -6,8 +6,8 @@ use crate::film::{Film, Metadata, Value};
 /// Result of comparing the truths in the metadata of an image and of its reference.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Truths {
-    /// Equal truths: scene and camera agree and, except for light transport, so do VPLs and gather
-    /// points.
+    /// Equal truths: scene and camera agree. Unless the truth is light transport, VPLs and gather
+    /// points agree as well.
     Same,
     /// The metadata differ, and one of the films does not name its truth.
     Unsaid,

@@ -10,7 +10,7 @@
 pub mod bsdf;
 pub mod scene;
 
-// Modules of the crates below, so that paths such as `crate::math` are valid here too.
+// Makes paths such as `crate::math` valid here, as in the other crates.
 use tashika_film::{color, error, film};
 use tashika_math::{math, rng, warp};
 use tashika_stats as stats;

@@ -1,7 +1,8 @@
-//! A density over a unit cube that is learned from weighted points, constant in each cell of a
+//! A density over a unit cube, learned from weighted points. It is constant in each leaf cell of a
 //! binary tree.
 //!
-//! A cell is halved along the axis along which the weights of its quarters differ most, as long as
+//! Along each axis, a cell is cut into four equal quarters, and the sums of the weights in the
+//! quarters are compared. The cell is halved along the axis on which the four sums differ most, if
 //! they differ by more than chance. With the weight `W_c` and the volume `V_c` of a cell, its
 //! probability and density are
 //!
@@ -9,8 +10,9 @@
 //! P_c = (1 − λ) W_c / W + λ V_c          p = P_c / V_c ≥ λ
 //! ```
 //!
-//! For any learned points, a value at a drawn point divided by `p` is an unbiased estimate of the
-//! integral, and at most `1/λ` times as large as without learning. Held to this by the tests below.
+//! For any learned points, the value of a function at a drawn point, divided by `p`, is an unbiased
+//! estimate of the function's integral. The estimate is at most `1/λ` times the one by a uniform
+//! density. Held to this by the tests below.
 
 use super::Discrete;
 use crate::math::elementary::ln_f64;
@@ -19,14 +21,16 @@ use crate::math::elementary::ln_f64;
 const EVEN_SHARE: f64 = 0.3;
 /// Largest number of cells of the tree.
 const MOST_CELLS: usize = 4096;
-/// Smallest number of points of a cell that is halved: with fewer, the halves would be noise.
+/// Smallest number of points of a cell that may be halved: with fewer, differences between quarters
+/// are noise.
 const FEWEST_POINTS: usize = 24;
 /// Largest depth of the tree.
 const MOST_DEPTH: u32 = 40;
-/// Largest weight of a point in units of the mean: single bright points are weak evidence of where
-/// light is.
+/// Limit of the weight of a point, in units of the mean weight: a single bright point is weak
+/// evidence of the distribution of light.
 const LARGEST_OVER_MEAN: f64 = 64.0;
-/// Smallest difference of quarters that halves a cell, in units of the difference by chance.
+/// Smallest divergence of the quarters at which a cell is halved, in units of the divergence
+/// expected by chance.
 const OVER_CHANCE: f64 = 4.0;
 
 /// A density over `[0, 1)^D`.
@@ -156,8 +160,8 @@ mod tests {
         (0..count).map(|i| point(i % 4 != 0)).collect()
     }
 
-    /// `E f(x)/p(x)` is the integral of `f`, for a density that is nearly equal to `f` and for one
-    /// that is not.
+    /// Densities learned from a bright box, from no points, and from a hundred equal points. For
+    /// each, the mean of `f(x)/p(x)` is the integral of `f`.
     #[test]
     fn what_is_drawn_is_weighted_by_its_density() {
         for points in [spot(20_000), Vec::new(), vec![([0.1, 0.9, 0.5], 3.0); 100]] {
@@ -188,7 +192,8 @@ mod tests {
             let (at, _) = density.sample(s.uniform_f64(), s.uniform_3());
             (0.6..0.64).contains(&at[0]) && (0.29..0.32).contains(&at[1])
         });
-        // The learned share is 0.7, of which the even points of the background have a sixtieth.
+        // The learned share of the probability is 0.7. The even points of the background take a
+        // sixtieth of it.
         let hits = hits.count();
         assert!(hits * 100 > 60 * draws, "{hits} of {draws}");
         // Points without a pattern need few cells.

@@ -1,35 +1,36 @@
 //! Statements on all pixels of a picture, from pixels drawn at random.
 //!
 //! `n` pixels of a picture are drawn at random and audited; `k` of them are outside of the claim.
-//! Nothing is assumed of how the picture was made, nor of the distribution of its errors: only that
-//! the draw is independent of them.
+//! The only assumption is that the draw is independent of the errors. The method of rendering and
+//! the distribution of the errors are arbitrary.
 //!
 //! ```text
 //! share outside ≤ U/(1 − γ)      U: P(X ≤ k | n, U) = δ                       (Clopper, Pearson 1934)
 //! ratios below the m-th smallest of n: at least the share s of all, where P(Y ≥ m | n, s) ≤ δ (Wilks 1941)
 //! ```
 //!
-//! with `X` and `Y` binomial, `δ` the risk, and `γ` the probability that an outside pixel is taken
-//! for one inside, since its reference value is known only within an interval.
+//! with `X` and `Y` binomial and `δ` the risk. `γ` is the probability that a pixel outside of the
+//! claim is counted as inside, since its reference value is known only to within an interval.
 //!
 //! # Guarantee
 //! Each statement is wrong with probability at most `δ`; several interim analyses of one set of
-//! pixels share the risk evenly (Bonferroni). Drawing without repetition from few pixels makes both
-//! conservative (Hoeffding 1963).
+//! pixels share the risk evenly (Bonferroni). Both are conservative if pixels are drawn without
+//! repetition from few pixels (Hoeffding 1963).
 //!
 //! # Held to this by
 //! The tests below: published tables, and pictures of known errors at the edge of the claim.
 
 use super::clopper_pearson;
 
-/// Upper bound of the share of outside pixels in a picture, if `outside` of `audited` drawn pixels
-/// are outside.
+/// Upper bound on the share of a picture's pixels that are outside of the claim, if `outside` of
+/// `audited` drawn pixels are.
 ///
 /// * `risk`: the probability of being wrong, in (0, ½).
-/// * `missed`: the probability `γ` that an outside pixel is taken for one inside, in [0, 1).
+/// * `missed`: the probability `γ` that a pixel outside of the claim is counted as inside, in [0,
+///   1).
 ///
 /// # Panics
-/// If more are outside than were audited.
+/// If `outside` exceeds `audited`.
 ///
 /// # Example
 /// ```
@@ -39,13 +40,13 @@ use super::clopper_pearson;
 /// assert!(upper_share_outside(1, 59, 0.05, 0.0) > 0.05);
 /// ```
 pub fn upper_share_outside(outside: u64, audited: u64, risk: f64, missed: f64) -> f64 {
-    // One tail of the two-sided interval.
+    // The two-sided interval with twice the risk has the given risk in each tail.
     let upper = clopper_pearson(outside, audited, 1.0 - 2.0 * risk).high;
     (upper / (1.0 - missed)).min(1.0)
 }
 
-/// Rank `m`, counted from 1, for which at least the share `share` of all numbers is at most the
-/// `m`-th smallest of `n` drawn ones; `None` if `n` is too small.
+/// Rank `m`, counted from 1, in a random sample of `n` numbers: at least the share `share` of all
+/// numbers is at most as large as the `m`-th smallest of the sample. `None` if `n` is too small.
 ///
 /// * `risk`: the probability of being wrong, in (0, ½).
 ///
@@ -54,9 +55,9 @@ pub fn upper_share_outside(outside: u64, audited: u64, risk: f64, missed: f64) -
 /// assert_eq!(tashika_stats::tolerance_rank(300, 0.95, 0.05), Some(292));
 /// ```
 pub fn tolerance_rank(n: u64, share: f64, risk: f64) -> Option<u64> {
-    // The m-th smallest is below the quantile of `share` if at least m numbers are. The probability
-    // of that falls with m, and is at most `risk` if Clopper's lower end of m of n is at least
-    // `share`.
+    // The m-th smallest number is below the quantile of `share` if at least m of the n numbers are.
+    // The probability of this falls with m. It is at most `risk` if the lower end of the
+    // Clopper–Pearson interval for m of n is at least `share`.
     let is_above = |m: u64| clopper_pearson(m, n, 1.0 - 2.0 * risk).low >= share;
     if n == 0 || !is_above(n) {
         return None;
@@ -74,7 +75,8 @@ mod tests {
     use super::*;
     use crate::rng::{Purpose, Stream};
 
-    /// Fewest audited pixels that certify 95 %, by the number outside: tables of binomial sampling.
+    /// For a number of outside pixels, the smallest number of audited pixels that certifies 95 % is
+    /// that of published tables of binomial sampling.
     #[test]
     fn numbers_of_pixels_are_those_of_the_tables() {
         let tables = [
@@ -105,7 +107,8 @@ mod tests {
         assert_eq!(tolerance_rank(0, 0.95, 0.05), None);
     }
 
-    /// Pictures whose share outside is just above the claim: few may be certified.
+    /// In each picture, the share of outside pixels is just above the claimed share. The share of
+    /// pictures that are certified all the same is at most the risk.
     #[test]
     fn pictures_at_the_edge_are_certified_no_more_often_than_the_risk() {
         const PICTURES: u64 = 10_000;
@@ -126,7 +129,8 @@ mod tests {
         assert!(rate[1] < risk / 3.0 + 0.004, "{rate:?}");
     }
 
-    /// The rank covers the share of all ratios; two ranks lower it does not.
+    /// The ratio at the returned rank fails to cover the share of all ratios at most as often as
+    /// the risk. The ratio two ranks lower fails more often.
     #[test]
     fn ranks_cover_the_share_as_often_as_they_say() {
         const PICTURES: u64 = 10_000;

@@ -1,7 +1,7 @@
-//! The exact interval of a share that was observed in independent trials.
+//! The exact interval of a probability, from the successes of independent trials.
 //!
-//! Of `n` trials `k` succeeded. The interval of Clopper and Pearson holds every probability `p`
-//! that neither tail rejects:
+//! Of `n` trials `k` succeeded. The interval of Clopper and Pearson contains every `p` for which
+//! both tails, `P(X ≥ k)` and `P(X ≤ k)`, are at least `(1 − confidence)/2`. Its ends are
 //!
 //! ```text
 //! low:  P(X ≥ k | p = low)  = (1 − confidence)/2     0 if k = 0
@@ -10,14 +10,14 @@
 //!
 //! (Clopper, Pearson 1934). `P(X ≥ k)` is the regularised incomplete beta function
 //! `I_p(k, n − k + 1)`. Its parameters are integers, so it is summed here as a tail of positive
-//! terms. The first term is the one nearest the mean, by Stirling's series with its error terms
-//! split off so that large `n` cancels (Loader 2000); each further term is computed from its
-//! neighbour.
+//! terms. The sum begins with the term nearest the mean. This term is computed by Stirling's
+//! series, with the error terms split off so that large `n` cancels (Loader 2000). Each further
+//! term is computed from its neighbour.
 //!
 //! # Guarantee
 //! The interval covers the true probability with at least the given confidence, whatever the
-//! probability, if trials are independent and equally probable. Ends are right to a relative 10⁻⁹
-//! for up to 10⁸ trials.
+//! probability, if trials are independent and equally probable. Its ends have a relative error of
+//! at most 10⁻⁹ for up to 10⁸ trials.
 //!
 //! # Held to this by
 //! The tests below, against closed forms, a published table and an independent incomplete beta
@@ -47,7 +47,7 @@ pub fn clopper_pearson(successes: u64, trials: u64, confidence: f64) -> Interval
     let tail = 0.5 * (1.0 - confidence);
     Interval {
         low: lower_end(successes, trials, tail),
-        // Failures are successes of the complement.
+        // The upper end is 1 minus the lower end for the failures.
         high: 1.0 - lower_end(trials - successes, trials, tail),
     }
 }
@@ -88,13 +88,13 @@ fn upper_tail(k: u64, n: u64, p: f64) -> f64 {
     }
 }
 
-/// `1 + r₁ + r₁r₂ + r₁r₂r₃ + …` to rounding, for falling ratios below one.
+/// `1 + r₁ + r₁r₂ + r₁r₂r₃ + …` to rounding. The ratios must be below 1 and fall.
 fn sum_of_products(ratios: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut term) = (1.0, 1.0);
     for ratio in ratios {
         term *= ratio;
         sum += term;
-        // The rest is at most a geometric series of this ratio.
+        // The sum of all further terms is at most a geometric series of this ratio.
         if term < 1e-17 * sum * (1.0 - ratio) {
             break;
         }
@@ -190,7 +190,8 @@ mod tests {
         for k in 1..=5_u64 {
             let tail: f64 = counts[k as usize..].iter().sum::<f64>() / 1024.0;
             assert!((upper_tail(k, 5, 0.25) / tail - 1.0).abs() < 1e-13, "{k}");
-            // Successes at p = 3/4 are failures at p = 1/4.
+            // The number of successes at p = 3/4 is distributed like the number of failures at p =
+            // 1/4.
             let tail: f64 = counts[..=5 - k as usize].iter().sum::<f64>() / 1024.0;
             assert!((upper_tail(k, 5, 0.75) / tail - 1.0).abs() < 1e-13, "{k}");
         }
@@ -198,7 +199,8 @@ mod tests {
 
     #[test]
     fn tails_of_many_trials_keep_their_digits() {
-        // Summed with 40 digits. (`upper_tail` loses six of its sixteen digits here.)
+        // Reference value, summed with 40 digits. (`upper_tail` loses six of its sixteen digits
+        // here.)
         let exact = 0.350_000_000_006_632_9;
         assert!((upper_tail(300_000, 1_000_000, 0.299_823_010_569_483_7) / exact - 1.0).abs() < 1e-9);
     }

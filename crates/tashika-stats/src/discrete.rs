@@ -2,16 +2,17 @@
 
 use std::ops::Range;
 
-/// Number of items for each part of the guide table.
+/// Average number of items for each part of the guide table.
 const ITEMS_OF_PART: usize = 2;
 
-/// A distribution over `0..len` in proportion to weights, from which an item is drawn in constant
-/// time on average (Chen, Asau 1974: a guide table, which gives the start of the search).
+/// A distribution over `0..len` in proportion to weights. An item is drawn in constant time on
+/// average: a guide table gives the start of the search (Chen, Asau 1974).
 #[derive(Clone, Debug)]
 pub struct Discrete {
     /// `cumulative[i]` is the sum of weights below `i`; one entry more than there are weights.
     cumulative: Vec<f64>,
-    /// Item that contains the start of each part, for equal parts of the sum of all weights.
+    /// The sum of all weights is divided into equal parts: the item that contains the start of each
+    /// part.
     guide: Vec<u32>,
 }
 
@@ -56,13 +57,14 @@ impl Discrete {
         (self.cumulative[i + 1] - self.cumulative[i]) / self.total()
     }
 
-    /// The item that `u` in `[0, 1)` falls into, its probability, and the position of `u` within
-    /// the item (`[0, 1)`, to be used again). Items of zero weight are never chosen.
+    /// Returns the item that `u` in `[0, 1)` falls into, its probability, and the position of `u`
+    /// within the item. That position is uniform in `[0, 1)` and can be used as a random number
+    /// again. Items of zero weight are never chosen.
     pub fn sample(&self, u: f64) -> (usize, f64, f64) {
         let x = u * self.total();
         let parts = self.guide.len();
         let mut i = self.guide[((u * parts as f64) as usize).min(parts - 1)] as usize;
-        // Rounding may have led to the next part.
+        // By rounding, `u` may have been assigned to the next part.
         while self.cumulative[i] > x {
             i -= 1;
         }
@@ -72,14 +74,14 @@ impl Discrete {
         self.item_at(x, i, 0)
     }
 
-    /// Samples among `items`, as [`Self::sample`] does among all. They must not all have zero
-    /// weight. The returned probability is that among all items.
+    /// Like [`Self::sample`], restricted to `items`, whose weights must not all be zero. The
+    /// returned probability is that of drawing the item from the whole list.
     pub fn sample_within(&self, items: Range<usize>, u: f64) -> (usize, f64, f64) {
         let Range { start, end } = items;
         let below = self.cumulative[start];
         let x = below + u * (self.cumulative[end] - below);
-        // The last boundary that is not beyond x. Since x is below the last of all, a boundary
-        // beyond x follows.
+        // Finds the last boundary that is not beyond x. A boundary beyond x follows it, since x is
+        // below the last boundary.
         let boundaries = &self.cumulative[start..=end];
         let last = boundaries.partition_point(|&c| c <= x).saturating_sub(1);
         self.item_at(x, (start + last).min(end - 1), start)
@@ -173,8 +175,8 @@ impl Piecewise2d {
         Some(Block { columns, first_row: rows.start, by_row, probability })
     }
 
-    /// Samples as [`Piecewise2d::sample`] does, in a block only; the density is that of the whole
-    /// table.
+    /// Like [`Piecewise2d::sample`], restricted to a block. The returned density is that of the
+    /// whole table.
     pub fn sample_in(&self, block: &Block, u: [f64; 2]) -> ([f64; 2], f64) {
         let (row, _, in_row) = block.by_row.sample(u[1]);
         let y = block.first_row + row;
@@ -231,8 +233,8 @@ mod tests {
         assert!(Discrete::new([0.0]).is_none() && Discrete::new([]).is_none());
     }
 
-    /// The guide table leads to the same item as a search among all, for weights that differ by
-    /// orders of magnitude, many of them zero.
+    /// Random weights that differ by orders of magnitude; many are zero. A search that starts from
+    /// the guide table finds the same item as a search of the whole list.
     #[test]
     fn items_are_found_where_a_search_finds_them() {
         let mut s = Stream::new(1, Purpose::Test, 0);
@@ -246,7 +248,7 @@ mod tests {
                 let u = s.uniform_f64();
                 assert_eq!(d.sample(u), d.sample_within(0..count, u), "{u} of {count}");
             }
-            // At the very boundaries, and beside them.
+            // Numbers exactly at the boundaries of items, and their neighbours.
             for i in 0..count {
                 let at = d.cumulative[i] / d.total();
                 for u in [at.next_down().max(0.0), at, at.next_up()] {
@@ -256,7 +258,8 @@ mod tests {
         }
     }
 
-    /// Points of a block lie in it, with the density of the whole table; each half has its share.
+    /// Points sampled in a block lie in the block, with the density of the whole table. Each cell
+    /// of the block receives its share of the points.
     #[test]
     fn blocks_are_sampled_with_the_density_of_the_table() {
         let t = Piecewise2d::new(&[1.0, 0.0, 2.0, 0.0, 0.0, 0.0, 3.0, 1.0, 1.0], 3).unwrap();

@@ -41,7 +41,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
-// Gives `math` and `rng` the paths that they have in the other crates.
+// Makes `crate::math` and `crate::rng` valid paths, as in the other crates.
 use tashika_math::math;
 #[cfg(test)]
 use tashika_math::rng;

@@ -3,8 +3,8 @@
 //! The normal quantile inverts `Φ` by Newton's method, which is exact to rounding. The t quantile
 //! is Hill's expansion (Hill 1970, algorithm 396): an asymptotic series in the degrees of freedom
 //! with a second branch for the far tail, relative error below `2·10⁻⁴` from 3 degrees of freedom
-//! and below `10⁻⁵` from 5 on. Below 3, where that series is as much as 13 % off, it inverts the
-//! integral itself.
+//! and below `10⁻⁵` from 5 on. Below 3 degrees of freedom that series is off by as much as 13 %, so
+//! the integral itself is inverted numerically.
 //!
 //! Held to this by the tests below, against an independent implementation.
 
@@ -19,7 +19,8 @@ pub fn normal_quantile(p: f64) -> f64 {
     if p > 0.5 {
         return -normal_quantile(1.0 - p);
     }
-    // A start to within a few percent (Winitzki 2008), then quadratic convergence.
+    // The start is accurate to a few percent (Winitzki 2008); from there Newton's method converges
+    // quadratically.
     const A: f64 = 0.147;
     let y = 1.0 - 2.0 * p;
     let l = ln_f64((1.0 - y * y).max(f64::MIN_POSITIVE));
@@ -88,7 +89,7 @@ fn quantile_of_few(p: f64, n: f64) -> f64 {
         ..=0.5 => incomplete_beta(a, 0.5, x),
         _ => whole - incomplete_beta(0.5, a, 1.0 - x),
     };
-    // The integrand is at least sᵃ⁻¹, and at most sᵃ⁻¹ over the root of 1 − x.
+    // The integrand is at least sᵃ⁻¹ and at most sᵃ⁻¹ / √(1 − x). This gives bounds on both sides.
     let mut hi = powf_f64(p * whole * a, 1.0 / a).min(1.0);
     let mut lo = hi * powf_f64(1.0 - hi, 0.5 / a);
     for _ in 0..50 {
@@ -135,7 +136,8 @@ mod tests {
                 let q = student_t_two_sided(confidence, freedom);
                 let tail = 2.0 * (1.0 - t.cdf(q));
                 let relative = tail / (1.0 - confidence) - 1.0;
-                // Allowed error of the tail: far out it is `n` times that of the quantile.
+                // Allowed relative error of the tail probability, which far out is `n` times that
+                // of the quantile.
                 let allowed = if (3.0..5.0).contains(&freedom) { 2e-3 } else { 1e-4 };
                 assert!(relative.abs() < allowed, "{confidence}, {freedom}: {q} leaves {tail}");
             }

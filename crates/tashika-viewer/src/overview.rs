@@ -36,7 +36,7 @@ pub(crate) struct Overview {
 }
 
 impl Overview {
-    /// An overview of zeros, of a film for `window` with the planes of `like`.
+    /// An overview of zeros, for a film that has the given window and the planes of `like`.
     pub(crate) fn new(like: &Film, window: Window) -> Self {
         Self::thinned(like, window, factor(window))
     }

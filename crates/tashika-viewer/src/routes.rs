@@ -97,7 +97,8 @@ pub(crate) fn random_hex() -> Result<String, getrandom::Error> {
     Ok(format!("{:032x}", u128::from_be_bytes(bytes)))
 }
 
-/// Returns true if the request names its host as the address of the page does.
+/// Returns true if the request has a single `Host` header, and this is `127.0.0.1` or `localhost`
+/// with the server's port.
 fn is_for_us<B>(request: &Request<B>, port: u16) -> bool {
     let mut hosts = request.headers().get_all(header::HOST).iter();
     let host = hosts.next().and_then(|host| host.to_str().ok()).unwrap_or_default();

@@ -1,7 +1,9 @@
 //! Rows of a film in a file, with those of a reference if there is one.
 //!
-//! The film determines the pixels that are chosen from blocks. Since the reference is a plane of
-//! that film here, errors are always those of one pixel, however small the image is shown.
+//! For a reduced view, the claims of the film determine the pixel that is chosen from each block.
+//! The reference is read as a plane of that film, so that the same pixel of the reference is
+//! chosen. Each displayed error is therefore the error of one pixel, however small the image is
+//! shown.
 
 use std::ops::Range;
 use std::path::Path;

@@ -84,7 +84,7 @@ pub(crate) struct Shared {
     clock: AtomicU64,
 }
 
-/// State of a connection for other connections.
+/// State of a connection, by which others choose the one to close.
 struct Connection {
     activity: Arc<Activity>,
     abort: AbortHandle,

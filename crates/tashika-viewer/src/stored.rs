@@ -118,7 +118,7 @@ impl Inner {
             Ok(film) => {
                 let State { overview, done, .. } = &mut *state;
                 overview.renew(&film, film.window());
-                // The strips below it, up to the next one that was read.
+                // The strips below this one, up to the next one that was read, repeat its last row.
                 let unknown = done[strip as usize + 1..].iter().take_while(|known| !**known).count() as u32;
                 if unknown > 0 {
                     let (first, last) = (self.strips.window(strip + 1), self.strips.window(strip + unknown));

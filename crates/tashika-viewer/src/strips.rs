@@ -28,8 +28,8 @@ pub(crate) struct Strips {
 }
 
 impl Strips {
-    /// Strips of at least 16 rows, a multiple of `multiple`, and of at least the rows that are
-    /// decompressed at once.
+    /// Divides a file into strips. The number of rows of a strip is a multiple of `multiple`. It is
+    /// at least 16, and at least the number of rows that are decompressed at once.
     pub(crate) fn new(file: Rows, multiple: u32, most: u64) -> Self {
         let rows = file.rows_per_block().clamp(16, file.window().height.max(16));
         let rows = rows.next_multiple_of(multiple);

@@ -75,8 +75,8 @@ fn connect(server: &Server) -> TcpStream {
     stream
 }
 
-/// Sends bytes and reads until the server closes; if `is_all`, ends the sending side after the
-/// bytes.
+/// Sends bytes and reads until the server closes the connection. If `is_all`, the connection is
+/// closed for sending after the bytes.
 fn exchange(server: &Server, bytes: &[u8], is_all: bool) -> Vec<u8> {
     let mut stream = connect(server);
     // A server that refuses a long request may close before all of it was sent.
@@ -306,7 +306,8 @@ fn whoever_says_nothing_or_nonsense_disturbs_nobody() {
     let (server, _) = serve();
     let home = home(&server);
     let host = format!("host: 127.0.0.1:{}\r\n", port(&server));
-    // As many as the system allows this process; each takes a file descriptor on either side.
+    // As many connections as the system allows this process. Both ends are in this process, and
+    // each end takes a file descriptor.
     let mut idle = Vec::new();
     for _ in 0..1000 {
         let Ok(stream) = TcpStream::connect((Ipv4Addr::LOCALHOST, port(&server))) else { break };

@@ -2,12 +2,13 @@
 //!
 //!     cargo run --release --example bound_tables
 //!
-//! Clusters of gather points of one material, with normals within an angle of a common one and a
-//! common viewer, are bounded against boxes of lights in a random direction above them, every
-//! second time near a mirror direction. "tight" is the bound over the largest `M` of the members:
-//! the points, times directions of the box, many of them as near to the mirror direction as the box
-//! allows. A row has the median and the ninth decile over clusters and boxes. Times are the least
-//! of many repetitions, since other work on the machine only adds.
+//! The gather points of a cluster have the same material and viewer, and normals within a given
+//! angle of a common one. Each cluster is bounded against boxes of lights in random directions
+//! above it; every second box is near a mirror direction. "tight" is the ratio of the bound to the
+//! largest `M` found among pairs of a point of the cluster and a direction of the box, many of
+//! which are as close to the mirror direction as the box allows. A row states the median and the
+//! ninth decile over clusters and boxes. Times are the minimum of many repetitions, since other
+//! load on the machine can only increase them.
 
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 
@@ -74,7 +75,8 @@ fn mirror(p: &Reflector) -> Vec3 {
     p.frame.to_world(Vec3::new(-p.wo.x, -p.wo.y, p.wo.z))
 }
 
-/// A box of differences at distance 1 with edges of a thousandth to twice that.
+/// Box of difference vectors around a vector of length 1. Each edge is a random share of a common
+/// length between 0.002 and 2.
 fn vectors(points: &[Reflector], about_mirror: bool, s: &mut Stream) -> Aabb {
     let p = &points[s.below(points.len() as u64) as usize];
     let anywhere = p.frame.to_world(warp::cosine_hemisphere(s.uniform_2()));
@@ -148,14 +150,15 @@ fn column<B: UpperMaterial>(
     Column { name, upper, build_us: build_ns / 1e3, query_ns }
 }
 
-/// Smaller of two bounds; its cost is that of both.
+/// The smaller of two bounds, at the cost of both.
 fn smaller(name: &'static str, a: &Column, b: &Column) -> Column {
     let pairs = a.upper.iter().flatten().zip(b.upper.iter().flatten());
     let upper = vec![pairs.map(|(a, b)| a.min(*b)).collect()];
     Column { name, upper, build_us: a.build_us + b.build_us, query_ns: a.query_ns + b.query_ns }
 }
 
-/// Median and ninth decile of bound over largest member, where that is not zero.
+/// Median and ninth decile of the ratio of bound to largest member, over cases in which the latter
+/// is not zero.
 fn tightness(column: &Column, largest: &[Vec<f32>]) -> String {
     let mut quotients = Vec::new();
     for (upper, largest) in column.upper.iter().flatten().zip(largest.iter().flatten()) {

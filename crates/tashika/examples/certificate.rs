@@ -1,5 +1,5 @@
-//! A certificate: intervals of the many-light sum that hold by a theorem (docs/CERTIFICATE.md),
-//! each compared with the whole sum.
+//! Certified intervals: a theorem guarantees that they cover the many-light sum
+//! (docs/CERTIFICATE.md). Each is compared with the whole sum.
 //!
 //!     cargo run --release --example certificate
 

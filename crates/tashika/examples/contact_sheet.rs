@@ -1,11 +1,12 @@
-//! Small pictures of many scenes on one sheet, rendered with all defaults, for a check at a glance.
+//! Sheet of small pictures of many scenes, rendered with default options, for a quick visual check.
 //!
 //!     cargo run --release --example contact_sheet -- LIST FOLDER SHEET.png
 //!
 //! `LIST` names a scene file below `FOLDER` on each line, optionally followed by a tab and the name
-//! of a camera. The sheet has [`COLUMNS`] pictures a row, of the sizes that fit into 320 × 180
-//! pixels, in the order of the list, each exposed by its own log-average; scenes that could not be
-//! loaded are red. A table of names, sizes, times and half-widths is printed.
+//! of a camera. The sheet has [`COLUMNS`] pictures a row, in the order of the list. Each picture is
+//! rendered at the largest size that fits into 320 × 180 pixels, and exposed by its own
+//! log-average. Scenes that could not be loaded are red. The program prints a table of names,
+//! sizes, times and half-widths.
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a program: what it prints is its result")]
 
@@ -27,7 +28,7 @@ const COLUMNS: u32 = 5;
 const CELL: [u32; 2] = [324, 184];
 /// Width of the frame around a picture.
 const FRAME: u32 = 2;
-/// Linear value of the log-average of a picture.
+/// Linear value to which the log-average of a picture is exposed.
 const MIDDLE_GRAY: f64 = 0.18;
 
 /// The sheet's one plane.

@@ -1,5 +1,5 @@
-//! A method of one's own: terms of the many-light sum drawn evenly, compared with the whole sum and
-//! with a published method.
+//! Implementation of a new method, which samples the terms of the many-light sum uniformly. It is
+//! compared with the whole sum and with a published method.
 //!
 //!     cargo run --release --example own_method
 
@@ -23,7 +23,7 @@ use tashika::scene::builtin;
 use tashika::stats::Moments;
 use tashika::vpl::VplSet;
 
-/// Draws a number of terms of a pixel's sum, each with the same probability.
+/// Method that draws `terms` terms of a pixel's sum, each with the same probability.
 ///
 /// ```text
 /// L̂ = B + N/n Σ_k w_j M_ji G_ji V_ji I_i       N terms, of which n are drawn
@@ -50,7 +50,8 @@ impl Evenly<'_> {
         let pixel = setting.view.pixel(setting.tracer, [x, y]);
         let contribution =
             ContributionKernel::new(self.lights.provenance().clamp_distance).within(setting.tracer.scene());
-        // Random numbers belong to the pixel, so that neither threads nor tiles change the image.
+        // Random numbers depend on the pixel alone, so that threads and tiles do not change the
+        // image.
         let index = u64::from(y) << 32 | u64::from(x);
         let mut stream = Stream::new(setting.view.seed, Purpose::Test, index);
         let (lights, points) = (self.lights.lights(), &pixel.points);

@@ -1,4 +1,5 @@
-//! A render from code: a scene made of arrays, a promise, its audit, and an OpenEXR file.
+//! A render from code: a scene is made from arrays and rendered to a requested error, the claims
+//! are audited, and an OpenEXR file is written.
 //!
 //!     cargo run --release --example render -- ball.exr
 

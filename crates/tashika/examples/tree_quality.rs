@@ -2,8 +2,8 @@
 //!
 //!     cargo run --release --example tree_quality [LIGHTS]
 //!
-//! Lights are the VPLs of the built-in room, repeated with small shifts until there are `LIGHTS` of
-//! them (default 10⁶).
+//! Lights are the VPLs of the built-in room. They are repeated with small shifts until there are
+//! `LIGHTS` (default 10⁶).
 //!
 //! * "bound": mean over random points of the room of `Σ_k I_k G_ub / Σ_i I_i G_i` for the cut of
 //!   256 clusters with the largest bounds: the ratio of the bounds of that cut to the light that
@@ -24,7 +24,7 @@ use tashika::scene::builtin;
 use tashika::tree::{LightCluster, LightTree, LightTreeBuilder};
 use tashika::vpl::{Provenance, Vpl, VplKind, VplOptions, VplSet};
 
-/// Random points, and clusters of the cut seen from each.
+/// Number of random points, and number of clusters in the cut for each point.
 const POINTS: usize = 100;
 const CLUSTERS: usize = 256;
 

@@ -1,7 +1,7 @@
 //! Files in and out: the only place that touches the file system.
 //!
-//! Scenes, films and pictures are those of the crate `tashika-formats`; files of VPLs and of
-//! finished tiles, which need the renderer, are added here.
+//! The crate `tashika-formats` reads and writes scenes, films and pictures. This module adds files
+//! of VPLs and of finished tiles, which need the renderer.
 
 mod kept_tiles;
 mod vpl_set;

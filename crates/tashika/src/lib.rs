@@ -28,12 +28,12 @@
 //! metres, radiance in W·m⁻²·sr⁻¹, colours linear Rec. 709. All work runs on the current thread
 //! pool; the same request gives the same bits on any number of threads.
 //!
-//! The other modules are the parts of these: public for experiments, without a stable interface
-//! from one version to the next.
+//! The other modules are the building blocks of these. They are public for experiments, and their
+//! interfaces may change with every version.
 //!
 //! # Crates
-//! Each part can be used alone, with no more dependencies than it needs. This crate has all of
-//! them, except for `io` without its feature `formats`, which is on by default.
+//! Each crate can be used alone, with only the dependencies that it needs. This crate re-exports
+//! all of them. Its module `io` exists only with the feature `formats`, which is on by default.
 //!
 //! | crate | modules |
 //! |---|---|
@@ -47,8 +47,8 @@
 //! | `tashika` | [`experiment`], [`io`], [`renderer`] |
 //!
 //! # Layers
-//! From the bottom: a module uses only modules above it in this list (enforced by Cargo between
-//! crates, by the test `tidy` within them).
+//! Listed from the bottom layer. A module uses only modules in the rows above its own; Cargo
+//! enforces this between crates, and the test `tidy` within them.
 //!
 //! | layer | modules |
 //! |---|---|

@@ -1,8 +1,8 @@
 //! Files for distribution: the program in an archive, wheels that contain it, a Debian package, and
 //! a list of their parts.
 //!
-//! Known differences between machines are avoided: the program contains no path of the machine that
-//! built it, and files of the archive have the time of the last commit.
+//! The files are meant to be reproducible. The program contains no path of the machine that built
+//! it, and files in the archive have the time of the last commit.
 
 use std::env;
 use std::fs;

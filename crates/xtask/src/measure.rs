@@ -14,11 +14,11 @@ pub enum Measure {
     /// Compare moving scenes with the mean of Mitsuba's pictures of still ones: SIZE PATHS
     /// SCENE.xml [--objects|OPTIONS...]
     Moving,
-    /// Compare Mitsuba's direct light by points on emitters with that by directions: SIZE SAMPLES
-    /// SCENE.xml...
+    /// Compare direct light in Mitsuba, sampled by points on emitters and by directions: SIZE
+    /// SAMPLES SCENE.xml...
     Direct,
-    /// Measure Mitsuba's time until as many of its pixels are right as in an image: SCENE.xml
-    /// IMAGE.exr [OPTION...]
+    /// Measure the time that Mitsuba needs for as many pixels within the tolerance as an image has:
+    /// SCENE.xml IMAGE.exr [OPTION...]
     Beside,
     /// Count disjoint intervals of two seeds: [--seeds N] [--truth FOLDER] [--limit SHARE] SCENE...
     /// [-- OPTION...]

@@ -25,7 +25,8 @@ struct Package {
 }
 
 impl Parts {
-    /// Packages of `tashika-cli` on this machine, without those that only tests and builds use.
+    /// Reads the packages of `tashika-cli` on this machine, except those that only tests and builds
+    /// use.
     pub fn of_program(shell: &Shell) -> Outcome<Self> {
         let told = shell.cargo("metadata --locked --format-version 1").output()?;
         let metadata: Value = serde_json::from_str(&told).map_err(|e| e.to_string())?;
@@ -112,8 +113,8 @@ fn licence_files(folder: &Path) -> Outcome<Vec<PathBuf>> {
 mod tests {
     use super::*;
 
-    /// Test with two versions of a package, of which one is used, and with our own package, which
-    /// is no part.
+    /// Two versions of a package, of which one is used, and a package of our own. Only the used
+    /// foreign version is a part.
     #[test]
     fn parts_are_foreign_packages_that_are_used() {
         let registry = "registry+https://github.com/rust-lang/crates.io-index";

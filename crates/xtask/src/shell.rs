@@ -73,7 +73,7 @@ impl Shell {
     }
 
     /// Builds the program and returns its path. The examples are built too: dependencies then have
-    /// the features that the tests need, and are not built again for them.
+    /// the features that the tests need, and need not be built again for the tests.
     pub fn program(&self) -> Outcome<PathBuf> {
         self.cargo("build --locked --release --bins --examples").run()?;
         let told = self.cargo("metadata --locked --no-deps --format-version 1").output()?;

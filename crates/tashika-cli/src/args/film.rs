@@ -28,7 +28,7 @@ pub struct PictureArgs {
     pub tonemap: Tone,
 }
 
-/// Options for planes in addition to those of every render.
+/// Options that add planes to those that every render has.
 #[derive(Debug, ClapArgs)]
 pub struct PlaneArgs {
     /// Add mattes of objects and of materials to the image, in the layout of Cryptomatte: layers

@@ -94,7 +94,7 @@ pub struct ToleranceArgs {
     pub confidence: f64,
 }
 
-/// Options for the number of trials.
+/// Options for the numbers of pixels and of seeds.
 #[derive(Debug, Args)]
 pub struct TrialsArgs {
     /// Number of pixels, drawn at random, whose exact sums are computed; more: narrower intervals

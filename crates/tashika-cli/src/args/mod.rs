@@ -161,14 +161,14 @@ pub struct SceneArgs {
     pub at: Option<f64>,
 
     /// Times at which the shutter of cameras opens and closes, in seconds from --at, from the time
-    /// of each of the --frames, or from 0. Cameras that move meanwhile are blurred. So are things
-    /// that move, in path tracing and in sums over one set of lights
+    /// of each frame with --frames, or else from 0. Cameras that move in this interval are blurred;
+    /// so are objects that move, in path tracing and in sums over one set of lights
     /// [default: with --at or --frames, no blur; otherwise as in the file, for pbrt and Mitsuba]
     #[arg(long, value_name = "OPEN,CLOSE", value_parser = values::shutter, allow_hyphen_values = true,
         help_heading = "Scene")]
     pub shutter: Option<[f64; 2]>,
 
-    /// Light from infinity in place of the scene's: an image by latitude and longitude,
+    /// Light from infinity, which replaces that of the scene: an image by latitude and longitude,
     /// FILE[,scale=S][,rotate=DEG][,up=z], or a clear sky,
     /// sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]
     #[arg(long, value_name = "FILE|sky:...", help_heading = "Scene")]
@@ -219,8 +219,8 @@ pub struct RenderArgs {
     pub crop: Option<Window>,
 
     /// Render only the K-th of N shares of the image's tiles, for N machines, or several shares
-    /// (1,3/4); `tashika merge` joins the parts. Parts of an audited picture claim nothing: merging
-    /// audits the whole, whose bits differ from those that a single machine renders without --tiles
+    /// (1,3/4); `tashika merge` joins the parts. Parts of an audited picture claim nothing; merging
+    /// audits the whole picture. Its bits differ from those of a picture rendered without --tiles
     #[arg(long, value_name = "K/N", help_heading = "Image")]
     pub tiles: Option<TileShare>,
 
@@ -230,8 +230,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub source: SourceArgs,
 
-    /// Trace the virtual point lights of this render, write them to a file, and exit; with
-    /// --vpl-file and the same --truth, other runs render the same bits from this file
+    /// Trace the virtual point lights of this render, write them to a file, and exit. Runs with
+    /// --vpl-file, this file and the same --truth then render the same bits
     #[arg(long, value_name = "FILE", conflicts_with_all = ["vpl_file", "tiles", "audit", "checkpoint", "serve", "tev"],
         help_heading = "Light")]
     pub write_vpls: Option<PathBuf>,
@@ -241,8 +241,8 @@ pub struct RenderArgs {
     pub method: Method,
 
     /// Relative error that a pixel may have, for the methods that control it: above 0, at most
-    /// 100%. Without it, light transport becomes a picture that takes minutes; pixels that are not
-    /// within 5% by then are marked as such
+    /// 100%. Without this option, light transport is rendered as a picture that takes minutes;
+    /// pixels that do not reach 5% are marked as such
     /// [default: 2% for a sum (--truth vpl)]
     #[arg(long, value_name = "2%|0.02", value_parser = values::percentage, allow_negative_numbers = true,
         help_heading = "Method")]
@@ -254,8 +254,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "luminance|channels", value_parser = values::controlled, help_heading = "Method")]
     pub control: Option<Controlled>,
 
-    /// Absolute error that is accepted where --error allows less, with --method tashika, or path
-    /// with --error or --claim: for dark pixels, as luminance in the unit of the image
+    /// Absolute error that suffices in dark pixels, in which --error would allow less, as luminance
+    /// in the unit of the image; with --method tashika, or path with --error or --claim
     /// [default: for light transport, --error times a hundredth of the view's mean; for a sum, 0]
     #[arg(long, value_name = "E", allow_negative_numbers = true, help_heading = "Method")]
     pub absolute: Option<f64>,
@@ -293,7 +293,7 @@ pub struct RenderArgs {
     pub quality: Option<Quality>,
 
     /// Approximate time limit of an audited picture, including its audit; the claim states the
-    /// share that was reached by then. Parts of a picture (--tiles) are limited by their work only
+    /// share that was reached by then. Parts of a picture (--tiles) have no time limit
     /// [default: as long as 64 million paths take]
     #[arg(long, value_name = "60s|5m|1h", value_parser = values::duration, help_heading = "Method")]
     pub time: Option<Duration>,
@@ -308,14 +308,14 @@ pub struct RenderArgs {
 
     /// Truth that --error is measured from, with --method tashika: light transport itself
     /// (transport), the sum over one set of virtual point lights (vpl), or the limit of that sum
-    /// for infinitely many lights, with their clamp and without the light that they do not carry
-    /// (clamped)
+    /// for infinitely many lights (clamped), which lacks the light that the clamp removes and light
+    /// that such lights cannot carry
     /// [default: transport; vpl with --claim certified and with --vpl-file]
     #[arg(long, value_name = "vpl|transport|clamped", value_parser = values::truth, help_heading = "Method")]
     pub truth: Option<Truth>,
 
-    /// After the render, compute the truth of N pixels at random, by exact sums or by path tracing,
-    /// and report how many are within --error. With --claim audited: number of pixels that the
+    /// After the render, compute the truth of N random pixels, by exact sums or by path tracing,
+    /// and report how many are within --error. With --claim audited, number of pixels that the
     /// audit checks
     /// [default: none; 600 with --claim audited]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
@@ -352,8 +352,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub picture: PictureArgs,
 
-    /// Show the image in the viewer tev at HOST:PORT while it is rendered; without an address, in
-    /// the tev of this machine, 127.0.0.1:14158
+    /// Show the image in the viewer tev at HOST:PORT while it is rendered; without an address, tev
+    /// on this machine is used (127.0.0.1:14158)
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = tev::DEFAULT_ADDRESS,
         value_parser = values::address, help_heading = "Output")]
     pub tev: Option<String>,
@@ -366,8 +366,8 @@ pub struct RenderArgs {
     #[arg(long, help_heading = "Output")]
     pub checkpoint: bool,
 
-    /// Show the render in the browser while it runs; afterwards the program stays as long as the
-    /// page is open
+    /// Show the render in the browser while it runs; the program then does not end until the page
+    /// is closed
     #[arg(long, help_heading = "Output")]
     pub serve: bool,
 

@@ -1,5 +1,5 @@
-//! `tashika experiment ablation`: claims that hold and cost of our method, whole and without each
-//! of its ingredients.
+//! `tashika experiment ablation`: cost of our method and share of its claims that hold, for the
+//! whole method and without each of its ingredients.
 
 use tashika::experiment::{Column, Ground};
 

@@ -66,8 +66,9 @@ pub fn work(plan: &EqualQualityPlan, meter: &Meter) -> Result<Outcome, Failure> 
     findings.finish(&measure.common, Some(&plan.folder), meter)
 }
 
-/// Row of the largest target error at which `share` of the pixels are within the tolerance, or of
-/// the last one tried if there is none; `None` if interrupted.
+/// Returns the row of the largest target error at which `share` of the pixels are within the
+/// tolerance. If there is none, returns the row of the last target error tried. `None` if
+/// interrupted.
 fn search(bench: &Bench<'_>, ground: &Ground<'_>, cell: &Cell, share: f64) -> Result<Option<Row>, Failure> {
     let mut search = Search::new(cell.tolerance);
     let mut best: Option<Row> = None;

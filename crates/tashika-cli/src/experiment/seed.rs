@@ -118,7 +118,7 @@ impl Run<'_> {
     }
 }
 
-/// Writer of pictures that have one exposure.
+/// Writer of pictures that all have the same exposure.
 struct Gallery<'a> {
     folder: &'a Folder,
     exposure: Exposure,

@@ -39,7 +39,8 @@ const COLUMNS: &[Column] = &[
     Column::Seconds,
 ];
 
-/// Mask of the seed of the truth, so that no estimate has its random numbers.
+/// Mask that is combined with the seed for the truth, so that no estimate uses the random numbers
+/// of the truth.
 const OTHER_SEED: u64 = 0x7_2074;
 
 /// Runs the methods with every error.
@@ -108,7 +109,7 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
         }
         Ok(())
     })?;
-    // Results from before an interruption are reported.
+    // After an interruption, the results so far are reported.
     let begun = trials.iter().filter(|trials| !trials.films.is_empty());
     findings.rows = begun.map(|trials| trials.row(&stage, vpls, gather.points)).collect();
     findings.below.extend(trials.iter().filter_map(Trials::disjoint));
@@ -167,7 +168,8 @@ struct Trials<'a> {
     pool: Pool,
     films: Vec<Film>,
     seconds: f64,
-    /// Number of pairs of claims of two seeds, and number of these that are disjoint.
+    /// Number of pairs of intervals that two seeds claim for the same pixel, and number of disjoint
+    /// pairs among them.
     pairs: [u64; 2],
 }
 

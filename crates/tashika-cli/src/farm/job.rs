@@ -8,7 +8,8 @@ use tashika::scene::builtin;
 use crate::exit::Failure;
 use crate::plan::FarmPlan;
 
-/// Steps for an engine: `lights` if there are any, then each share, then `merge`.
+/// Steps for an engine: first `lights`, if lights are traced for all shares; then each share; then
+/// `merge`.
 pub struct Job {
     /// Name of the job, for people.
     pub name: String,
@@ -75,7 +76,8 @@ impl Job {
         let method = method_in_scene(plan)?;
         let (truth, traced) = match &method {
             Method::Sum { lights, .. } => (None, lights.is_some()),
-            // Without `--truth`, lights from a file would be taken for those of a sum.
+            // With lights from a file and without `--truth`, the truth would be the sum over these
+            // lights.
             Method::Transport { lights, truth, .. } => (lights.as_ref().map(|_| truth), lights.is_some()),
             Method::Audited { .. } | Method::Path { .. } => (None, false),
         };
@@ -90,11 +92,11 @@ impl Job {
             }
             line
         });
-        // Parts have the layout that is quickest to write; `--exr` applies to the merged image.
+        // Parts are written in the fastest layout. `--exr` applies to the merged image only.
         let [layout, words] = split(&words, &["--exr"]);
         let mut render = vec![program.clone()];
         render.extend(words);
-        // An engine takes any exit code except 0 for a lost worker.
+        // An engine would take any exit code except 0 for a lost worker.
         render.extend(["--checkpoint", "--accept-budget"].map(str::to_owned));
         let mut merge = vec![program, "merge".to_owned()];
         for number in 1..=plan.shares {
@@ -122,14 +124,14 @@ impl Job {
     }
 }
 
-/// Method of the shares. The scene decides whether the default method traces lights: scenes that
-/// move or scatter are rendered by paths.
+/// Method of the shares. The default method depends on the scene: scenes that move or scatter light
+/// are rendered by path tracing, without VPLs.
 fn method_in_scene(plan: &FarmPlan) -> Result<Method, Failure> {
     let asked = &plan.render.asked.request;
     if asked.method != MethodName::default() || asked.lights_given {
         return Ok(plan.render.resolved.method.clone());
     }
-    // A scene that only the machines have is checked there.
+    // If only the machines of the farm have the scene, it is checked there.
     let Ok(scene) = plan.render.stage.scene.load() else { return Ok(plan.render.resolved.method.clone()) };
     Ok(asked.in_scene(&scene).resolve()?.method)
 }
@@ -159,7 +161,7 @@ fn split(words: &[String], names: &[&str]) -> [Vec<String>; 2] {
     let mut words = words.iter();
     while let Some(word) = words.next() {
         let name = word.split_once('=').map_or(word.as_str(), |(name, _)| name);
-        // Values of short options may follow at once: -oFILE.
+        // The value of a short option may follow without a space: -oFILE.
         let short = names.iter().any(|n| n.len() == 2 && !word.starts_with("--") && word.starts_with(n));
         let named = short || names.contains(&name);
         let out = &mut parts[usize::from(!named)];

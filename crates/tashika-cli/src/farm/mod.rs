@@ -1,9 +1,9 @@
 //! `tashika farm`: a render as a job for the engine of a render farm, with shares of the tiles on
 //! many machines and then a merge.
 //!
-//! Every step is a command line of this program. An engine needs only to run command lines on
-//! machines with a common folder, and to find lost workers. A share that is run again resumes from
-//! its checkpoint, and gives the same bits.
+//! Every step is a command line of this program. An engine only needs to run command lines on
+//! machines that share a folder, and to restart steps whose worker is lost. A restarted share
+//! resumes from its checkpoint, and gives the same bits.
 
 mod job;
 mod openjd;

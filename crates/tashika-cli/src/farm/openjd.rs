@@ -5,7 +5,7 @@ use serde_json::{Value as Json, json};
 
 use super::job::Job;
 
-/// Template of the job in JSON, which the specification accepts besides YAML.
+/// Template of the job in JSON. The specification allows JSON and YAML.
 pub fn files(job: &Job) -> Vec<(String, String)> {
     let mut steps = Vec::new();
     if let Some(lights) = &job.lights {

@@ -1,5 +1,5 @@
-//! A job as scripts for Slurm: the lights, an array of shares that are requeued when their machine
-//! is lost, the merge.
+//! A job as scripts for Slurm. One script traces the lights, an array job renders the shares, and a
+//! last script merges them. A share is requeued if its machine is lost.
 
 use super::job::Job;
 use crate::summary::shell_word;
@@ -7,7 +7,7 @@ use crate::summary::shell_word;
 /// Placeholder for the number of the share; no path contains it.
 const SHARE: &str = "\u{0}";
 
-/// Quotes a word for a shell; Slurm's variable for the number of the task replaces `SHARE`.
+/// Quotes a word for a shell. `SHARE` is replaced by Slurm's variable for the number of the task.
 fn quoted(word: &str) -> String {
     let parts: Vec<String> =
         word.split(SHARE).map(|p| if p.is_empty() { String::new() } else { shell_word(p) }).collect();

@@ -77,7 +77,8 @@ impl FarmPlan {
             let expected = "one frame of a job, by --at; write a job for each";
             return Err(Failure::option("frames", frames.typed(), expected));
         }
-        // Checked in the form of a share; the job itself adds `--checkpoint` to the shares.
+        // The render is checked as the machines will run it: as a share. The job adds
+        // `--checkpoint` to each share.
         render.tiles = Some(share);
         render.checkpoint = false;
         let plan = RenderPlan::new(&render)?;

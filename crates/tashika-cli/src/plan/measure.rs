@@ -175,7 +175,7 @@ pub struct SeedPlan {
 impl SeedPlan {
     fn new(args: &SeedArgs) -> Result<Self, Failure> {
         let request = Request {
-            // The number of lights is that of the file, if there is one.
+            // With a file of lights, the file determines the number of lights.
             vpls: args.vpl_file.is_none().then_some(args.vpls),
             clamp: args.set.clamp,
             instants: args.set.instants,

@@ -53,7 +53,7 @@ impl SceneSource {
     fn new(typed: Option<&str>, args: &SceneArgs) -> Result<Self, Failure> {
         let name = typed.map_or_else(|| format!("{}room", builtin::PREFIX), str::to_owned);
         if let Some(name) = name.strip_prefix(builtin::PREFIX) {
-            // The message names no option, since a scene is typed without one.
+            // The message names no option, since a scene is a positional argument.
             builtin::by_name(name).map_err(|e| Failure::usage(e.to_string()))?;
         }
         let lights = LightChanges { environment: args.environment.clone(), lights: args.light.clone() };
@@ -433,8 +433,8 @@ pub struct Serving {
 }
 
 impl Serving {
-    /// Opens a browser only if standard error is a terminal. `told` is true if a file receives the
-    /// address.
+    /// Checks the options. A browser is opened only if standard error is a terminal. `told` is true
+    /// if the address is written to a file.
     fn new(args: &ServeArgs, quiet: bool, told: bool) -> Result<Self, Failure> {
         let browser = !args.no_browser && std::io::stderr().is_terminal();
         if quiet && !browser && !told {
@@ -468,14 +468,14 @@ pub struct Log {
     pub file: Option<PathBuf>,
 }
 
-/// Returns true if a path is that of the standard stream: `-`.
+/// Returns true if a path is `-`, which stands for a standard stream.
 pub fn is_standard_stream(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
 impl Common {
-    /// Returns true if rows for people go to standard output: neither with `quiet`, nor if JSON
-    /// goes there.
+    /// Returns true if rows for people are printed to standard output. With `quiet`, or if JSON is
+    /// printed there, they are not.
     pub fn prints_rows(&self) -> bool {
         !self.quiet && !self.json.as_deref().is_some_and(is_standard_stream)
     }

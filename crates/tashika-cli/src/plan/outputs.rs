@@ -57,7 +57,7 @@ impl Outputs {
         Ok(())
     }
 
-    /// Files with a hyphen and `ending` after the stems of their names.
+    /// Files whose names have a hyphen and `ending` after their stems.
     fn named(&self, ending: &str) -> Self {
         let named = |path: &PathBuf| {
             let mut name = path.file_stem().unwrap_or_default().to_owned();

@@ -20,7 +20,7 @@ pub struct RenderPlan {
     pub stage: StagePlan,
     /// Request for pixels and planes.
     pub asked: Asked,
-    /// Method that the request resolves to, for an image of any size.
+    /// Method that the request resolves to, before it is adapted to the size of the image.
     pub resolved: Resolved,
     /// File that the lights are written to, if nothing is rendered.
     pub write_vpls: Option<PathBuf>,
@@ -34,8 +34,8 @@ pub struct RenderPlan {
     pub tone_map: ToneMap,
     /// Address of the viewer that shows the image during the render.
     pub tev: Option<String>,
-    /// True if pixels that ran out of budget do not change the exit code, even with an error to
-    /// meet.
+    /// True if pixels that ran out of budget do not change the exit code, even if an error was
+    /// requested.
     pub accept_budget: bool,
     /// File that keeps finished tiles during the render, if there is one.
     pub checkpoint: Option<PathBuf>,
@@ -119,7 +119,8 @@ impl RenderPlan {
         });
         let written: Vec<&Path> = match &args.write_vpls {
             Some(path) => vec![path],
-            // The names are known once the scene is read.
+            // The names of these files follow from the scene's cameras or from the frames, and are
+            // checked later.
             None if several => Vec::new(),
             None => [exr, png, html].into_iter().chain(&checkpoint).map(PathBuf::as_path).collect(),
         };

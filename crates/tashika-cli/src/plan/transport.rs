@@ -14,7 +14,7 @@ use crate::exit::Failure;
 pub struct TransportPlan {
     /// Scene, camera, size.
     pub stage: StagePlan,
-    /// Gather points and lights, of the first seed and for the strictest error.
+    /// Gather points and lights, for the first seed and the strictest error.
     pub request: Request,
     /// Estimators that are measured.
     pub methods: Vec<TransportMethod>,
@@ -45,7 +45,7 @@ impl TransportPlan {
         let stage = StagePlan::new(&args.stage, None)?;
         let request = Request {
             truth: Some(Truth::Transport),
-            // The defaults follow from the strictest error.
+            // The strictest error determines the defaults of the other options.
             error: args.error.iter().copied().min_by(f64::total_cmp),
             vpls: args.lights.vpls,
             clamp: args.lights.set.clamp,

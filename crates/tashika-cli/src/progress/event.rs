@@ -1,11 +1,11 @@
-//! Events of a command at work: each in words for people, and as one JSON object on a line for
-//! programs.
+//! Events of a running command. Each is formatted in words for people, or as one JSON object on a
+//! line for programs.
 
 use indicatif::HumanCount;
 use serde::Serialize;
 use tashika::error::visible;
 
-/// Event that is reported. Its JSON has the name of the event as `event`.
+/// Event that is reported. In JSON, the key `event` has the event's name.
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Event<'a> {
@@ -68,8 +68,8 @@ pub struct Standing {
 }
 
 impl Event<'_> {
-    /// Formats the event for people, on one line; `None` for the end, which people see by
-    /// themselves.
+    /// Formats the event for people, on one line. `None` for [`Done`](Self::Done), which is not
+    /// printed for people.
     pub fn words(&self) -> Option<String> {
         match self {
             Self::Phase { what } => Some(visible(what).into_owned()),
@@ -86,7 +86,8 @@ impl Event<'_> {
     }
 }
 
-/// Returns the text for people with escapes in each line, so that no name can steer a terminal.
+/// Returns the text with control characters escaped in each line, so that no name in it can control
+/// a terminal.
 pub fn visible_lines(text: &str) -> String {
     text.split('\n').map(visible).collect::<Vec<_>>().join("\n")
 }

@@ -1,5 +1,5 @@
-//! Progress of a command and its destinations: one line that is redrawn on a terminal, plain lines
-//! elsewhere, JSON for programs, and either form in a file.
+//! Progress of a command and its destinations. On a terminal, one line is redrawn; elsewhere plain
+//! lines are printed, or JSON for programs. A file receives lines of either form.
 //!
 //! [`event`] formats the events, [`pace`] estimates the remaining time.
 
@@ -31,7 +31,8 @@ const JSON_INTERVAL: Duration = Duration::from_secs(1);
 /// Time between redrawings.
 const REDRAW_INTERVAL: Duration = Duration::from_millis(100);
 
-/// Runs a command on its threads, with a meter that also reports its end.
+/// Runs a command on the requested number of threads, with a meter that also reports the end of the
+/// command.
 pub fn metered(
     common: &Common,
     work: impl FnOnce(&Meter) -> Result<Outcome, Failure> + Send,
@@ -94,7 +95,8 @@ impl Sink {
             (Place::Line(bar), Event::Phase { .. } | Event::Progress(_)) => bar.set_message(line),
             (Place::Line(bar), _) => bar.suspend(|| eprintln!("{line}")),
             (Place::StandardError, _) => eprintln!("{line}"),
-            // One write a line, so that programs that share a file do not tear lines.
+            // Each line is one write, so that lines of several programs in one file are not
+            // interleaved.
             (Place::File(file), _) => file.write_all(format!("{line}\n").as_bytes())?,
         }
         Ok(())
@@ -149,7 +151,8 @@ impl Meter {
         self.state().tell(&Event::Note { what });
     }
 
-    /// Reports the progress of a render to the destinations whose interval has passed.
+    /// Reports the progress of a render to each destination whose interval has passed since its
+    /// last report.
     pub fn update(&self, progress: &Progress) {
         let mut state = self.state();
         let now = Instant::now();
@@ -158,7 +161,7 @@ impl Meter {
         let pixels = progress.tally.rendered();
         state.pace.observe(pixels, progress.of, seconds);
         let all = pixels == progress.of;
-        // Programs receive the last pixel too.
+        // Programs always receive the report of the last pixel.
         let due = |sink: &Sink| now - sink.told >= sink.interval || (all && sink.json);
         if state.sinks.iter().any(due) {
             let event = Event::Progress(state.standing(seconds));
@@ -202,7 +205,7 @@ impl Meter {
             Err(failure) => {
                 let what = failure.to_string();
                 let event = Event::Error { what: &what, exit_code: failure.code() };
-                // On a screen for people `main` prints the error, as it prints those of options.
+                // On a terminal, `main` prints the error, in the same way as errors in options.
                 state.tell_those(&event, |sink| sink.json || matches!(sink.place, Place::File(_)));
                 let told = state.sinks.iter().any(|s| s.json && matches!(s.place, Place::StandardError));
                 Err(if told { failure.told() } else { failure })
@@ -227,8 +230,8 @@ impl State {
         self.tell_those(event, |_| true);
     }
 
-    /// Reports to the chosen destinations; one that fails is removed, and the others receive a
-    /// note.
+    /// Reports the event to the chosen destinations. A destination that fails is removed, and the
+    /// others receive a note about it.
     fn tell_those(&mut self, event: &Event<'_>, mut chosen: impl FnMut(&mut Sink) -> bool) {
         let mut trouble = None;
         self.sinks.retain_mut(|sink| {

@@ -1,24 +1,25 @@
-//! Time for the remaining work, from its recent pace.
+//! Estimate of the remaining time from the recent pace.
 //!
-//! Tiles differ: a sky is done in no time, a glass takes long, and neighbours resemble each other.
-//! So the time per pixel is that of recent pixels. With `Δpₖ` pixels finished in `Δtₖ` seconds
-//! between two observations,
+//! The time per pixel differs between tiles: sky is fast, glass is slow, and neighbouring tiles are
+//! similar. The estimate therefore uses the time per pixel of recent pixels. With `Δpₖ` pixels
+//! finished in `Δtₖ` seconds between two observations,
 //!
 //! ```text
 //! T ← e^(−Δp / m) T + Δt      P ← e^(−Δp / m) P + Δp      seconds left = (T / P) · (pixels left)
 //! ```
 //!
-//! where the memory `m` is a tenth of all pixels: pixels that were finished a tenth of the work ago
-//! weigh a third. The estimate continues the observed pace and is no forecast: the cost of later
-//! tiles is unknown.
+//! The memory `m` is a tenth of all pixels: pixels that were finished a tenth of the work ago have
+//! about a third of the weight of the latest. The estimate assumes that the recent pace continues;
+//! it cannot know the cost of later tiles.
 //!
 //! # Guarantee
-//! Exact, rounding apart, where every pixel takes the same time, however observations are spaced.
+//! If every pixel takes the same time, the estimate is exact up to rounding, however the
+//! observations are spaced.
 //!
 //! # Held to this by
 //! The tests below.
 
-/// Share of all pixels after which an observation weighs a third.
+/// Share of all pixels after which the weight of an observation falls to 1/e, about a third.
 const MEMORY: f64 = 0.1;
 
 /// The pace of one run.
@@ -32,12 +33,12 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// Records that `pixels` of `of` pixels were finished after `seconds`. Fewer pixels than
-    /// before, or another `of`, begin another run.
+    /// Records that `pixels` of `of` pixels were finished after `seconds`. If `pixels` is smaller
+    /// than before, or `of` differs, a new run begins.
     pub fn observe(&mut self, pixels: u64, of: u64, seconds: f64) {
         if pixels < self.pixels || of != self.of {
-            // The first run begins with the clock, a later one at the last observation of the run
-            // before.
+            // The first run begins at time zero, a later run at the last observation of the
+            // previous run.
             let begun = if self.of == 0 { 0.0 } else { self.seconds };
             *self = Self { of, seconds: begun, ..Self::default() };
         }
@@ -77,7 +78,7 @@ mod tests {
 
     #[test]
     fn a_constant_pace_is_carried_on_exactly() {
-        // Steps of any size, also two at once.
+        // Steps of different sizes, and a step of zero pixels.
         let pixels = [1, 16, 272, 272, 273, 600, 999, 1000];
         let said = left(pixels.map(|p| (p, p as f64 * 0.25)));
         for (pixels, said) in pixels.into_iter().zip(said) {
@@ -94,11 +95,11 @@ mod tests {
         let said = left(steps.iter().map(|&p| (p, clock(p))));
         assert!((said[49] - 500.0).abs() < 1e-9, "as observed so far");
         for (&pixels, said) in steps.iter().zip(&said).filter(|(p, _)| **p >= 700) {
-            // e⁻² of the weight is that of the first half, where the difference is eight seconds a
-            // pixel: 12 % of nine.
+            // From 700 pixels on, at most e⁻² of the weight belongs to the first half. There, a
+            // pixel takes eight seconds less, so the estimate is at most 8 e⁻²/9 = 12 % too low.
             let truth = clock(1000) - clock(pixels);
             assert!(*said <= truth && truth - *said <= 0.125 * truth, "{pixels}: {said}, truth {truth}");
-            // The mean since the beginning would be far off.
+            // An estimate from the mean pace since the beginning would be much worse.
             let mean = clock(pixels) / pixels as f64 * (1000 - pixels) as f64;
             assert!(pixels == 1000 || truth - mean > 3.0 * (truth - *said), "{pixels}: {said}, mean {mean}");
         }

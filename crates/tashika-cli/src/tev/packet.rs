@@ -18,15 +18,15 @@
 //!                     i64 offsets[n], i64 strides[n], f32 samples[…]
 //! ```
 //!
-//! where the sample of channel `c` and pixel `p` of the part, row by row from the top left, is
-//! `samples[offsets[c] + p · strides[c]]`. Here channels lie one after the other:
-//! `offsets[c] = c · pixels`, all strides are 1.
+//! Pixels `p` of the part are numbered row by row from the top left. The sample of channel `c` and
+//! pixel `p` is `samples[offsets[c] + p · strides[c]]`. Packets of this program store one channel
+//! after the other: `offsets[c] = c · pixels`, and all strides are 1.
 //!
 //! The source of this layout is the code of tev (`include/tev/Ipc.h` and `src/Ipc.cpp`).
 //!
 //! # Held to this by
-//! The tests below, byte by byte; those of the program in `tests/tev.rs`, which read packets by the
-//! layout alone.
+//! The tests below, which compare packets byte by byte; the program's tests in `tests/tev.rs`,
+//! whose reader is written from the layout alone.
 
 use tashika::film::{Film, Samples, Window, channel_name};
 
@@ -54,7 +54,8 @@ pub fn samples(film: &Film, tile: Window) -> Vec<f32> {
     samples
 }
 
-/// Packet that makes an image, brought to front; its samples are zero until it is updated.
+/// Packet that creates an image and brings it to front. Its samples are zero until they are
+/// updated.
 pub fn create_image(name: &str, size: [u32; 2], channels: &[String]) -> Vec<u8> {
     let mut packet = Packet::new(CREATE_IMAGE, true);
     packet.text(name);
@@ -89,8 +90,8 @@ impl Packet {
         Self(vec![0, 0, 0, 0, operation, u8::from(to_front)])
     }
 
-    /// Adds a text without its zero bytes. A zero would end the text early, and all that follows
-    /// would be misread.
+    /// Adds a text without its zero bytes. A zero byte would end the text early, and the rest of
+    /// the packet would be misread.
     fn text(&mut self, text: &str) {
         self.0.extend(text.bytes().filter(|&byte| byte != 0));
         self.0.push(0);

@@ -1,9 +1,9 @@
-//! The connection to a viewer: tiles are handed over, and a thread of its own sends them.
+//! Connection to a viewer. Finished tiles are queued, and a separate thread sends them.
 //!
-//! The render never waits: packets are queued, however slow the viewer is. Each pixel is sent once,
-//! so the queue is never larger than the film. The socket does not block, which distinguishes a
-//! viewer that stands still from one that is gone. While the render runs, the viewer may stand
-//! still for any time; at the end the program waits for it while it reads.
+//! The render never waits for the viewer, however slow it is. Each pixel is queued once, so the
+//! queue is never larger than the film. The socket does not block, which distinguishes a stalled
+//! viewer from a closed connection. During the render, the viewer may stall for any time. At the
+//! end, the program waits as long as the viewer keeps reading.
 //!
 //! # Held to this by
 //! The tests below; those of the program in `tests/tev.rs`.
@@ -26,7 +26,7 @@ use crate::exit::Failure;
 pub const DEFAULT_ADDRESS: &str = "127.0.0.1:14158";
 /// Longest wait for the connection.
 const CONNECT_PATIENCE: Duration = Duration::from_secs(5);
-/// Longest time that a viewer may stand still once the render is done.
+/// Longest time that a viewer may stall once the render is done.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Time between attempts to send to a viewer that has no room for more.
 const PAUSE: Duration = Duration::from_millis(10);
@@ -57,7 +57,7 @@ impl Shared {
 }
 
 impl Viewer {
-    /// Connects to the viewer; the image has the name of the file that is to be written.
+    /// Connects to the viewer. The viewer shows the image under the name of the file to be written.
     pub fn connect(address: &str, file: &Path) -> Result<Self, Failure> {
         let stream = call(address).map_err(|e| {
             Failure::file(format!(
@@ -89,7 +89,7 @@ impl Viewer {
         }
     }
 
-    /// Queues a finished tile; returns, once, the error of the connection.
+    /// Queues a finished tile. If the connection has failed, returns the error, but only once.
     pub fn show(&self, finished: &Finished<'_>) -> Option<String> {
         let Finished { film, tile, .. } = *finished;
         if !self.thread.is_finished() {
@@ -103,13 +103,13 @@ impl Viewer {
         self.trouble()
     }
 
-    /// Waits until all is sent or the viewer stands still; returns the error of the connection if
-    /// `show` did not.
+    /// Waits until everything is sent or the viewer has stalled too long. If the connection has
+    /// failed, returns the error, unless `show` has returned it already.
     pub fn finish(self) -> Option<String> {
         let Self { address, queue, shared, thread, .. } = self;
         shared.ending.store(true, Ordering::Relaxed);
         drop(queue);
-        // A panic of the thread has been printed, and is no reason to lose a finished image.
+        // A panic of the thread has been printed already, and must not lose a finished image.
         let _ = thread.join();
         let trouble = shared.trouble().take();
         trouble.map(|e| told(&address, &e))
@@ -144,8 +144,8 @@ fn call(address: &str) -> io::Result<TcpStream> {
     Err(last)
 }
 
-/// Sends all packets that come; gives up if `ending` is set and the viewer takes nothing for
-/// `patience`.
+/// Sends all queued packets until the queue is closed. Gives up if `ending` is set and the viewer
+/// accepts nothing for `patience`.
 fn send(
     stream: &mut impl Write,
     packets: &Receiver<Vec<u8>>,
@@ -190,7 +190,8 @@ mod tests {
     const SPECS: &[PlaneSpec] =
         &[PlaneSpec { name: "", channels: &["R", "G", "B"], unit: "1", kind: SampleKind::F32, doc: "" }];
 
-    /// Takes a few bytes at a time, `room` in all, and then always fails with `then`.
+    /// Stand-in for a viewer. It accepts a few bytes at a time and `room` bytes in all; after that,
+    /// every write fails with `then`.
     struct Peer {
         taken: Arc<Mutex<Vec<u8>>>,
         room: usize,
@@ -213,8 +214,8 @@ mod tests {
         }
     }
 
-    /// Shows two tiles to such a peer; returns the bytes that it took, the errors of `show`, and
-    /// the error at the end.
+    /// Shows two tiles to such a peer. Returns the bytes that the peer accepted, the errors of
+    /// `show`, and the error of `finish`.
     fn shown(room: usize, then: ErrorKind) -> (Vec<u8>, Vec<String>, Option<String>) {
         let taken = Arc::new(Mutex::new(Vec::new()));
         let peer = Peer { taken: Arc::clone(&taken), room, then };
@@ -226,7 +227,8 @@ mod tests {
             told.extend(viewer.show(&Finished { progress: Progress::default(), film: &film, tile }));
         }
         if then == ErrorKind::WouldBlock {
-            // Longer than the patience at the end: a render is never too long for the viewer.
+            // The wait is longer than the patience at the end: during the render, no stall is too
+            // long.
             thread::sleep(Duration::from_millis(100));
             told.extend(viewer.trouble());
         } else {

@@ -29,7 +29,7 @@ pub struct Choices {
 pub(super) struct Met {
     /// Receivers for which a VPL is drawn.
     pub by_vpls: Vec<Receiver>,
-    /// Receivers for which an emitter is drawn: all.
+    /// All receivers, since an emitter is drawn for each.
     pub by_emitters: Vec<Receiver>,
     /// True if VPLs are drawn at gather points too.
     pub draws_at_points: bool,
@@ -72,7 +72,8 @@ impl Choices {
             met.by_emitters.extend(of_chunk.by_emitters);
         }
         let compensation = Compensation::new(*lit);
-        // If any VPLs are drawn at gather points, most are, so the clamp distance there is used.
+        // If VPLs are also drawn at gather points, most are drawn there, so the clamp distance of
+        // gather points is used.
         let beyond = compensation.contribution(draws_at_points);
         let learn_vpls = |lights| VplChoice::learn(lights, lit.tracer, beyond, met.by_vpls, seed);
         let vpls = lit.lights.and_then(learn_vpls);

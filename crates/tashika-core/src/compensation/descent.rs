@@ -1,18 +1,19 @@
 //! Draws of one VPL for a receiver, approximately in proportion to its unoccluded contribution.
 //!
-//! From the root of the light tree down, one child of a cluster is chosen in proportion to its
-//! importance
+//! The light tree is descended from the root. At each cluster, one child is chosen in proportion to
+//! its importance
 //!
 //! ```text
 //! I cos⁺(θ) cos⁺(θ') / max(d² + s², d_c²)
 //! ```
 //!
 //! with the luminance `I` of the child, the distance `d` of the centre of its box, the spread `s`
-//! of its lights around the centre, and two cosines. At the receiver, the cosine is the greatest
-//! height of the box above the tangent plane over `d`, and 1 in a medium. At the lights, it is the
-//! greatest over the directions to the ball around the box and the cone of their normals. Where a
-//! cluster is small for its distance and its lights face nearly the same way, one of its lights is
-//! drawn by luminance.
+//! of its lights around the centre, and two cosines. The cosine at the receiver is the greatest
+//! height of the box above the tangent plane, divided by `d`; in a medium it is 1. The cosine at
+//! the lights is the greatest between a normal in the cone of their normals and a direction from
+//! the ball around the box to the receiver. If a cluster is small relative to its distance and its
+//! lights face nearly the same way, the descent ends, and one of its lights is drawn in proportion
+//! to luminance.
 //!
 //! # Guarantee
 //! Every light that can contribute has a probability above zero. Held to this by the tests of
@@ -169,7 +170,7 @@ mod tests {
     use crate::tree::LightTreeBuilder;
     use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
 
-    /// Random lights, many of them in planes that receivers lie in too.
+    /// Random lights. Many of them lie in planes in which receivers lie as well.
     fn lights(s: &mut Stream, kind: VplKind) -> LightTree {
         let light = |s: &mut Stream| {
             let at = Vec3::from(s.uniform_3());
@@ -222,7 +223,7 @@ mod tests {
         assert!(given > 20_000, "{given}");
     }
 
-    /// The share of each light among many draws is the probability that `draw` returns.
+    /// The share of each light among many draws agrees with the probability that `draw` returns.
     #[test]
     fn lights_are_drawn_as_often_as_is_said() {
         const DRAWS: usize = 200_000;
@@ -247,7 +248,8 @@ mod tests {
             assert!((0.99..1.000_01).contains(&all), "{all}");
             for (times, said) in found {
                 let error = (said / DRAWS as f64).sqrt();
-                // Of lights that hardly contribute, one may be drawn where 0.02 draws are expected.
+                // A light that hardly contributes may be drawn once although 0.02 draws are
+                // expected.
                 let rare = 3.0 / DRAWS as f64;
                 assert!((times - said).abs() <= 5.0 * error + rare, "{times} ± {error}: {said}");
             }

@@ -5,13 +5,13 @@
 //! L = Σ_e emitter(e)/E  +  Σ_k VPL(u_k)/V  +  path        u_k = (k + u)/V
 //! ```
 //!
-//! All draws at a gather point use the learned distributions of its place
-//! ([`Choices`](super::Choices)), so that they are spread evenly over these. An emitter is weighted
-//! against the path that may meet it by the balance heuristic of several samples (Veach 1997,
-//! section 9.2).
+//! All draws at a gather point use the same distributions, those learned for its place
+//! ([`Choices`](super::Choices)). Evenly spread numbers therefore give draws that are evenly spread
+//! over the lights. An emitter is weighted against the path that may meet it by the balance
+//! heuristic of several samples (Veach 1997, section 9.2).
 //!
 //! Draws from one set of VPLs do not show the variance over sets. If VPLs are independent, this
-//! variance is at most the sum of their squared contributions, which draws estimate:
+//! variance is at most the sum of their squared contributions. The draws estimate this sum:
 //!
 //! ```text
 //! Σ_i c_i² = E [(c_k/p_k)² p_k]          VPL k is drawn with probability p_k and gives c_k
@@ -70,7 +70,8 @@ impl Numbers {
     }
 }
 
-/// Adds random digits below those of single precision: large sets of lights need them.
+/// Adds random digits beyond single precision, which is too coarse to reach every light of a large
+/// set.
 fn precise(u: f32, stream: &mut Stream) -> f64 {
     f64::from(u) + STEP * stream.uniform_f64()
 }
@@ -194,7 +195,7 @@ mod tests {
         parts.into_iter().eq(0..numbers.len())
     }
 
-    /// The draws of all gather points of a pixel are spread evenly in each dimension; different
+    /// The numbers of all gather points of a pixel are spread evenly in each dimension. Different
     /// pixels have different numbers.
     #[test]
     fn numbers_are_spread_over_a_pixel() {

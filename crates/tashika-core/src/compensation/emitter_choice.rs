@@ -9,16 +9,17 @@
 //!
 //! of the distribution learned for the [place](super::places) of the surface (`q_c`, by
 //! [trial](super::trials)) and of the plain distribution (`p_c`). Within a cluster, lights are
-//! drawn by the plain distribution. So every density is that of the [`EmitterSampler`] times
+//! drawn by the plain distribution. Every density is therefore the density of the
+//! [`EmitterSampler`] times
 //!
 //! ```text
 //! f_c = P(c) / p_c ≥ 1 − β
 //! ```
 //!
 //! # Guarantee
-//! Every emitter has at least `1 − β` of its plain probability, and the learned distribution comes
-//! from random numbers of its own. So the estimate is unbiased whatever was learned. Held to this
-//! by the test below.
+//! Every emitter has at least `1 − β` times its plain probability, and the distribution is learned
+//! from separate random numbers. So the estimate is unbiased whatever was learned. Held to this by
+//! the test below.
 
 use super::LightingContext;
 use super::places::{Places, Receiver};
@@ -142,8 +143,8 @@ mod tests {
     use crate::stats::Moments;
     use crate::vpl::VplKind;
 
-    /// A wall at `x = 0` with a lamp on either side, the brighter one at `x > 0`, in faint light
-    /// from all around.
+    /// A wall at `x = 0` with a lamp on each side, the brighter one at `x > 0`, and a faint
+    /// environment.
     fn two_halves() -> Tracer {
         let mut b = SceneBuilder::new("test", Location::default());
         let mut add = |positions: [Vec3; 3], radiance: f32| {
@@ -165,9 +166,10 @@ mod tests {
         Tracer::new(Arc::new(b.build().unwrap()))
     }
 
-    /// Draws estimate the light of all emitters without bias, at a receiver in a learned place and
-    /// at one elsewhere, with the densities that weight hits. With the learned distribution, the
-    /// variance is far smaller, since the bright lamp is behind a wall.
+    /// One receiver is in a learned place, another is elsewhere. For both, the estimate of the
+    /// light of all emitters is unbiased, and the density of a sample is the one by which hits are
+    /// weighted. In the learned place the variance is far smaller, since the bright lamp is behind
+    /// a wall.
     #[test]
     fn emitters_that_are_seen_are_drawn_more_often_and_none_is_left_out() {
         let tracer = two_halves();

@@ -4,8 +4,8 @@
 //! p(ω) = (1 − α) p_kernel(ω) + α p_caustics(ω)        α ≤ ½, by the share of caustics in the light around
 //! ```
 //!
-//! Both strategies form one density. Weights against drawn emitters use this density, so estimates
-//! are unbiased whatever was learned.
+//! Both strategies together have one density. Weights against drawn emitters use this density, so
+//! estimates are unbiased whatever was learned.
 
 use glam::Vec3;
 

@@ -9,9 +9,9 @@
 //!                        at x:      c = what is summed over VPLs,                                   g = the rest
 //! ```
 //!
-//! The sum over the VPLs of the set, with the clamped geometric term, is light that arrives
-//! straight at `x` and is scattered there by `c`. Its sources, with the share that the sum has of
-//! each, are
+//! The sum over the VPLs of the set, with the clamped geometric term, estimates light that arrives
+//! straight at `x` and is scattered there by `c`. This light has the following sources. The sum
+//! includes the given share of the light of each:
 //!
 //! * the kernel `c` of a surface `y`: `κ(d) = min(1, d²/d_c²)` at the distance `d = |x − y|`, with
 //!   the clamp distance `d_c`;
@@ -19,8 +19,8 @@
 //! * the environment and directional lights: 1.
 //!
 //! Every other path belongs to a row of this table, and each row has its own kind of step.
-//! "Weighted" means by the balance heuristic. Directions by `c` and of caustics are drawn from one
-//! density.
+//! "Weighted" means by the balance heuristic. Directions for `c` and caustic directions are drawn
+//! from one mixture density.
 //!
 //! | scattered at `x` by | arrives from | share | step |
 //! |---|---|---|---|
@@ -33,9 +33,9 @@
 //!
 //! "Go on from `y` by `c`" is the same problem again: the light that `y` receives is a sum over the
 //! VPLs, of which one is drawn, plus the light that they do not carry, by the table above (Kollig,
-//! Keller 2004, for the clamp). There `d_c` is `CLAMPED_BEYOND` times as long, since one drawn VPL
-//! near by is far noisier than a sum that contains it. So the shares of every path sum to one:
-//! `κ + (1 − κ)` for `c` after `c`, and 1 for all other paths, which VPLs do not carry.
+//! Keller 2004, for the clamp). There `d_c` is `CLAMPED_BEYOND` times as long, since a nearby VPL
+//! causes far more noise when it is drawn than as one term of a sum. The shares of every path sum
+//! to one: `κ + (1 − κ)` for `c` after `c`, and 1 for all other paths, none of which VPLs carry.
 //!
 //! [panes]: crate::gather::through_panes
 //! [caustic]: crate::guidance::Caustics
@@ -47,15 +47,16 @@
 //! a path tracer.
 //!
 //! Where sums are too expensive, a few VPLs are [drawn](Draws) at gather points too. These VPLs
-//! should represent the light of surfaces alone ([`VplSource`]), so that direct light of emitters
-//! is not carried: one drawn emitter is far less noisy than one of many VPLs that represent it.
+//! should represent the light of surfaces alone ([`VplSource`]), so that paths estimate the direct
+//! light of emitters: one emitter sample causes far less noise than one of the many VPLs that
+//! represent the emitters.
 //!
 //! # Guarantee
 //! If the expectation of the sum over VPLs is the light by `c` (an unbiased trace, solid glass that
-//! stops segments), then the expectation over sets and paths is light transport itself. The
-//! exceptions are paths of more than `max_depth` surfaces, and light that neither part can find: a
-//! point or a single direction of light seen by a specular path only. Held to this by the suite's
-//! `light_transport` and `transport_in_media`.
+//! stops segments), then the expectation over sets and paths is light transport itself. There are
+//! two exceptions: paths of more than `max_depth` surfaces, and point lights or directional lights
+//! whose light arrives only over specular surfaces, since the sum and the paths both miss it. Held
+//! to this by the suite's `light_transport` and `transport_in_media`.
 
 mod choices;
 mod descent;
@@ -123,8 +124,8 @@ pub struct LightingContext<'a> {
     pub lights: Option<&'a LightTree>,
     /// Sources of the light that the VPLs represent.
     pub vpl_source: VplSource,
-    /// Learned distributions over `emitters` and `lights`. They must have been learned for these,
-    /// with the same probabilities.
+    /// Learned distributions over `emitters` and `lights`. They must have been learned for the same
+    /// emitters and lights, with the same plain probabilities.
     pub choices: Option<&'a Choices>,
     /// Contribution kernel of VPLs, with the clamp distance at gather points.
     pub contribution: ContributionKernel<'a>,
@@ -158,7 +159,7 @@ pub struct Compensation<'a> {
 /// Light of emitters over specular surfaces on a path (luminance, W·m⁻²·sr⁻¹).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Caustic {
-    /// Estimate from [`LightingContext::caustics`]: at the first vertex, and at the later ones.
+    /// Estimates from [`LightingContext::caustics`] at the first vertex, and at all later ones.
     pub expected: [f64; 2],
     /// Contribution that the path itself found.
     pub found: f64,
@@ -232,8 +233,8 @@ impl<'a> Compensation<'a> {
         self.from(first, point, None, key, stream)
     }
 
-    /// Returns an estimate by a path from a gather point, plus the light drawn there, if any was
-    /// drawn.
+    /// Returns an estimate by a path from a gather point, plus the contribution of the lights drawn
+    /// there, if any.
     fn from(
         &mut self,
         first: Vertex,
@@ -251,7 +252,8 @@ impl<'a> Compensation<'a> {
         // Upper bound on the number of ray keys used so far.
         let mut decided = 0;
         let certain = if lights.is_some() { CERTAIN_BESIDE_VPLS } else { CERTAIN_DEPTH };
-        // A path from a dark surface matters as much to its pixel as one from a bright surface.
+        // Survival is relative to the albedo of the first vertex: a path from a dark surface
+        // matters as much to its pixel as a path from a bright one.
         let whole = vertex.importance_albedo();
         // Number of earlier vertices, and of surfaces among them.
         let (mut depth, mut surfaces) = (0_u32, 0);
@@ -266,7 +268,7 @@ impl<'a> Compensation<'a> {
             if depth > certain {
                 let mut survival = (size(weight) / whole * vertex.importance_albedo()).min(1.0);
                 if lights.is_some() {
-                    // Chosen, as `CERTAIN_BESIDE_VPLS`: by the weight itself few of these paths
+                    // Chosen, like `CERTAIN_BESIDE_VPLS`. Without the root, few of these paths
                     // would survive.
                     survival = survival.sqrt();
                 }
@@ -358,7 +360,8 @@ impl<'a> Compensation<'a> {
             self.rays += 1;
             let hit = tracer.closest_hit(&leg.ray, key.wrapping_add(step.into()));
             if leg.medium.is_some() {
-                // Weights have signs; probabilities of flights use magnitudes.
+                // Weights may be negative; the probabilities of a flight depend on their
+                // magnitudes.
                 let (left, scattering) = leg.fly(scene, hit.as_ref(), weight.map(f32::abs), stream);
                 if left.is_black() {
                     return None;

@@ -1,9 +1,9 @@
 //! Places of a scene: groups of surfaces that are close together and face the same way, and parts
 //! of media.
 //!
-//! A k-d tree (Bentley 1975) over position and normal of the receivers that paths met; the normal
-//! is zero in media. A node is halved at the median of the coordinate that varies most, with
-//! positions measured in units of their own spread.
+//! The places are the leaves of a k-d tree (Bentley 1975) over position and normal of the receivers
+//! that paths met; the normal is zero in media. A node is halved at the median of the coordinate
+//! that varies most, with positions in units of the spread of all positions.
 
 use glam::Vec3;
 
@@ -129,8 +129,8 @@ mod tests {
     use super::*;
     use crate::rng::{Purpose, Stream};
 
-    /// A receiver is found in the place that it was put into, places are small, and no place mixes
-    /// normals.
+    /// 10,000 receivers in a square, with two normals or none. Each is found in the place that it
+    /// was put into; places are small, and all receivers of a place have the same normal.
     #[test]
     fn surfaces_are_found_in_their_places() {
         let mut s = Stream::new(1, Purpose::Test, 0);

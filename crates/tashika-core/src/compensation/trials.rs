@@ -5,10 +5,11 @@
 //! ```
 //!
 //! A trial is a light drawn from the cluster `c` and a receiver drawn from the place. `m_c` is a
-//! mean over all trials of the cluster. `v_c` is over the `n` trials with an unoccluded
-//! contribution, each of transmittance `V`. So `q_c` approximates the root of the second moment of
-//! the cluster, which is the best choice (least variance: Vévoda, Kondapaneni, Křivánek 2018). `s`
-//! is the weight, in trials, of the assumption that everything is visible. In media `cos θ` is 1.
+//! mean over all trials of the cluster. `v_c` is a mean over the `n` trials whose unoccluded
+//! contribution is not zero; `V` is the transmittance of such a trial. So `q_c` approximates the
+//! root of the second moment of the cluster, which is the best choice (least variance: Vévoda,
+//! Kondapaneni, Křivánek 2018). `s` is the weight, in trials, of the assumption that everything is
+//! visible. In media `cos θ` is 1.
 
 use rayon::prelude::*;
 
@@ -63,7 +64,7 @@ impl Trials<'_> {
         draw: &impl Fn(usize, &mut Stream) -> Option<Drawn>,
         stream: &mut Stream,
     ) -> Option<Discrete> {
-        // Light from infinity is also drawn through panes, other light is not.
+        // Light from infinity may be drawn through panes, so glass does not stop its segments.
         let mut shadows = [self.contribution.glass(), Glass::Passes].map(Shadows::new);
         let batch_of = |light: &Vpl| usize::from(light.kind == VplKind::Directional);
         let mut batches = Vec::with_capacity(self.clusters * self.lights);
@@ -75,8 +76,8 @@ impl Trials<'_> {
                 if let Some(Drawn { light, luminance }) = draw(cluster, stream) {
                     let link = self.contribution.link(receiver.position, &light);
                     value = luminance * f64::from(link.geometric * receiver.cosine(link.towards_light));
-                    // Not finite if the light lies at the receiver's own position and nothing is
-                    // clamped.
+                    // The value is not finite if the light lies at the position of the receiver and
+                    // nothing is clamped.
                     value = if value.is_finite() { value } else { 0.0 };
                     if value > 0.0 {
                         batches.push(batch_of(&light));

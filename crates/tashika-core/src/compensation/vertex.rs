@@ -1,7 +1,7 @@
 //! Vertices of paths, on surfaces or in media, and the two kernels of their scattering.
 //!
-//! If there are VPLs, those of a medium carry all of its scattering, so a phase function has no
-//! rest.
+//! If there are VPLs, VPLs in a medium carry all scattering of that medium, so the rest of a phase
+//! function is zero.
 
 use glam::Vec3;
 
@@ -72,7 +72,7 @@ impl Vertex {
     /// paths.
     pub(super) fn next(point: &GatherPoint, surface: &SurfacePoint, left: Option<f32>) -> Self {
         let Some(amplitude) = left else { return Self::first(point, None) };
-        // At silhouettes, viewers see a shading normal that differs from the one for light.
+        // At silhouettes, the shading normal for the viewer differs from the one for light.
         let (_, lit) = surface.normals_towards(point.geometric_normal);
         let same = point.frame.n.dot(lit) > SAME;
         let has_rest = !(same && matches!(point.bsdf, Bsdf::Lambert(_)));
@@ -237,8 +237,8 @@ mod tests {
     use crate::math::Frame;
     use crate::rng::{Purpose, Stream};
 
-    /// With VPLs, paths have only the gloss left. Hardly a direction may be wasted on the diffuse
-    /// part, and the gloss must not be omitted.
+    /// With VPLs, only the gloss of a plastic is left for paths. More than 70 % of the directions
+    /// for the rest are in the mirror lobe, and the returned factors are value over density.
     #[test]
     fn directions_of_the_gloss_are_drawn_from_the_gloss() {
         let bsdf = Bsdf::Plastic(Plastic {

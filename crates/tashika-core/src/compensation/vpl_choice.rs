@@ -1,9 +1,9 @@
 //! Choice of a VPL for a surface on a path: by possible contributions of VPLs, and by learned
 //! contributions to similar surfaces.
 //!
-//! For each surface of a path, one VPL of millions is drawn, and most VPLs that could contribute
-//! much are occluded. So the probability of a cluster of VPLs is a mixture, for each
-//! [place](super::places) of a surface,
+//! At each surface of a path, one of millions of VPLs is drawn, and most VPLs that could contribute
+//! much are occluded. In each [place](super::places), the probability of a cluster of VPLs is
+//! therefore a mixture
 //!
 //! ```text
 //! P(c) = β q_c + ½ (1 − β) (p_c + l_c)          P(i) = P(c) p(i | c)
@@ -16,7 +16,7 @@
 //!
 //! # Guarantee
 //! A VPL that can contribute has a probability of at least `½ (1 − β) l_c` times its probability
-//! within the cluster, and the learned distribution comes from random numbers of its own. So the
+//! within the cluster, and the distribution is learned from separate random numbers. So the
 //! estimate is unbiased whatever was learned. Held to this by the test below.
 
 use super::descent::Descent;
@@ -29,7 +29,8 @@ use crate::tree::{LightCluster, LightTree};
 
 /// Maximum number of clusters into which the VPLs are divided.
 const CLUSTERS: usize = 256;
-/// Maximum number of receivers by whose importance VPLs are divided into clusters.
+/// Maximum number of receivers used to divide VPLs into clusters, by the importance of VPLs for
+/// them.
 const PROBES: usize = 64;
 /// Number of lights tried for each place and cluster.
 const TRIALS: usize = 8;
@@ -151,9 +152,9 @@ mod tests {
         LightTree::build(&VplSet::new(lights, Provenance::default()), LightTreeBuilder::default())
     }
 
-    /// Draws estimate the whole sum without bias, at a receiver in a learned place and at one
-    /// elsewhere. With the learned distribution, the variance is far smaller, since most of the
-    /// light is behind a wall.
+    /// One receiver is in a learned place, another is elsewhere. For both, draws estimate the whole
+    /// sum without bias. In the learned place the variance is far smaller, since most of the light
+    /// is behind a wall.
     #[test]
     fn what_was_learned_is_drawn_more_often_and_nothing_is_left_out() {
         let mut s = Stream::new(1, Purpose::Test, 0);

@@ -8,11 +8,11 @@
 //! ```
 //!
 //! Such a gather point has a phase function instead of a BSDF, and no cosine. Its weight is that of
-//! the flight: coefficients and transmittances over the probability of the draw. Directly visible
-//! emission counts for the paths that reach it. Surfaces that are only boundaries of media are
-//! passed.
+//! the flight: the scattering coefficient times the transmittance, over the probability of the
+//! draw. Directly visible emission is added by the paths that reach it without being scattered.
+//! Surfaces that are only boundaries of media are passed.
 //!
-//! Distances and other draws of a flight come from a stream of the sample's own.
+//! Distances and other draws of a flight come from a separate stream for each sample.
 //!
 //! # Held to this by
 //! `gather::tests`; the suite's `volume_lights`, against closed forms and the path tracer.

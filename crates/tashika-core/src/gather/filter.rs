@@ -15,16 +15,16 @@
 //! | Gaussian | of standard deviation 1/2 | everywhere; drawn to 2.4 | 1/4 |
 //! | Blackman-Harris | `Σ_k a_k cos(kπx/r) / (2 r a_0)` | `\|x\| ≤ r = 3/2` | 0.173 |
 //!
-//! The last is the window of four terms with the least side lobes (Harris 1978), three pixels
-//! across.
+//! The Blackman-Harris filter is the window of four terms with the smallest side lobes (Harris
+//! 1978). It is three pixels wide.
 //!
 //! Filters with negative lobes (Mitchell and Netravali, Lanczos) are not densities. Their samples
-//! would need weights of both signs, and a pixel would no longer be a mean of samples, as its claim
-//! requires. So no such filter is offered.
+//! would need weights of both signs, and a pixel would not be a mean of samples of equal weight, as
+//! its claim requires. So no such filter is offered.
 //!
 //! # Guarantee
 //! `F(x(u))` is `u` to within 2⁻²⁴ for all filters except the Gaussian, for which it is within
-//! 5·10⁻⁴; the same bits on every machine.
+//! 5·10⁻⁴. The bits of `x(u)` are the same on every machine.
 //!
 //! # Held to this by
 //! The tests below; the suite's `filters`, by edges and constants that are rendered.
@@ -41,7 +41,7 @@ use crate::warp;
 /// Pixel filter, sampled so that all points of a pixel have equal weight.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Filter {
-    /// Equal weight over the pixel, as in box-filtered references of other renderers.
+    /// Equal weight over the pixel, as in the box filters of other renderers.
     #[default]
     Box,
     /// Tent of radius one pixel.
@@ -177,7 +177,8 @@ mod tests {
 
     #[test]
     fn offsets_are_the_inverse_of_the_cumulative_distribution() {
-        // Ends, the numbers next to them and to the middle, powers of two, and numbers between.
+        // The ends, numbers next to the ends and to the middle, powers of two, and numbers in
+        // between.
         let small = (1..=24).map(|k| 1.0 / (1_u32 << k) as f32);
         let edges = small.flat_map(|v| [v, 1.0 - v, 0.5 - 0.5 * v, 0.5 + 0.5 * v]);
         let between = (0..2048).map(|k| (k as f32 + 0.37) / 2048.0);
@@ -186,10 +187,11 @@ mod tests {
                 let x = filter.warp(u);
                 let error = (cumulative(filter, x.into()) - f64::from(u)).abs();
                 // Rounding of offsets below 1 is at most 2⁻²⁵, and no density is above 1; the
-                // residual of the search is below 2⁻²⁶. The Gaussian: Winitzki's function is the
-                // inverse of one that is within 1.3·10⁻⁴ of erf, and so within half of that in the
-                // share. Near the centre, the root is of a difference of two numbers above 4, each
-                // rounded by 2.4·10⁻⁷, which is 4·10⁻⁴ of the share.
+                // residual of the search is below 2⁻²⁶. For the Gaussian, Winitzki's function is
+                // the exact inverse of a function that is within 1.3·10⁻⁴ of erf, which gives half
+                // of that error in the share. Near the centre, a root is taken of the difference of
+                // two numbers above 4. Each is rounded by 2.4·10⁻⁷, which changes the share by
+                // 4·10⁻⁴.
                 let tolerance = if filter == Filter::Gaussian { 5e-4 } else { 1.0 / f64::from(1 << 24) };
                 assert!(error <= tolerance, "{filter} {u:e}: {x}, {error:e}");
                 if filter == Filter::BlackmanHarris {
@@ -220,9 +222,9 @@ mod tests {
             let offsets = || (0..parts).map(|k| f64::from(filter.warp((k as f32 + 0.5) / parts as f32)));
             let mean = offsets().sum::<f64>() / f64::from(parts);
             let found = offsets().map(|x| x * x).sum::<f64>() / f64::from(parts);
-            // The value in the middle of a part is off by at most the change over the part. Changes
-            // add up to twice the reach for `x`, and to twice its square for `x²`. Offsets are
-            // rounded to less than 10⁻⁶.
+            // The value at the middle of a part differs from the mean over the part by at most the
+            // change over the part. Over all parts, the changes add up to twice the reach for `x`,
+            // and to twice the square of the reach for `x²`. Offsets are rounded to less than 10⁻⁶.
             let (of_mean, of_square) = (2.0 * reach, 2.0 * reach * reach);
             assert!(mean.abs() <= of_mean / f64::from(parts) + 1e-6, "{filter}: mean {mean}");
             let tolerance = of_square / f64::from(parts) + approximation * variance + 1e-6;

@@ -1,6 +1,6 @@
-//! First surfaces along camera rays: their instance, their motion over the film, the time at which
-//! they are in front, and the transmittance of the media before them. [`Features`](super::Features)
-//! describe the same surfaces.
+//! First surfaces along camera rays: their instances, their motion over the film, the times at
+//! which they are in front, and the transmittance of the media before them.
+//! [`Features`](super::Features) describe the same surfaces.
 
 use glam::{Vec2, Vec3};
 
@@ -32,10 +32,10 @@ impl View<'_> {
         self.look(tracer, pixel, index)?.hit.map(|hit| hit.instance)
     }
 
-    /// Returns the time at which the frontmost instance is there, as a share of the shutter
-    /// interval; `None` where all samples meet nothing. Of the instances that the pixel's first
-    /// `samples` camera samples meet, the frontmost has the nearest hit. The time is the mean over
-    /// the samples that meet this instance.
+    /// Returns the time at which a pixel shows its frontmost instance, as a share of the shutter
+    /// interval; `None` if no sample meets a surface. The frontmost instance is that of the nearest
+    /// hit among the pixel's first `samples` camera samples. The time is the mean over the samples
+    /// that meet this instance.
     ///
     /// The time is 1/2 if neither the camera nor the instance moves.
     pub fn time_in_front(&self, tracer: &Tracer, pixel: [u32; 2], samples: u32) -> Option<f32> {
@@ -56,8 +56,9 @@ impl View<'_> {
     }
 
     /// Returns the transmittance of the media before the first surface, or before infinity where
-    /// there is no surface. It is the mean, by channel in `[0, 1]`, over those of the pixel's first
-    /// `samples` camera samples for which the film shows anything; black if there are none.
+    /// there is no surface. It is the mean, by channel in `[0, 1]`, over the pixel's first
+    /// `samples` camera samples, without those for which the film shows nothing; black if none is
+    /// left.
     ///
     /// It is an unbiased estimate of the mean over the pixel, and exact for each ray except where
     /// the density of a medium varies.
@@ -91,8 +92,8 @@ impl View<'_> {
     /// the shutter interval; the motion is from its position when the shutter opens to that when
     /// the shutter closes. Where there is no surface, it is the motion of a point at infinity.
     ///
-    /// Zero where the film shows nothing, or where it does not show one of the two positions,
-    /// behind the camera.
+    /// Zero where the film shows nothing, or if one of the two positions has no place on the film,
+    /// such as a position behind the camera.
     pub fn motion(&self, tracer: &Tracer, pixel: [u32; 2]) -> Vec2 {
         let scene = tracer.scene();
         if self.camera.motion.is_none() && !scene.moves() {

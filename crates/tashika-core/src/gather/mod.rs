@@ -1,20 +1,20 @@
-//! Gather points: the points where light that a pixel sees was last reflected, or scattered in a
-//! medium.
+//! Gather points: the points at which light was last reflected, or scattered in a medium, before it
+//! reached the camera.
 //!
-//! A pixel is the sum over its gather points (Walter et al. 2006), each weighted by pixel filter,
-//! lens and the specular surfaces on the way:
+//! A pixel is the sum over its gather points (Walter et al. 2006), each weighted by the pixel
+//! filter, the lens and the specular surfaces on its path:
 //!
 //! ```text
 //! L = B + Σ_j w_j Σ_i M_ji G_ji V_ji I_i        B = background: emission seen directly or through mirrors and glass
 //! ```
 //!
-//! Camera samples are an Owen-scrambled Sobol' sequence keyed by (seed, pixel) (Burley 2020,
-//! `sobol_burley`): film and lens in the first four dimensions, four more at each surface. Their
-//! times are a sequence of their own. Output is a function of scene, camera, size, options, seed
-//! and pixel.
+//! Film and lens positions are an Owen-scrambled Sobol' sequence keyed by (seed, pixel) (Burley
+//! 2020, `sobol_burley`). The four numbers at each surface, and the time of a sample, come from
+//! separate sequences. Output is a function of scene, camera, size, options, seed and pixel.
 //!
-//! A surface that both gathers and is specular, scatters to both sides, or is one of two materials,
-//! does one of these at random ([`Scatter`]), by the last of the four numbers.
+//! A surface may have several parts: a gathering and a specular part, a part for each side, or two
+//! materials. Each sample selects one of them at random ([`Scatter`]), by the last of the surface's
+//! four numbers.
 
 mod camera_path;
 mod filter;
@@ -145,7 +145,7 @@ pub struct SeenSample {
     pub point: Option<u32>,
 }
 
-/// Everything that defines the gather points of an image.
+/// Inputs that determine the gather points of an image of a scene.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
     /// Camera that sees the image.
@@ -216,14 +216,14 @@ impl View<'_> {
     }
 
     /// Returns the sum of one pixel, with each sample at one of the given instants. If the scene
-    /// does not move and there is a single instant, samples of a moving camera still have times of
-    /// their own.
+    /// does not move and there is a single instant, each sample of a moving camera still has its
+    /// own time.
     pub fn pixel_at(&self, tracer: &Tracer, pixel: [u32; 2], instants: &Instants) -> PixelSum {
         let is_still = instants.is_single() && !tracer.scene().moves();
         self.sum(tracer, pixel, Media::Count, (!is_still).then_some(instants))
     }
 
-    /// Returns the sum of one pixel; without instants, each sample has a time of its own.
+    /// Returns the sum of one pixel; without instants, each sample has its own time.
     fn sum(&self, tracer: &Tracer, pixel: [u32; 2], media: Media, instants: Option<&Instants>) -> PixelSum {
         let n = self.gather.points;
         let mut sum = PixelSum::default();
@@ -242,8 +242,8 @@ impl View<'_> {
             let (ray, key) =
                 self.camera_ray_at(pixel, index, || if instants.is_some() { share } else { time() });
             let [x, y, ..] = sobol_burley::sample_4d(index, 0, self.pixel_key(pixel) as u32);
-            // Each surface has a sequence of its own: projections of one long sequence to
-            // dimensions that far apart would be worse than random.
+            // Each surface has a separate sequence. In a single sequence of many dimensions,
+            // projections to high dimensions would be worse than random numbers.
             let choices = |bounce: u32| {
                 let of_surface =
                     rng::key(self.pixel_key(pixel), Purpose::Gather, u64::MAX - u64::from(bounce));

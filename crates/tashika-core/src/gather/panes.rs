@@ -9,13 +9,14 @@
 //! ```
 //!
 //! with the Fresnel reflectance `F` and the tint `τ` of a face. The solid angle is the same on both
-//! sides, so there is no other factor. Light that faces reflect, and light through glass that bends
-//! it, are left to paths that draw their directions.
+//! sides, so there is no other factor. Light that a face reflects, and light whose direction the
+//! glass changes, are found only by paths that draw their directions.
 //!
 //! # Two strategies
-//! A direction towards a light and a direction by a BSDF lead to the same path. Both are weighted
-//! by the densities of their directions at `x` ([`balance`](crate::warp::balance)). So a path
-//! records whether it reached the environment [through panes](Passage).
+//! A path to the light is the same whether its direction at `x` is drawn towards the light or by
+//! the BSDF. The two strategies are weighted by their densities of the direction at `x`
+//! ([`balance`](crate::warp::balance)). So a path records whether it reached the environment
+//! [through panes](Passage).
 //!
 //! # Held to this by
 //! The suite's `panes`.
@@ -28,8 +29,8 @@ use crate::rng::Stream;
 
 use super::{Scatter, SpecularPoint};
 
-/// Largest difference between unit directions that count as equal: rounding of the normals of two
-/// faces is a hundredth of this.
+/// Largest difference between unit directions that count as equal: the rounding errors of the
+/// normals of two faces amount to a hundredth of it.
 const SAME: f32 = 1e-4;
 
 /// Passage of a path through surfaces, since its direction was drawn.

@@ -1,4 +1,5 @@
-//! Surfaces on paths: one part of a surface gathers light, or sends it on in one direction.
+//! Surfaces on paths. A selected part of a surface either gathers light or sends the path on in one
+//! direction.
 
 use glam::Vec3;
 
@@ -64,7 +65,7 @@ impl SpecularPoint {
     /// share of light that is not reflected. `None` for other surfaces, and where all light is
     /// reflected.
     pub fn transmit(&self) -> Option<(Ray, Rgb)> {
-        // Uniform numbers at the transmitting end of `[0, 1)`.
+        // At these ends of the unit interval, the BSDF selects transmission.
         let transmitted = match self.bsdf {
             Bsdf::Glass(glass) if glass.facets.is_none() => 1.0_f32.next_down(),
             Bsdf::ThinGlass(_) => 0.0,
@@ -87,8 +88,8 @@ impl SpecularPoint {
         let mut direction = frame.to_world(sample.wi).normalize();
         let above = ng.dot(direction) > 0.0;
         if above != (sample.lobe == Lobe::SpecularReflection) {
-            // A shading normal that leans away sends light to the wrong side; the geometric one
-            // never does.
+            // A shading normal that is turned far from the geometric normal may send light to the
+            // wrong side of the surface. The geometric normal never does.
             let frame = self.surface.frame(self.surface.geometric_normal);
             sample = self.bsdf.sample(frame.to_local(self.outgoing), u)?;
             direction = frame.to_world(sample.wi).normalize();

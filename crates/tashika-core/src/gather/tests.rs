@@ -67,14 +67,13 @@ fn a_mirror_shows_what_is_behind_the_camera() {
             assert!(p.geometric_normal.z < -0.999 && p.wo.z > 0.9, "seen from the front");
             assert!((p.weight * 8.0 - Rgb::new(0.9, 0.5, 0.2)).max_channel().abs() < 1e-5);
         }
-        // The wall's own light, by way of the mirror.
+        // Emission of the wall, reflected by the mirror.
         assert!((sum.background - Rgb::new(0.9, 0.5, 0.2) * 4.0).max_channel().abs() < 1e-4);
         assert!((sum.features.depth - 2.0).abs() < 0.1 && sum.features.coverage == 1.0);
     }
 }
 
-/// Transmitted light of a rough pane arrives from behind it, reflected light from before it, and
-/// hardly any is lost.
+/// A rough pane transmits light from behind and reflects light from the front, with almost no loss.
 #[test]
 fn rough_panes_gather_from_both_sides() {
     let t = tracer(|b| {
@@ -97,8 +96,8 @@ fn rough_panes_gather_from_both_sides() {
         assert_eq!(is_before, p.geometric_normal.z > 0.0);
         arrives[usize::from(is_before)] += f64::from((p.weight * sample.weight).r);
     }
-    // Two faces reflect 0.077 at normal incidence, and facets as smooth as these hide next to
-    // nothing. Standard error 0.005.
+    // The two faces reflect 0.077 at normal incidence, and masking by facets this smooth is
+    // negligible. Standard error 0.005.
     let [behind, before] = arrives;
     assert!((behind - 0.923).abs() < 0.015 && (before - 0.077).abs() < 0.015, "{behind} {before}");
 }
@@ -112,7 +111,7 @@ fn glass_is_seen_through_and_no_light_is_made() {
             transmittance: Rgb::gray(0.9),
             facets: 0.0.into(),
         };
-        // A pane of two sides, normals outward.
+        // The two faces of a pane, with outward normals.
         add(b, square(Vec3::NEG_Z * 2.0, Vec3::X, Vec3::Y), glass(), 0.0);
         add(b, square(Vec3::NEG_Z * 2.1, Vec3::Y, Vec3::X), glass(), 0.0);
         add(b, square(Vec3::NEG_Z * 4.0, Vec3::X, Vec3::Y), lambert(), 0.0);
@@ -126,19 +125,19 @@ fn glass_is_seen_through_and_no_light_is_made() {
         sum.points.len(),
         "what gathers is the wall; reflections see the sky behind the camera"
     );
-    // Two boundaries of reflectance 0.04: 8 % of the samples are reflected, by up to all orders.
-    // Standard error 0.9 %.
+    // Two boundaries of reflectance 0.04 reflect 8 % of the samples, including all orders of
+    // internal reflection. Standard error 0.9 %.
     let share = f64::from(sum.points.len() as u32) / f64::from(n);
     assert!((share - 0.923).abs() < 0.03, "{share}");
     let weight: Rgb = sum.points.iter().map(|p| p.weight).sum();
     assert!((weight.r / share as f32 - 0.81).abs() < 0.02, "two passages of 0.9: {}", weight.r);
-    // The straight way through a pane of parallel sides keeps its direction.
+    // Transmission through the parallel faces does not change the direction of the ray.
     let ray = view(&t, n).camera_ray([8, 8], 0).0.unwrap();
     assert!(sum.points.iter().any(|p| (p.position.x - ray.at(4.0).x).abs() < 0.1));
 }
 
-/// A coat that mirrors the sky, and the base below: each is chosen with its probability, and has
-/// the right brightness in the mean.
+/// Each sample selects either the coat, which mirrors the sky, or the base below. Both
+/// contributions have the correct mean.
 #[test]
 fn a_smooth_coat_mirrors_the_sky_over_a_base_that_gathers() {
     let t = tracer(|b| {
@@ -155,13 +154,13 @@ fn a_smooth_coat_mirrors_the_sky_over_a_base_that_gathers() {
     });
     let n = 1024;
     let sum = view(&t, n).pixel(&t, [8, 8]);
-    // At nearly normal incidence the coat reflects 0.04. With probability p ≥ 0.1 each sample adds
-    // 0.04 / p: standard error of the mean below 0.04 √(9 / 1024), and far below that for
-    // stratified numbers.
+    // At nearly normal incidence the coat reflects 0.04. Each sample adds 0.04 / p with probability
+    // p ≥ 0.1, so the standard error of the mean is below 0.04 √(9 / 1024). Stratified random
+    // numbers make it far smaller.
     let mirrored = sum.background;
     assert!((mirrored.r - 0.04).abs() < 0.002, "{mirrored:?}");
     assert!((mirrored.g / mirrored.r - 0.5).abs() < 1e-5 && (mirrored.b / mirrored.r - 0.25).abs() < 1e-5);
-    // The base has weight 1 in the mean, and no lobe of its own.
+    // The weights of the base's points sum to 1 on average. Its BSDF has no specular lobe.
     let weight: Rgb = sum.points.iter().map(|p| p.weight).sum();
     assert!((weight.r - 1.0).abs() < 0.02 && sum.points.len() < n as usize, "{weight:?}");
     let p = &sum.points[0];
@@ -201,7 +200,8 @@ fn pixels_have_samples_of_their_own() {
     assert!(keys.insert(other), "and seeds too");
 }
 
-/// A camera moves from `x = 0` to `x = 1`, so that the origin of a ray is its time.
+/// The camera moves from `x = 0` to `x = 1` while the shutter is open, so the `x` of a ray's origin
+/// is the ray's time as a fraction of that interval.
 #[test]
 fn times_fill_the_shutters_evenly_and_leave_all_else_as_it_is() {
     let t = tracer(|b| add(b, square(Vec3::NEG_Z, Vec3::X, Vec3::Y), lambert(), 0.0));
@@ -226,7 +226,8 @@ fn times_fill_the_shutters_evenly_and_leave_all_else_as_it_is() {
         }
         assert_eq!(parts.len(), 64, "one in each of 64 equal parts");
         assert!(pixels.insert(order), "pixels have times of their own");
-        // Times are independent of the place: a covariance of standard deviation 1/12 / √64.
+        // Times are independent of positions on the film: their sample covariance has mean 0 and
+        // standard deviation 1/12 / √64.
         assert!((with_place / 64.0).abs() < 0.04, "{with_place}");
     }
 }
@@ -236,7 +237,8 @@ fn points_fill_the_pixel_evenly() {
     let t = tracer(|b| add(b, square(Vec3::NEG_Z, Vec3::X, Vec3::Y), lambert(), 0.0));
     let v = view(&t, 64);
     let sum = v.pixel(&t, [5, 9]);
-    // Width of a pixel on the plane z = −1, and its top left corner.
+    // Width of a pixel on the plane z = −1. Below, `x` and `y` are measured in pixels from the top
+    // left corner of the pixel.
     let width = 2.0 * crate::math::elementary::tan(0.2) / 16.0;
     let mut cells = BTreeSet::new();
     for p in &sum.points {
@@ -244,7 +246,7 @@ fn points_fill_the_pixel_evenly() {
         assert!((-1e-3..1.001).contains(&x) && (-1e-3..1.001).contains(&y), "{x} {y}");
         cells.insert(((x * 8.0) as i32, (y * 8.0) as i32));
     }
-    // 64 Sobol' points have one in each of 64 cells.
+    // 64 Sobol' points place one in each of the 8 × 8 cells.
     assert!(cells.len() >= 62, "{} cells", cells.len());
 }
 
@@ -256,8 +258,8 @@ fn a_pixel_that_sees_nothing_is_the_background() {
     assert!((sum.background - Rgb::new(0.1, 0.2, 0.3)).max_channel().abs() < 1e-6);
 }
 
-/// Outside the circle of a fisheye there is neither a point nor the sky; a pixel across the edge of
-/// the circle has its share of both.
+/// Outside the circle of a fisheye there are no gather points and no sky. A pixel that straddles
+/// the circle shows the sky in proportion to its area inside.
 #[test]
 fn a_film_is_black_where_it_shows_nothing() {
     let t = tracer(|b| {
@@ -270,7 +272,8 @@ fn a_film_is_black_where_it_shows_nothing() {
     let outside = view.pixel(&t, [0, 0]);
     assert!(outside.points.is_empty() && outside.background.is_black() && outside.samples.len() == 1024);
     assert_eq!(view.pixel(&t, [8, 8]).points.len(), 1024);
-    // Circle of radius 8 around (8, 8), where it crosses the diagonal; there the wall has ended.
+    // The circle of radius 8 around (8, 8) crosses pixel (2, 2), on the diagonal. The wall does not
+    // reach that far, so this pixel sees only sky.
     let inside = (0..10_000).filter(|k| {
         let (x, y) = (2.0 + ((k % 100) as f32 + 0.5) / 100.0, 2.0 + ((k / 100) as f32 + 0.5) / 100.0);
         (x - 8.0) * (x - 8.0) + (y - 8.0) * (y - 8.0) < 64.0

@@ -1,5 +1,5 @@
-//! Correlation of VPLs: the factor by which a sum over VPLs varies more because light paths leave
-//! several of them, measured at surfaces in view.
+//! Correlation of VPLs: the factor by which the variance of a sum over VPLs grows because a light
+//! path leaves several of them, measured at surfaces in view.
 //!
 //! ```text
 //! Var Σ_i c_i ≤ Σ_p (Σ_{i ∈ p} c_i)² = K Σ_i c_i²
@@ -24,13 +24,14 @@ use crate::vpl::{LightTracer, Provenance, Vpl};
 const VPLS: u64 = 8192;
 /// Number of gather points at which `K` is computed.
 const POINTS: u64 = 48;
-/// Share of these points whose `K` is at most the returned one.
+/// Quantile of the values of `K` at these points that is returned as the result.
 const MOST: f64 = 0.75;
 
 /// Returns the approximate upper quartile of `K` over surfaces in view; at least 1.
 ///
 /// * `set`: provenance of the set that `K` is for. Distances between VPLs on surfaces fall with the
-///   square root of their number, so the clamp distance of the small set is longer by that factor.
+///   square root of their number, so the clamp distance of the small set is longer by the root of
+///   the ratio of these numbers.
 pub fn importance_correlation(
     tracing: &LightTracer<'_>,
     view: &View<'_>,

@@ -1,17 +1,18 @@
 //! Emission that reaches surfaces in view, learned by camera paths.
 //!
 //! A camera path meets surfaces `x₁, x₂, …`, and at each of them an emitter sample is drawn. The
-//! luminance that the sample gives to the pixel over these surfaces is the importance of the
-//! sample's place (at `x₁`) or of its ray towards `x_k` (`k ≥ 2`). Importance is relative to the
+//! luminance that the sample contributes to the pixel by way of these surfaces is the importance of
+//! the sampled emission. A sample at `x₁` gives the importance of its position on the emitter, a
+//! sample at `x_k` (`k ≥ 2`) that of its ray towards `x_k`. Importance is relative to the
 //! brightness of that part of the picture, so that a dark room counts as much as the meadow seen
 //! through its window. The samples are points in the space of the uniform numbers by which emission
-//! is drawn; from them a [`LightGuide`] is learned. It finds light that enters by windows however
-//! large the world outside is, since camera paths start where the camera looks.
+//! is drawn. From these points a [`LightGuide`] is learned. The guide finds light that enters by
+//! windows, however large the world outside is, since camera paths start where the camera looks.
 //!
-//! Behind a keyhole, camera paths hardly ever find a light. Then light paths are traced with the
-//! guide learned so far. Those that leave VPLs near the surfaces met by camera paths are added to
-//! the samples, and the guide is learned again. This is repeated, `MOST_PASSES` times at most,
-//! until there are enough samples.
+//! If light enters only by a keyhole, camera paths hardly ever find it. Then light paths are traced
+//! with the guide learned so far. If a light path leaves VPLs near the surfaces met by camera
+//! paths, its emission ray is added to the samples. The guide is then learned again. This is
+//! repeated, `MOST_PASSES` times at most, until there are enough samples.
 //!
 //! Segments pass straight through glass, even solid glass: approximate visibility is enough here.
 //!
@@ -35,14 +36,15 @@ use crate::vpl::{EmitterSampler, LightGuide, LightSample, LightTracer, Vpl};
 const MOST_SURFACES: u32 = 8;
 /// Maximum number of specular surfaces between two of these.
 const MOST_SPECULAR: u32 = 8;
-/// Number of parts of the picture, across and down, each with a brightness of its own.
+/// Number of parts of the picture, across and down, whose brightness is estimated separately.
 const PARTS: u32 = 12;
 /// Number of emission rays from which a guide is learned well. Where camera paths find fewer, light
 /// paths that reach their surroundings are added.
 const ENOUGH_RAYS: usize = 512;
 /// Maximum number of passes of light paths that look for more emission rays.
 const MOST_PASSES: u64 = 4;
-/// Number of cells of the surroundings across the spread of the surfaces that camera paths meet.
+/// Spread of the surfaces that camera paths meet, in cells of the lattice that divides their
+/// surroundings.
 const CELLS_PER_SPREAD: f64 = 16.0;
 /// Brightness that is added to each part of the picture, as a share of the mean over all paths.
 const LEAST_BRIGHTNESS: f64 = 1e-3;
@@ -108,7 +110,8 @@ pub fn learn_light_guide<'s>(tracing: LightTracer<'s>, view: &View<'_>, seed: u6
     Guided { tracing: tracing.guided(guide), importance_brightness: mean }
 }
 
-/// Joins two sets, each scaled to a mean weight of 1, since their units differ.
+/// Joins two sets after scaling each to a mean weight of 1, since the units of their weights
+/// differ.
 fn of_equal_weight<const D: usize>(one: Vec<Weighted<D>>, other: Vec<Weighted<D>>) -> Vec<Weighted<D>> {
     let scaled = |set: Vec<Weighted<D>>| {
         let mean = set.iter().map(|(_, weight)| weight).sum::<f32>() / set.len().max(1) as f32;
@@ -144,7 +147,8 @@ impl Places {
     }
 }
 
-/// Luminance that light drawn by some numbers gave to a part of the picture.
+/// Luminance that an emitter sample contributed to a part of the picture, with the uniform numbers
+/// by which the sample was drawn.
 #[derive(Clone, Copy)]
 struct Record<const D: usize> {
     numbers: [f32; D],
@@ -269,8 +273,8 @@ impl Walk<'_> {
         None
     }
 
-    /// Returns a drawn light, and the luminance that it gives to the pixel by way of a path's
-    /// point; `None` if that is zero.
+    /// Returns a drawn light, and the luminance that it contributes to the pixel by way of `point`;
+    /// `None` if the luminance is zero.
     fn given(&mut self, point: &GatherPoint, weight: Rgb, sample: &LightSample) -> Option<(Vpl, f32)> {
         let light = sample.light;
         let given = (weight

@@ -1,8 +1,8 @@
 //! Cells of an image, each with learned data.
 //!
-//! The data of a cell are learned once, on first use by a pixel near by, from random numbers of
-//! their own. A cell has 16 × 16 pixels, so that a pixel pays a 256th of the cost, and lights and
-//! surfaces hardly differ within the cell.
+//! The data of a cell are learned once, from separate random numbers, when a pixel near by first
+//! uses them. A cell has 16 × 16 pixels: small enough that lights and surfaces hardly differ within
+//! it, and large enough that each pixel bears only 1/256 of the cost.
 
 use std::sync::OnceLock;
 
@@ -12,8 +12,8 @@ use crate::rng::{self, Purpose, Stream};
 /// Cells of an image, row by row, each with the data learned for it.
 ///
 /// # Guarantee
-/// The data of a cell are a function of the image and of the cell's place, if `learn` is: neither
-/// the order nor the number of queries matters.
+/// If `learn` is a function of the image and of the cell's place, so are the data of the cell. They
+/// do not depend on the order or the number of queries.
 #[derive(Debug)]
 pub struct Grid<T> {
     cells: Vec<OnceLock<T>>,

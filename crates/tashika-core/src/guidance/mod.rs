@@ -2,19 +2,19 @@
 //! directs work.
 //!
 //! * [`learn_light_guide`]: the emission that reaches surfaces in view.
-//! * [`Caustics`]: light that reaches surfaces over specular ones, and its directions. Neither sums
-//!   nor undirected paths may find this light.
+//! * [`Caustics`]: light that reaches surfaces over specular ones, and its directions. Sums over
+//!   VPLs and unguided paths may miss this light.
 //! * [`Photons`]: the light that reaches surfaces, by light paths alone.
 //! * [`SeenLight`]: luminance of lamps and caustics in each pixel, however small they are.
 //! * [`LightAccount`]: shares of the light in view by its way, and by the kind of its emitter.
-//! * [`importance_correlation`]: the factor by which VPLs that light paths leave together vary more
-//!   than as many independent ones.
+//! * [`importance_correlation`]: the ratio of the variance of a sum over VPLs to that over the same
+//!   number of independent VPLs. One light path leaves several VPLs.
 //! * [`Grid`]: the cells of an image, each with data learned in its neighbourhood.
 //!
 //! # Independence
-//! Guidance is learned from random numbers of its own
-//! ([`Purpose::Guidance`](crate::rng::Purpose::Guidance)), which no estimate uses: estimates are
-//! unbiased whatever was learned.
+//! Guidance is learned from separate random numbers
+//! ([`Purpose::Guidance`](crate::rng::Purpose::Guidance)) that no estimate uses. Estimates are
+//! therefore unbiased whatever was learned.
 
 mod caustics;
 mod correlation;
@@ -43,8 +43,8 @@ const CHUNK: u64 = 1024;
 const ENOUGH: usize = 1 << 14;
 
 /// Returns the number of paths from which guidance is learned. It is proportional to the number of
-/// pixels, so that a small image costs little, and limited, since a scene shows no more in a large
-/// one.
+/// pixels, so that a small image costs little. It is limited, since a larger image of a view shows
+/// hardly more of the scene.
 fn paths_for(view: &View<'_>) -> u64 {
     let pixels = u64::from(view.size[0]) * u64::from(view.size[1]);
     (PATHS_OF_PIXEL * pixels).clamp(PATHS[0], PATHS[1]).next_multiple_of(CHUNK)

@@ -1,22 +1,22 @@
 //! Photons on surfaces: an estimate of the light that arrives there, by light paths alone.
 //!
-//! Camera paths may miss light that light paths find, and the reverse: the two are independent
-//! estimates of the same light. The VPLs of light paths are a photon map (Jensen 1996). The
-//! radiance that a surface sends out is approximately
+//! Camera paths may miss light that light paths find, and light paths may miss light that camera
+//! paths find. The two are independent estimates of the same light. The VPLs of light paths are a
+//! photon map (Jensen 1996). The radiance that a surface sends out is approximately
 //!
 //! ```text
 //! L(x) = (Σ_i I_i − 2 √(Σ_i I_i²)) / (π r²)      over the photons within r of x that face the same way
 //! ```
 //!
 //! The estimate is lowered by two standard errors, so that one bright light path counts for
-//! nothing. It is too blurred for a picture, but it shows that estimates with much less light
-//! cannot be trusted.
+//! nothing. It is too blurred for a picture. If another estimate finds much less light, however,
+//! that estimate cannot be trusted.
 
 use crate::math::{Aabb, Vec3};
 use crate::vpl::{Clamp, Vpl, VplKind};
 
-/// Ratio of the radius to the automatic clamp distance of the photons. A disk of the clamp distance
-/// holds about four photons, one of this radius 25.
+/// Ratio of the radius to the automatic clamp distance of the photons. A disk whose radius is the
+/// clamp distance holds about 4 photons, a disk of this radius about 25.
 const RADIUS: f32 = 2.5;
 /// Least cosine between normals that count as facing the same way.
 const SAME_WAY: f32 = 0.7;

@@ -1,16 +1,16 @@
 //! Directly visible light, projected onto the image.
 //!
-//! A lamp of a thousandth of a pixel, or the focus of a lens, is missed by most sets of a hundred
-//! camera samples, and may outshine all else in the pixel. Points that represent the light cannot
-//! miss it. Let the points `i` in a pixel have the intensity `I_i` and the visibility `V_i`, and
-//! let the pixel cover the area `A_i` at the distance of a point, at right angles to the ray. Their
-//! luminance is
+//! A lamp that covers a thousandth of a pixel, or the focus of a lens, may outshine all else in the
+//! pixel, yet most sets of a hundred camera samples miss it. VPLs that represent the light can be
+//! projected onto the pixel instead, and cannot miss it. Let the points `i` in a pixel have the
+//! intensity `I_i` and the visibility `V_i`, and let the pixel cover the area `A_i` at the distance
+//! of a point, at right angles to the ray. Their luminance is
 //!
 //! ```text
 //! L = Σ_i I_i cos θ_i V_i / A_i
 //! ```
 //!
-//! A lamp of many pixels is met by camera samples, and estimated more exactly by them. The
+//! If a lamp covers many pixels, camera samples meet it and give a more precise estimate. The
 //! projection shows where camera samples are too few.
 //!
 //! # Held to this by
@@ -124,8 +124,8 @@ impl LightAccount {
     }
 }
 
-/// Returns true if each point of the scene has one place in the image: no lens blurs it, and no
-/// motion of the camera.
+/// Returns true if each point of the scene has one place in the image, since the camera has no lens
+/// radius and does not move.
 fn is_sharp(view: &View<'_>) -> bool {
     view.camera.lens.radius == 0.0 && view.camera.motion.is_none()
 }
@@ -187,8 +187,8 @@ mod tests {
     use crate::scene::{Camera, Lens, builtin};
     use crate::vpl::VplOptions;
 
-    /// Lamps are found for a still camera without a lens, with the luminance of a pixel that the
-    /// lamp fills; for a camera with a lens or in motion there are none.
+    /// For a still pinhole camera, lamps are found, and a pixel that the lamp fills has the lamp's
+    /// luminance. For a camera with a lens or in motion, no lamps are returned.
     #[test]
     fn lamps_are_known_to_cameras_that_stand_and_have_no_lens() {
         let tracer = Tracer::new(Arc::new(builtin::tiny()));

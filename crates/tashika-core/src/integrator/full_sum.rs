@@ -5,8 +5,8 @@
 //! ```
 //!
 //! over VPLs and gather points of the same instant. Summed in `f64`, in the order (instant, VPL,
-//! gather point), so that the result does not depend on tiles. Work goes VPL by VPL: all points of
-//! a tile make one fan of segments to it, the order in which rays are fastest.
+//! gather point), so that the result does not depend on tiles. VPLs are processed one by one: the
+//! segments from a VPL to all points of a tile form one fan. Rays are fastest in this order.
 
 use std::ops::Range;
 
@@ -84,8 +84,8 @@ impl FullSum<'_> {
             .collect()
     }
 
-    /// Adds the contributions of the lights of an instant, at a share of the shutter time, to its
-    /// points.
+    /// Adds the contributions of `lights` to `points`, all of one instant, at the time `share` of
+    /// the shutter interval.
     fn add(&self, tracer: &Tracer, points: &Points, lights: Range<usize>, share: f32, sums: &mut [Sum]) {
         let contribution =
             ContributionKernel::new(self.lights.provenance().clamp_distance).within(tracer.scene());
@@ -150,7 +150,7 @@ struct Points {
 }
 
 /// Side of the blocks of pixels whose points are consecutive: segments that are traced together are
-/// then close in both directions.
+/// then close to each other across and down the image.
 const BLOCK: usize = 4;
 
 impl Points {

@@ -10,8 +10,9 @@
 //! σ_CG² ≈ ¼ (W_G I_C M_ub G_ub)²     predicted for the choice of the pair that is split   (equation 3)
 //! ```
 //!
-//! Two terms of each pair; stop if `ΔL̂ ≤ ε L̂`; else split the pair with the largest predicted
-//! variance along the cluster with the longer diagonal, with two fresh terms of each child.
+//! Each pair has two sampled terms. If `ΔL̂ ≤ ε L̂`, the method stops. Else the pair with the
+//! largest predicted variance is split along the cluster with the longer diagonal, and two fresh
+//! terms are drawn for each child.
 //!
 //! # Where it is
 //!
@@ -27,18 +28,18 @@
 //! # Differences
 //! Details that the source leaves open, and deviations from it:
 //! * Equation 3 is printed without the squares on `M_ub` and `G_ub`, which must be a misprint: the
-//!   units would differ. With the squares it is the bound of Popoviciu for a variable in `[0, R]`.
-//!   It orders pairs as `R` does, so `R` is compared.
-//! * Degrees of freedom of `t` are not stated: the number of pairs.
-//! * The first cut is not stated. The rule is not applied before there are 32 pairs (`min_pairs` in
-//!   the metadata): at the root, two terms that are both in shadow would end a pixel as black.
-//! * The cluster of lights is projected onto the cube from one point, which is no bound for gather
-//!   clusters that have an extent; the box of all differences is projected instead. Texels,
-//!   resolution and format: see [`UpperCubeMap`].
-//! * A bound is the smaller of a pair's own and its parent's. A pair that is a single term is
-//!   evaluated, without variance.
+//!   units would differ. With the squares it is the bound of Popoviciu for a variable in `[0, R]`,
+//!   where `R = W_G I_C M_ub G_ub`. Pairs have the same order by `R`, so the code compares `R`.
+//! * The source does not state the degrees of freedom of `t`. They are the number of pairs here.
+//! * The source does not state the first cut. The rule is applied here from 32 pairs on
+//!   (`min_pairs` in the metadata): at the root, two terms in shadow would end the pixel as black.
+//! * The source projects the cluster of lights onto the cube from one point, which gives no bound
+//!   for gather clusters that have an extent. Here the box of all differences between lights and
+//!   gather points is projected. Texels, resolution and format: see [`UpperCubeMap`].
+//! * The bound of a pair is the smaller of the bound computed for it and the bound of its parent. A
+//!   pair that is a single term is evaluated, without variance.
 //! * Lights from infinity are split before gather points.
-//! * The interval is that of the luminance, without emission seen directly.
+//! * The interval is about luminance, without emission seen directly.
 //!
 //! Tested by the suite's `cuts`.
 

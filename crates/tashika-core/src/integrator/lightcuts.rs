@@ -1,4 +1,4 @@
-//! Lightcuts: one representative a cluster of lights, one gather point at a time.
+//! Lightcuts: one representative for each cluster of lights, one gather point at a time.
 //!
 //! Bruce Walter, Sebastian Fernandez, Adam Arbree, Kavita Bala, Michael Donikian, Donald P.
 //! Greenberg. "Lightcuts: A Scalable Approach to Illumination." ACM Transactions on Graphics 24(3),
@@ -9,22 +9,22 @@
 //! error ≤ M_ub G_ub V_ub Σ I_i      V_ub = 1                            (equation 3)
 //! ```
 //!
-//! From the root, the cluster with the largest bound is split until none exceeds `ε` of the
-//! estimate (section 3.3), or the cut has 1000 clusters. A child that holds its parent's
+//! From the root on, the cluster with the largest bound is split, until no bound exceeds `ε` times
+//! the estimate (section 3.3) or the cut has 1000 clusters. A child that holds its parent's
 //! representative takes over its value.
 //!
 //! # Differences
 //! Details that the source leaves open, and deviations from it:
-//! * Representatives are drawn in proportion to intensity, as there, but for each gather point
-//!   instead of once an image. Each pixel is then an unbiased estimate, and errors are noise
-//!   instead of patterns.
-//! * Intensities differ in colour; luminance decides.
-//! * The light tree is shared by all methods: over all kinds of light, built by its own options
-//!   (there: one tree for each kind, by greedy clustering).
-//! * Every gather point has a cut of its own; those of a pixel are added with their weights. No
-//!   reconstruction cuts.
-//! * Materials are bounded by [`UpperAnalytic`], which has GGX lobes, too; a bound is the smaller
-//!   of a cluster's own and its parent's.
+//! * Representatives are drawn in proportion to intensity, as in the source, but for each gather
+//!   point instead of once for the image. Each pixel is then an unbiased estimate, and errors are
+//!   noise instead of patterns.
+//! * Intensities may differ in colour; their luminances are compared.
+//! * The light tree is shared by all methods: one tree over all kinds of light, built by separate
+//!   options. The source has one tree for each kind, built by greedy clustering.
+//! * Every gather point has its own cut. The estimates of a pixel's points are added with the
+//!   weights of the points. There are no reconstruction cuts.
+//! * Materials are bounded by [`UpperAnalytic`], which also bounds GGX lobes. The bound of a
+//!   cluster is the smaller of the bound computed for it and the bound of its parent.
 //! * "The estimate" is that of the gather point, without emission seen directly.
 //! * No claim is made about the error.
 //!

@@ -2,8 +2,8 @@
 
 use super::ControlOptions;
 
-/// Share of the tolerance that growth aims at: one more analysis costs more than a little excess
-/// work.
+/// Share of the tolerance that growth aims at. The margin avoids a further analysis, which would
+/// cost more than a little excess work.
 pub(super) const AIM: f64 = 0.92;
 
 /// Interim analyses that may state an interval. Since the estimate stops at the first narrow one,
@@ -14,9 +14,9 @@ pub(super) const AIM: f64 = 0.92;
 /// ```
 ///
 /// The probability that any of the intervals fails is then at most `δ` (union bound). An analysis
-/// may state an interval only if it was planned before its samples were drawn, since the estimate
-/// was predicted to be precise enough. Other analyses only predict the work that is left, and have
-/// no share. Most pixels need one that has.
+/// may state an interval only if this was planned before its samples were drawn, because the
+/// estimate was predicted to be precise enough by then. Other analyses only predict the work that
+/// is left, and have no share. Most pixels need a single analysis with a share.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Looks {
     delta: f64,

@@ -1,5 +1,5 @@
-//! Multidimensional Lightcuts: one representative a pair of clusters, for all gather points of a
-//! pixel together.
+//! Multidimensional Lightcuts: one representative for each pair of clusters, and one cut for all
+//! gather points of a pixel.
 //!
 //! Bruce Walter, Adam Arbree, Kavita Bala, Donald P. Greenberg. "Multidimensional Lightcuts." ACM
 //! Transactions on Graphics 25(3), 2006, 1081–1088. doi:10.1145/1141911.1141997
@@ -9,9 +9,9 @@
 //! error ≤ M_ub G_ub V_ub Σ I_i Σ w_j
 //! ```
 //!
-//! The product graph of the light tree and the gather tree is refined from the pair of roots:
-//! always the pair with the largest bound, until none exceeds `ε` of the estimate, or the cut has
-//! 1000 pairs.
+//! The product graph of the light tree and the gather tree is refined from the pair of roots on.
+//! Each step splits the pair with the largest bound, until no bound exceeds `ε` times the estimate
+//! or the cut has 1000 pairs.
 //!
 //! # Differences
 //! Details that the source leaves open, and deviations from it:
@@ -19,16 +19,18 @@
 //!   keeps 32 for each light node, and one for each gather node. A child pair that holds its
 //!   parent's representatives takes over their value.
 //! * The node to split is the one with the longer diagonal of its box, as in Iwasaki 2019; the
-//!   source chooses by a heuristic of its own.
-//! * Gather points are split in the middle of position and of normal or mirror direction; in media,
-//!   of the direction in which the path arrived times the mean cosine of the phase function. There
-//!   is no dimension of time.
+//!   source uses another heuristic.
+//! * Gather points are split in the middle of a coordinate of the position, or of the normal or
+//!   mirror direction. In media, the direction is that in which the path arrived, times the mean
+//!   cosine of the phase function. There is no dimension of time.
 //! * Gather points and VPLs in media are the points at which paths scatter, drawn by free flights.
-//!   Transmittance is bounded by that of the shortest distance where one homogeneous medium is
-//!   everywhere, else by 1.
+//!   If one homogeneous medium fills the scene, transmittance is bounded by its value at the
+//!   shortest distance; else by 1.
 //! * Materials are bounded by [`UpperAnalytic`]; the source bounds them over cube maps of
-//!   directions. A bound is the smaller of a pair's own and its parent's.
-//! * Lights from infinity are split before gather points. Luminance decides.
+//!   directions. The bound of a pair is the smaller of the bound computed for it and the bound of
+//!   its parent.
+//! * Lights from infinity are split before gather points. Bounds and estimates are compared by
+//!   luminance.
 //! * "The estimate" excludes emission seen directly. No claim is made about the error.
 //!
 //! Tested by the suite's `cuts` and `volume_lights`.

@@ -90,7 +90,7 @@ pub trait Integrator: Sync {
     /// Name on the command line and in files.
     fn name(&self) -> &'static str;
 
-    /// Features of scenes that the integrator renders beside still surfaces.
+    /// Features of scenes that the integrator renders in addition to still surfaces.
     fn abilities(&self) -> Abilities {
         Abilities::STILL
     }
@@ -116,15 +116,15 @@ pub trait Integrator: Sync {
 
 /// The estimates of one view.
 ///
-/// Each call covers one tile, since rays are fastest when the pixels of a tile trace theirs
+/// Each call covers one tile, since rays are fastest when those of all pixels of a tile are traced
 /// together. The estimate of a pixel must be a function of the setting, the integrator and the
-/// pixel: neither its tile nor threads may enter.
+/// pixel. It must not depend on the tile or on threads.
 pub trait Estimates: Sync {
     /// Estimates of the tile's pixels, row by row.
     fn tile(&self, tile: &Window) -> Vec<PixelRecord>;
 
     /// Estimates of the tile's pixels, and the samples of [`Integrator::planes_beside`]: pixel by
-    /// pixel, those of all planes in their order.
+    /// pixel, and for each pixel the samples of all planes in their order.
     fn tile_with_beside(&self, tile: &Window) -> (Vec<PixelRecord>, Vec<f32>) {
         (self.tile(tile), Vec::new())
     }

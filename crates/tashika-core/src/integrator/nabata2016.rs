@@ -12,17 +12,18 @@
 //!
 //! # Differences
 //! Details that the source leaves open, and deviations from it:
-//! * Degrees of freedom of `t` are not stated: the number of clusters.
-//! * The first cut is not stated. The rule is not applied before there are 32 clusters (`min_pairs`
-//!   in the metadata): at the root, two lights that are both in shadow would end a pixel as black.
+//! * The source does not state the degrees of freedom of `t`. They are the number of clusters here.
+//! * The source does not state the first cut. The rule is applied here from 32 clusters on
+//!   (`min_pairs` in the metadata): at the root, two lights in shadow would end the pixel as black.
 //! * Both terms are redrawn for both children of a split. A cluster of one light is evaluated,
 //!   without variance.
-//! * The prediction orders clusters as `M_ub G_ub I_C` does, so these are compared. A bound is the
-//!   smaller of a cluster's own and its parent's; materials are bounded by [`UpperAnalytic`].
-//! * No visibility caching: every term has a segment of its own.
-//! * The interval is that of the luminance.
-//! * The source renders one shading point a pixel. Where there are more, each meets the rule by
-//!   itself; the pixel's half-width is `√Σ ΔL̂²`.
+//! * Clusters have the same order by the prediction and by `M_ub G_ub I_C`, so the code compares
+//!   the latter. The bound of a cluster is the smaller of the bound computed for it and the bound
+//!   of its parent; materials are bounded by [`UpperAnalytic`].
+//! * No visibility caching: every term traces its own segment.
+//! * The interval is about luminance.
+//! * The source renders one shading point for each pixel. If there are several here, each has its
+//!   own cut and meets the rule; the half-width of the pixel is `√Σ ΔL̂²`.
 //! * "The estimate" excludes emission seen directly.
 //!
 //! Tested by the suite's `cuts`.

@@ -33,10 +33,10 @@ impl Lights<'_> {
 pub enum Truth {
     /// Sum over one given set of VPLs and one given set of gather points.
     Vpl,
-    /// Expectation of that sum over sets, clamped as it is, and of emission seen directly. Light
-    /// that VPLs do not carry is missing.
+    /// Expectation of that sum, with its clamp, over all sets of VPLs and of gather points, plus
+    /// emission seen directly. Light that VPLs do not carry is missing.
     Clamped,
-    /// Light transport itself, without clamp or sets.
+    /// Light transport itself: without clamp, and independent of any set.
     Transport,
 }
 
@@ -69,7 +69,8 @@ pub struct ControlOptions {
     /// Confidence of the interval, for the methods that state one. Higher values cost more. Default
     /// 0.95; in (0, 1).
     pub confidence: f64,
-    /// Largest cut, in pairs. Default: that of the method's source, or [`MANY_PAIRS`]. At least 1.
+    /// Largest cut, in pairs. Default: the limit in the method's source, or [`MANY_PAIRS`]. At
+    /// least 1.
     pub max_pairs: Option<u64>,
     /// Seed of the drawn terms. Gather points have a seed of their own, in the view. Default 1.
     pub seed: u64,
@@ -88,7 +89,8 @@ impl Default for ControlOptions {
     }
 }
 
-/// Largest cut of methods whose source has none: limits the memory of a pixel to about 100 MB.
+/// Largest cut of methods whose source sets no limit. It limits the memory of a pixel to about 100
+/// MB.
 pub const MANY_PAIRS: u64 = 1 << 20;
 
 /// Default of `ε_abs`: `ε` of this share of the mean luminance of the view.
@@ -107,7 +109,7 @@ impl ControlOptions {
 
     /// Half-width that is narrow enough for an estimate: `max(ε L̂ / (1 + ε), ε_abs)`.
     ///
-    /// An error of at most `ε L̂ / (1 + ε)` is at most `ε L`, relative to the truth.
+    /// If the error is at most `ε L̂ / (1 + ε)`, it is at most `ε L`, where `L` is the truth.
     pub fn tolerance(&self, sum: &RgbSum) -> f64 {
         self.tolerance_of(self.controlled.size(sum))
     }

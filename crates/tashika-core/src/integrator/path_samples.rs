@@ -38,8 +38,8 @@ impl PathSamples {
 /// A sampler of paths for the pixels of one view.
 ///
 /// The mean of a pixel's paths is unbiased; paths of different seeds are independent. The result
-/// for a pixel is a function of the view, the seed and the number of its paths: neither tiles nor
-/// threads enter.
+/// for a pixel is a function of the view, the seed and the number of its paths. It does not depend
+/// on tiles or threads.
 pub trait SamplePaths: Send + Sync {
     /// Scene and view of the paths.
     fn setting(&self) -> &Setting<'_>;

@@ -1,20 +1,21 @@
-//! Spread of the mean of a pixel's paths, by its own paths and those of its neighbourhood.
+//! Spread of the mean of a pixel's paths, estimated from these paths and from paths of the
+//! neighbourhood.
 //!
-//! A hundred paths of a pixel may all miss the bright one in a thousand; those of its neighbours
-//! together do not.
+//! If one path in a thousand is bright, the hundred paths of a pixel may all be dark. The paths of
+//! its neighbours, taken together, include bright ones.
 //!
 //! ```text
 //! V = max(s², (n s² + w s'²) / (n + w)) / n          ν = n + w − 1          b = max(x, x') / n
 //! ```
 //!
-//! with the sample variance `s²` and the largest value `x` of the pixel's `n` paths, and `s'²` and
-//! `x'` of those of the neighbourhood. The variance is never below that of the pixel's own paths.
+//! `s²` is the sample variance and `x` the largest value of the pixel's `n` paths; `s'²` and `x'`
+//! are those of the paths of the neighbourhood. `V` is never below `s²/n`.
 
 use crate::stats::Moments;
 
 /// `w`: number of the pixel's own paths that weigh as much as the neighbourhood.
 const NEIGHBOURHOOD_WEIGHT: f64 = 256.0;
-/// Factor `κ` of paths and of VPLs, of which few are far brighter than most: that of Bernstein's
+/// Factor `κ` for paths and VPLs, few of which are far brighter than most: the 1/3 of Bernstein's
 /// inequality.
 pub(super) const KAPPA_OF_PATHS: f64 = 1.0 / 3.0;
 
@@ -25,7 +26,7 @@ pub(super) struct PathSpread {
     pub variance: f64,
     /// `ν`, the degrees of freedom, at least 1.
     pub freedom: f64,
-    /// `b`: the most that one path adds to the mean, as far as observed.
+    /// `b`: largest observed contribution of one path to the mean.
     pub largest: f64,
 }
 
@@ -54,8 +55,9 @@ mod tests {
         moments
     }
 
-    /// A hundred dark paths beside neighbours of which one in fifty met a caustic; and a pixel with
-    /// a larger variance than its neighbours, which do not reduce it.
+    /// A pixel has 100 paths without a bright one. Of 1000 paths of the neighbourhood, one in fifty
+    /// met a caustic. Variance and largest value include the neighbourhood. With the roles
+    /// exchanged, the neighbourhood does not reduce the variance.
     #[test]
     fn neighbours_tell_what_a_pixel_has_not_met_and_never_that_it_varies_less() {
         let own = moments((0..100).map(|k| f64::from(k % 2)));

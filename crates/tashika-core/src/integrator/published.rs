@@ -1,8 +1,8 @@
-//! Shared code of the published methods: rules, and the way from a tile to cuts.
+//! Shared code of the published methods: stopping rules, and the estimates of a tile by cuts.
 //!
-//! All of them refine the pair with the largest upper bound, with the same trees, kernel of
-//! contributions and rays. They differ in the clusters (of lights, or pairs with gather points),
-//! the estimate of a pair, the bound of the material, and the stopping rule.
+//! All of them refine the pair with the largest upper bound, and use the same trees, contribution
+//! kernel and rays. They differ in the clusters (of lights, or pairs with gather points), the
+//! estimate of a pair, the bound of the material, and the stopping rule.
 
 use super::{Claim, ControlOptions, Estimates, HalfWidths, Lights, PixelRecord, Setting, Stop};
 use crate::bounds::UpperMaterial;
@@ -12,8 +12,8 @@ use crate::film::{Metadata, Window, keys};
 use crate::gather::GatherPoint;
 use crate::rng::{self, Purpose, Stream};
 
-/// Fewest pairs at which the t-interval is tested. Two terms that are both in shadow have no
-/// variance: a cut of a few pairs would end there.
+/// Fewest pairs at which the t-interval is tested. Two terms in shadow have no variance, so that a
+/// cut of a few pairs could end as black.
 pub(super) const MIN_PAIRS: u64 = 32;
 
 impl ControlOptions {
@@ -34,7 +34,7 @@ impl ControlOptions {
 pub(super) enum Scope {
     /// Lights and all gather points of the pixel.
     Pixel,
-    /// Lights alone, for each gather point by itself.
+    /// Lights alone; each gather point has its own cut.
     Point,
 }
 
@@ -114,7 +114,7 @@ impl Published<'_> {
         let states_interval = self.rule.confidence().is_some() && stop != Stop::Budget;
         let claim = if states_interval { Claim::Published } else { Claim::None };
         let half_width = claim.stated(squared_width.sqrt());
-        // One representative a cluster gives no estimate of its error.
+        // A single representative for each cluster gives no estimate of the error.
         let is_known = self.rule.confidence().is_some() || stop == Stop::Complete;
         PixelRecord {
             radiance: radiance.total(),

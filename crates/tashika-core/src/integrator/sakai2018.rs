@@ -13,15 +13,15 @@
 //! # Differences
 //! Details that the source leaves open, and deviations from it:
 //! * The source bounds diffuse materials only. [`UpperConstant`] bounds any BRDF by its maximum
-//!   over all directions, which for diffuse ones is the same. For glossy surfaces these bounds
-//!   hold, but do not depend on the direction of reflection.
-//! * Degrees of freedom of `t`: the number of pairs. The rule is not applied before there are 32
-//!   pairs (`min_pairs` in the metadata).
+//!   over all directions. For diffuse materials this is the bound of the source. For glossy
+//!   materials the bounds hold as well, but do not depend on the direction of reflection.
+//! * The degrees of freedom of `t` are the number of pairs. The rule is applied from 32 pairs on
+//!   (`min_pairs` in the metadata).
 //! * Both terms are redrawn for both children of a split. A pair that is a single term is
 //!   evaluated, without variance.
-//! * Lights from infinity are split before gather points. A bound is the smaller of a pair's own
-//!   and its parent's.
-//! * The interval is that of the luminance, without emission seen directly.
+//! * Lights from infinity are split before gather points. The bound of a pair is the smaller of the
+//!   bound computed for it and the bound of its parent.
+//! * The interval is about luminance, without emission seen directly.
 //!
 //! Tested by the suite's `cuts`.
 

@@ -1,9 +1,8 @@
 //! Pixels of one integrator, with additional planes of another.
 //!
 //! Methods that state an interval cluster the light of all emitters, and do not separate the
-//! contributions of light groups. The planes of groups then come from other paths. They estimate
-//! the same quantity: their sum and the radiance have the same expectation, and differ by both
-//! errors.
+//! contributions of light groups. The planes of groups are then estimated by separate paths. Their
+//! sum and the radiance of the pixel have the same expectation, but independent errors.
 //!
 //! # Guarantee
 //! Records are those of the first integrator, bit for bit. Held to this by the suite's

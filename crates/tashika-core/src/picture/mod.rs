@@ -1,17 +1,17 @@
-//! A picture made in passes: more paths where its error is predicted to be large, and a
-//! reconstruction.
+//! A picture made in passes and reconstructed. Each pass spends more paths where the error is
+//! predicted to be large.
 //!
 //! ```text
 //! pass 0: n₀ paths of each pixel       pass r: g times as many as all before, by (e/t)²       t = max(ε L, ε_abs)
 //! ```
 //!
-//! Every pixel has two independent halves. The picture is [reconstructed](Halves) from them, and
-//! they give its predicted error `e`. A tenth of the paths of a pass is spread evenly, so that
-//! errors that were not predicted are found as well.
+//! The paths of every pixel are divided into two independent halves. From the halves, the picture
+//! is [reconstructed](Halves) and its error `e` is predicted. A tenth of the paths of a pass is
+//! spread evenly over the pixels, so that errors that were not predicted are found as well.
 //!
 //! # Guarantee
-//! None of its own: a picture claims nothing. It is a function of the view, the lights, the seed
-//! and the number of passes; neither threads nor tiles enter.
+//! A picture claims nothing about its error. It is a function of the view, the lights, the seed and
+//! the number of passes. It does not depend on threads or tiles.
 
 mod single;
 
@@ -179,8 +179,9 @@ impl<'v> Picture<'v> {
         true
     }
 
-    /// Unbiased estimate of the mean of `(y − t)²/n²` over the pixels, for a picture `y` from
-    /// before the last pass, its truth `t` and its own sizes `n`; below zero by chance only.
+    /// Unbiased estimate of the mean of `(y − t)²/n²` over the pixels, with the luminances `y` of a
+    /// picture from before the last pass, the true luminances `t`, and sizes `n` that depend only
+    /// on `y`. The estimate may be below zero by chance.
     ///
     /// ```text
     /// mean (A − y)(B − y)/n²      A, B: the halves of the last pass      n = max(y, mean of y/100)
@@ -188,7 +189,7 @@ impl<'v> Picture<'v> {
     ///
     /// The noise in `A` is independent of that in `B`, and both are independent of `y`.
     ///
-    /// * `radiance`: of the window's pixels, row by row, from the passes before.
+    /// * `radiance`: picture whose luminances are `y`, row by row, from the passes before the last.
     pub fn squared_error(&self, radiance: &[Rgb]) -> f64 {
         let luminances = || radiance.iter().map(|radiance| f64::from(radiance.luminance()));
         let count = radiance.len().max(1) as f64;
@@ -208,7 +209,7 @@ impl<'v> Picture<'v> {
     /// y² mean (σ_q/y_q)²        over the paths of the pixels q within 8 of it
     /// ```
     ///
-    /// * `radiance`: of the window's pixels, row by row; `least`: lower bound on their luminance.
+    /// * `radiance`: picture whose luminances are `y`, row by row; `least`: lower bound on `y`.
     pub fn importance_variance(&self, [x, y]: [u32; 2], radiance: &[Rgb], least: f64) -> f64 {
         let size = |k: usize| f64::from(radiance[k].luminance()).max(least).max(f64::MIN_POSITIVE);
         let Window { x: left, y: top, width, height } = self.window;
@@ -220,7 +221,8 @@ impl<'v> Picture<'v> {
             let k = self.window.index(x, y);
             for Half { luminance, .. } in &self.pixels[k].halves {
                 let count = luminance.count() as f64;
-                // Paths of a pixel that is not finite are no estimate for other pixels.
+                // If the paths of a pixel are not finite, they are ignored in the estimate for
+                // other pixels.
                 if !luminance.variance().is_finite() {
                     continue;
                 }
@@ -323,12 +325,14 @@ mod tests {
         with_picture(Window::full(SIZE), |picture| work(&*picture.sampler))
     }
 
-    /// The variance of a pixel is estimated from its neighbourhood, relative to its luminance.
+    /// All pixels have the same paths. The estimated variance is that of these paths; if the
+    /// luminance of one pixel is halved, it falls to about a quarter there. Paths outside the
+    /// neighbourhood have no effect.
     #[test]
     fn how_paths_vary_is_told_by_those_around() {
         with_picture(Window::full(SIZE), |mut picture| {
             let mut half = Half::default();
-            // Of mean 2 and variance 9/8 · 8/9.
+            // Eight paths of mean 2.
             (0..8).for_each(|k| half.luminance.push(if k % 2 == 0 { 1.0 } else { 3.0 }));
             let variance = half.luminance.variance();
             for pixel in &mut picture.pixels {
@@ -342,7 +346,8 @@ mod tests {
             assert!((alike - variance).abs() < 1e-6, "{alike} for {variance}");
             radiance[picture.window.index(10, 10)] = Rgb::gray(1.0);
             let darker = of(&picture, &radiance);
-            // Its own paths are included; halving its radiance quadruples their relative variance.
+            // The neighbourhood of 289 pixels includes the pixel itself. Halving its radiance
+            // quadruples the relative variance of its own paths.
             assert!((darker / (variance / 4.0 * (1.0 + 3.0 / 289.0)) - 1.0).abs() < 1e-4, "{darker}");
             // Pixels beyond the neighbourhood have no effect.
             let far = picture.window.index(19, 10);
@@ -364,7 +369,8 @@ mod tests {
         work(Picture::new(method.path_sampler(Setting { tracer: &tracer, view }), window, 1))
     }
 
-    /// Work doubles, and most of it goes where it is wanted.
+    /// A second pass of growth 1, with importance 1 in the left half of the image and 0 in the
+    /// right half. The number of paths doubles, and most new paths are in the left half.
     #[test]
     fn paths_go_where_errors_are_foreseen() {
         let window = Window::full(SIZE);
@@ -379,12 +385,13 @@ mod tests {
             assert!((1.9..2.2).contains(&of_all), "{of_all}");
             let film = picture.film().unwrap();
             let paths = |x: u32| film.plane(planes::PAIRS).unwrap().f32_at(x, 7)[0];
-            // Of the four further paths that half a pixel has on average, 0.4 are spread evenly.
+            // On average, each half of a pixel has four new paths, of which 0.4 are spread evenly.
             assert_eq!((paths(3), paths(30)), (8.0 + 2.0 * 8.0, 8.0 + 2.0));
         });
     }
 
-    /// Mean squared error of a picture with known errors, from independent passes.
+    /// A picture with known errors is compared with eight independent passes. The mean of the
+    /// estimates agrees with its mean squared error.
     #[test]
     fn the_squared_error_is_unbiased() {
         let window = Window { x: 10, y: 6, width: 20, height: 12 };
@@ -396,7 +403,7 @@ mod tests {
             let truth: Vec<Rgb> = picture.film().unwrap().colors().unwrap().collect();
             let off = |k: usize| if k.is_multiple_of(2) { 1.2 } else { 0.9 };
             let off: Vec<Rgb> = truth.iter().enumerate().map(|(k, truth)| *truth * off(k)).collect();
-            // A value of 1.2 times the truth is off by 0.2/1.2, relative to itself.
+            // Errors are relative to the picture: 0.2/1.2 for a pixel of 1.2 times the truth.
             let expected = 0.5 * (0.04 / 1.44 + 0.01 / 0.81);
             with_picture(window, |mut other| {
                 other.seed = 2;

@@ -60,7 +60,8 @@ mod tests {
     use super::super::tests::with_sampler;
     use super::*;
 
-    /// Paths of a pixel do not depend on other wanted pixels; more than `AT_ONCE` are all drawn.
+    /// The paths of a pixel do not depend on other wanted pixels. All wanted paths are drawn, even
+    /// if they are more than `AT_ONCE`.
     #[test]
     fn pixels_are_told_apart() {
         with_sampler(|sampler| {
@@ -73,7 +74,7 @@ mod tests {
             assert_eq!(counts, [64, u64::from(AT_ONCE) + 5, 0]);
             assert_eq!(of(&[wanted([18, 9], 64)], 1)[0].luminance, all[0].luminance);
             assert_ne!(of(&[wanted([18, 9], 64)], 2)[0].luminance, all[0].luminance);
-            // Each batch has random numbers of its own.
+            // Each batch has its own random numbers.
             let [one, two] = [AT_ONCE, 2 * AT_ONCE].map(|n| of(&[wanted([20, 9], n)], 1)[0]);
             assert!(one.luminance.mean() != two.luminance.mean() && one.rays < two.rays);
         });

@@ -1,4 +1,5 @@
-//! Tiles on threads: each result goes into one film, and the observer is notified.
+//! Work on tiles by several threads. Each result is stored in one film, and the observer is
+//! notified.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -82,7 +83,8 @@ pub(super) fn fill<T>(
         .collect();
     let Shared { mut film, mut totals, .. } = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
     let mut sum = RgbSum::default();
-    // In the order of the tiles: the sum must not depend on the speed of threads.
+    // Sums are added in the order of the tiles, so that the total does not depend on the speed of
+    // threads.
     for s in sums.iter().flatten() {
         sum.merge(s);
     }

@@ -1,14 +1,16 @@
 //! Planes of the first surfaces along camera rays: their motion over the film while the shutter is
 //! open, the time at which they are in front, and the transmittance of the media before them.
 //!
-//! The planes are made after the film ([`View::motion`](crate::gather::View::motion),
+//! The planes are computed after the film ([`View::motion`](crate::gather::View::motion),
 //! [`View::time_in_front`](crate::gather::View::time_in_front),
-//! [`View::transmittance`](crate::gather::View::transmittance)), whatever made its radiance: a film
-//! without them has the same bits. Pixels that were not rendered are 0.
+//! [`View::transmittance`](crate::gather::View::transmittance)), independently of the method that
+//! estimated its radiance. All other planes have the same bits with and without them. Pixels that
+//! were not rendered are 0.
 //!
 //! A pixel has the motion of one surface, never a mean, since nothing moves by the mean of two
-//! motions. Vectors are those of compositing programs: to the right and up, in pixels, from the
-//! position where the shutter opens to that where it closes, as in Nuke's layer `forward`.
+//! motions. Vectors follow the convention of compositing programs, as in Nuke's layer `forward`:
+//! they point right and up, in pixels, from the position when the shutter opens to the position
+//! when it closes.
 //!
 //! # Guarantee
 //! The same bits for any number of threads, any window and any share of the tiles. If neither scene
@@ -29,7 +31,7 @@ use crate::integrator::Setting;
 pub fn add_motion(setting: &Setting<'_>, film: &mut Film) {
     add(film, &planes::MOTION, |pixel| {
         let way = setting.view.motion(setting.tracer, pixel);
-        // Not −0 where nothing moves.
+        // Adding to 0 avoids −0 where nothing moves.
         [way.x + 0.0, 0.0 - way.y]
     });
 }

@@ -1,13 +1,14 @@
 //! Mattes of a film: the objects and materials that its pixels show, and the share of each.
 //!
-//! Mattes are made after the film, from the camera samples of its view, whatever made its radiance:
-//! a film without them has the same bits and took the same work. If pixels have gather points, the
-//! samples of a matte are those of the points, so that it has the edges of the picture.
+//! Mattes are computed after the film, from camera samples of its view, independently of the method
+//! that estimated its radiance. All other planes have the same bits, and cost the same work, with
+//! and without them. If pixels have gather points, a matte uses the camera samples of these points,
+//! so that its edges are those of the picture.
 //!
 //! # Guarantee
-//! The same bits for any number of threads, any window and any share of the tiles. The shares of a
-//! pixel are whole numbers of samples over all samples: they add up to the share that met a
-//! surface, at most 1.
+//! The same bits for any number of threads, any window and any share of the tiles. Each share of a
+//! pixel is a number of samples divided by the number of all samples. The shares add up to the
+//! share of samples that met a surface, at most 1.
 //!
 //! # Held to this by
 //! The tests of `render`; the suite's `mattes`, with an edge in closed form; the program's tests of

@@ -1,12 +1,14 @@
 //! Merging of the parts of an image, rendered by several machines, into one film.
 //!
-//! A part is a film of some of the window. Its plane `stop` is 0 where pixels belong to other
-//! parts. Its metadata `tiles` has the part's shares and the number of all shares; `window` has the
-//! whole window. Parts belong together if they are of one render: they have the same planes, size
-//! and metadata, except for `tiles`, `complete` and findings such as those of an audit, which are
-//! about one film. These are preserved only if the first part is the whole. A pixel that several
-//! parts have (a share that was rendered twice, because the first worker was thought lost) has to
-//! be equal in all of them, bit by bit.
+//! A part is a film with some of the pixels of a window. Its plane `stop` is 0 at pixels that
+//! belong to other parts. Its metadata `tiles` has the part's shares and the number of all shares;
+//! `window` has the whole window.
+//!
+//! Parts of one render have the same planes, size and metadata, and only such parts are merged. The
+//! metadata `tiles` and `complete` may differ, as may findings about a single film, such as those
+//! of an audit. Such findings are preserved only if the first part is the whole. A pixel may be in
+//! several parts, for example if a share was rendered again because its first worker seemed lost.
+//! It must then be equal in all of them, bit by bit.
 //!
 //! # Guarantee
 //! The film of all shares equals the film that one machine renders, metadata included.
@@ -27,7 +29,8 @@ use crate::film::{Film, Metadata, RenderFilm, SampleKind, Value, Window, keys, p
 pub struct Merged {
     /// Film of all parts; pixels that no part has are zero, also in the plane `stop`.
     pub film: Film,
-    /// Missing shares, from 1; empty if none is missing, or if parts do not state their shares.
+    /// Numbers of the missing shares, counted from 1; empty if none is missing, or if parts do not
+    /// state their shares.
     pub missing: Vec<u32>,
     /// Number of shares that the tiles are divided into.
     pub of: u32,
@@ -37,7 +40,7 @@ pub struct Merged {
     pub first: PathBuf,
 }
 
-/// Joins parts, one after the other. It holds the joined film only, and none of the parts.
+/// Joins parts, one after the other. Only the joined film is held in memory, not the parts.
 #[derive(Clone, Debug)]
 pub struct Merger {
     /// Joined film, with the metadata of the first part except for values that may differ.
@@ -70,8 +73,9 @@ impl Merger {
     /// Adds a part.
     ///
     /// # Errors
-    /// [`Error::Invalid`], naming the part, if it is not of the same render as the first one or has
-    /// another value for a pixel that both have; nothing of the part is added then.
+    /// [`Error::Invalid`], naming the part, if it is not of the same render as the first one, or if
+    /// one of its pixels was added before with a different value. In both cases nothing of the part
+    /// is added.
     pub fn add(&mut self, name: &Path, part: &Film) -> Result<()> {
         self.same_render(name, part)?;
         let share = share_of(name, part)?;
@@ -96,7 +100,7 @@ impl Merger {
             let found = format!("another value for pixel {x},{y} than an earlier part");
             return Err(Error::invalid(Location::file(name), found, "parts that agree where they overlap"));
         }
-        // Runs of pixels of a row that were all rendered, or all not.
+        // Each row is divided into runs of pixels that were all rendered or all not rendered.
         let (left, width) = (part.window().x, part.window().width as usize);
         for (y, row) in (part.window().y..).zip(there.chunks_exact(width)) {
             let mut x = left;
@@ -163,8 +167,8 @@ impl Merger {
         };
         let of_theirs = theirs.iter().filter(|v| !ours.contains(v));
         let differ: Vec<_> = of_theirs.chain(ours.iter().filter(|v| !theirs.contains(v))).collect();
-        // Another scene or seed also changes values of how the film was made, which are not the
-        // cause.
+        // A different scene or seed also changes values about the making of the film. These are not
+        // the cause, and are reported only if nothing else differs.
         let is_cause = |name: &str| keys::about(name) != keys::About::Making;
         match differ.iter().find(|(name, _)| is_cause(name)).or(differ.first()) {
             Some((key, _)) => Err(self.refused(name, told(&theirs, key), told(&ours, key))),
@@ -184,8 +188,8 @@ fn same_pixel(a: &Film, b: &Film, x: u32, y: u32) -> bool {
     })
 }
 
-/// Returns the window of the render, of which a part may have some. A small part is trusted about
-/// the size of the image, as `--size` is.
+/// Returns the window of the whole render. The image size that a part states is trusted, as
+/// `--size` is, even if the part itself is small.
 fn window_of(name: &Path, part: &Film) -> Result<Window> {
     let Some(text) = part.metadata().text(keys::WINDOW) else { return Ok(part.window()) };
     let window: Option<Window> = text.parse().ok();
@@ -230,8 +234,8 @@ mod tests {
         &[spec("", &["R", "G", "B"], SampleKind::F32), spec("stop", &["id"], SampleKind::U32)];
     const WINDOW: Window = Window { x: 2, y: 3, width: 5, height: 4 };
 
-    /// Returns a film with the pixels for which `mine` is true. Their values are their position,
-    /// and `−0`, which equals `0` as a number but not in its bits.
+    /// Returns a film with the pixels for which `mine` is true. Their values are their positions
+    /// and `−0`, whose bits differ from those of `0`.
     fn part(share: &str, mine: impl Fn(u32, u32) -> bool) -> Film {
         let mut film = Film::new([10, 10], WINDOW, SPECS).unwrap();
         for (x, y) in WINDOW.pixels().filter(|(x, y)| mine(*x, *y)) {

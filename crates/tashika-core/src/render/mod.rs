@@ -1,8 +1,8 @@
 //! From a setting and an integrator to a film: tiles or chosen pixels, threads, progress,
 //! cancellation.
 //!
-//! The estimate of a pixel depends neither on its tile nor on threads. So films are equal bit by
-//! bit for any number of threads, any window and any share of the tiles.
+//! The estimate of a pixel does not depend on its tile or on threads. Films are therefore equal,
+//! bit by bit, for any number of threads, any window and any share of the tiles.
 
 mod fill;
 mod first_surfaces;
@@ -116,7 +116,7 @@ pub struct Rendered {
     pub totals: Totals,
 }
 
-/// Runs `work` on a pool of `threads` threads; zero is one a core.
+/// Runs `work` on a pool of `threads` threads; 0 stands for one thread per core.
 ///
 /// # Errors
 /// If more than 4096 threads are requested, or the system does not grant them.
@@ -142,8 +142,8 @@ pub struct Begun {
 }
 
 /// Returns the film with which a render begins: pixels of zero, and all inputs of the film as
-/// metadata. If there are more than 16 shares, the film is for the part of the window that contains
-/// the share's tiles; the metadata `window` has the whole window.
+/// metadata. If there are more than 16 shares, the film covers only the part of the window that
+/// contains the share's tiles; the metadata `window` has the whole window.
 ///
 /// # Errors
 /// A window outside the image, unusable gather options, media where the integrator renders none.
@@ -193,8 +193,8 @@ pub fn render(
     resume(setting, integrator, options, Begun { film, tiles: Vec::new() }, watch, cancel)
 }
 
-/// Continues a render of which some tiles are finished; `watch` is called for these first. The film
-/// equals the one that [`render`] returns.
+/// Continues a render of which some tiles are finished. First, `watch` is called for the finished
+/// tiles. The film equals the one that [`render`] returns.
 ///
 /// Pixels of tiles in `begun` that are not tiles of this render are rendered again.
 ///
@@ -216,8 +216,8 @@ pub fn resume(
 /// Renders only these pixels, into a film of the whole image; each estimate equals that of
 /// [`render`].
 ///
-/// `progress` and `cancel` are as `watch` and `cancel` of [`render`], with a pixel in place of a
-/// tile.
+/// `progress` and `cancel` correspond to `watch` and `cancel` of [`render`], with a pixel in place
+/// of a tile.
 ///
 /// # Errors
 /// A pixel outside the image or named twice, unusable gather options, media where the integrator

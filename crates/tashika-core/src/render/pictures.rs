@@ -1,7 +1,7 @@
-//! Shares of a picture whose tiles are pictures of their own, made in passes.
+//! Shares of a picture that is made in passes, in which each tile is a separate picture.
 //!
-//! Their tiles are 32 pixels wide and high however expensive a pixel is: the error of each tile is
-//! predicted from its own pixels, which requires enough of them.
+//! The tiles are 32 pixels wide and high, however expensive a pixel is. The error of each tile is
+//! predicted from its own pixels, of which there must be enough.
 
 use std::sync::atomic::AtomicBool;
 

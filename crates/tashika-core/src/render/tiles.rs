@@ -9,9 +9,9 @@ use crate::film::Window;
 /// Some of the `of` shares of an image's tiles, counted from 1. All shares together are the image,
 /// and no two overlap.
 ///
-/// Written as `K/N`, or as a list, `1,4,7/16`. Up to 16 shares have every `N`-th tile each, and a
-/// film of the whole window. If there are more, each has a run of neighbouring tiles, and a film of
-/// the part of the window that contains them.
+/// Written as `K/N`, or as a list, `1,4,7/16`. If there are at most 16 shares, each consists of
+/// every `N`-th tile, and its film covers the whole window. If there are more, each consists of a
+/// run of neighbouring tiles, and its film covers the part of the window that contains them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TileShare {
     /// Numbers of the shares, from 1 to `of`, each once, in rising order; at least one.
@@ -46,13 +46,14 @@ impl FromStr for TileShare {
     }
 }
 
-/// Number of shares up to which each has every `of`-th tile, so that all take about the same time:
-/// there may be one machine for each. More shares are handed out one after the other. They are runs
-/// of tiles, by columns, so that each is a small part of the image.
+/// Largest number of shares of which each consists of every `of`-th tile. These shares take about
+/// the same time, as is best if each has its own machine. More shares are assumed to be handed out
+/// one after the other. Each of those is a run of tiles, by columns, and so a small part of the
+/// image.
 const FEW: u32 = 16;
 
-/// Number of gather points of a tile: enough for fans that fill a packet, few enough that a tile is
-/// soon finished.
+/// Number of gather points of a tile: enough for fans that fill a packet of rays, and few enough
+/// that a tile is soon finished.
 const POINTS_PER_TILE: u32 = 1024;
 
 impl TileShare {
@@ -136,9 +137,9 @@ impl TileShare {
         mine
     }
 
-    /// Returns the part of a window that the share's film is for: the whole window if shares are
-    /// few; if they are many, the smallest part with all of the share's tiles, or the first pixel
-    /// if it has none.
+    /// Returns the part of a window that the share's film covers. If shares are few, it is the
+    /// whole window. If they are many, it is the smallest part with all of the share's tiles, or
+    /// the first pixel if the share has no tile.
     pub(super) fn part(&self, window: &Window, points_per_pixel: u32) -> Window {
         if self.of <= FEW {
             return *window;
@@ -183,7 +184,8 @@ mod tests {
             let (tiles, parts): (Vec<_>, Vec<_>) =
                 shares.map(|s| (s.tiles(&window, 16).len(), s.part(&window, 16).area())).unzip();
             assert!(tiles.iter().max().unwrap() - tiles.iter().min().unwrap() <= 1, "{of} shares");
-            // The part of a run around a corner has at most twice the area of its tiles.
+            // A run that turns from one column into the next has a part of at most twice the area
+            // of its tiles.
             let all: u64 = parts.iter().sum();
             assert!(all < 2 * window.area(), "{of} shares have {all} pixels in their parts");
         }

@@ -1,4 +1,4 @@
-//! Terms of a claim about a picture as a whole, and qualities by name.
+//! Terms of an audit, which makes a claim about a picture as a whole, and qualities by name.
 
 use std::fmt;
 use std::str::FromStr;
@@ -77,8 +77,8 @@ pub struct AuditTerms {
     pub assurance: f64,
     /// Number of pixels to audit. Default 600.
     pub pixels: u64,
-    /// Interim analyses that share the risk, at least 1: with fewer, each gives a tighter bound.
-    /// Default [`LOOKS`](Self::LOOKS); 1 for a picture in parts.
+    /// Number of interim analyses that share the risk, at least 1. With fewer analyses, each gives
+    /// a tighter bound. Default [`LOOKS`](Self::LOOKS); 1 for a picture in parts.
     pub looks: u32,
 }
 
@@ -89,9 +89,10 @@ impl Default for AuditTerms {
 }
 
 impl AuditTerms {
-    /// Most pictures that have an interim analysis.
+    /// Largest number of pictures that are analysed.
     pub const PICTURES: u32 = 6;
-    /// Most interim analyses: the first picture may have a second one, at more pixels.
+    /// Largest number of interim analyses: one for each picture, and a second one for the first
+    /// picture, with more pixels.
     pub const LOOKS: u32 = Self::PICTURES + 1;
     /// Joint confidence of all intervals of one audited pixel's truth.
     pub const CONFIDENCE: f64 = 0.95;
@@ -107,8 +108,8 @@ impl AuditTerms {
         upper_share_outside(outside, audited, self.risk(), 1.0 - Self::CONFIDENCE)
     }
 
-    /// Number of pixels of a more precise audit. Where 95 % are to be within the error, 3 % of
-    /// these pixels may be outside, against 2 % of the usual number.
+    /// Number of pixels of a more precise audit. If 95 % of the picture is to be within the error,
+    /// up to 3 % of this number may be found outside, and up to 2 % of the usual number.
     pub fn more_pixels(&self) -> u64 {
         self.pixels.saturating_mul(2)
     }
@@ -118,9 +119,9 @@ impl AuditTerms {
         self.upper_outside(outside, audited) <= 1.0 - self.share
     }
 
-    /// Rank, from 1, of the ratio that scales the map of half-widths, among the sorted ratios of
-    /// `audited` pixels; `None` if these are too few. Accounts for intervals that miss their
-    /// truths.
+    /// Rank, from 1, of a ratio among the sorted ratios of `audited` pixels. The ratio of this rank
+    /// scales the map of half-widths. `None` if the pixels are too few. The rank allows for
+    /// intervals that miss the truth of an audited pixel.
     pub fn rank(&self, audited: u64) -> Option<u64> {
         tolerance_rank(audited, 1.0 - (1.0 - self.share) * Self::CONFIDENCE, self.risk())
     }
@@ -156,7 +157,7 @@ pub enum Quality {
     Draft,
     /// Audited: 95 % of the pixels within 5 %.
     Good,
-    /// Each pixel within 2 %, with a confidence of its own.
+    /// Each pixel within 2 %, with a confidence for each pixel.
     Final,
 }
 
@@ -203,9 +204,9 @@ impl FromStr for Quality {
 }
 
 impl Request {
-    /// Fills an unset claim and an unset error from a quality. A method with a certified claim in
-    /// its name keeps that claim in place of a calibrated one. [`with_quality`](Self::with_quality)
-    /// refuses options that contradict the quality.
+    /// Fills an unset claim and an unset error from a quality. If the method has a certified claim
+    /// in its name, that claim is kept where the quality would set a calibrated one.
+    /// [`with_quality`](Self::with_quality) refuses options that contradict the quality.
     #[must_use]
     pub fn of_quality(mut self, quality: Quality) -> Self {
         let is_certified = self.method.of_lights() == Some(SumMethod::Tashika(Promise::Certified));

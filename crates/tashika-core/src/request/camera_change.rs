@@ -3,14 +3,14 @@
 //! | unset | default |
 //! |---|---|
 //! | projection | the camera's |
-//! | field of view | the camera's; 40° (perspective) or 180° (fisheye) with another projection |
+//! | field of view | the camera's; with a new projection 40° (perspective) or 180° (fisheye) |
 //! | lens radius, focus distance, blades | the camera's |
-//! | rotation of the blades | that of the camera's blades, or 0 |
+//! | rotation of the blades | the rotation of the camera's blades, or 0 if it has none |
 //!
-//! A projection other than the camera's has a film of its own, centred and whole. If the caller
-//! sets no image size, a perspective or a fisheye has the camera's. The other projections have the
-//! height of that, or 360 if the camera sets none, and the width that keeps shapes true (twice the
-//! height for `spherical`, the height for `equal-area`).
+//! If the projection differs from the camera's, the film is centred and not cropped. If the caller
+//! sets no image size, a perspective or a fisheye keeps the size of the camera. The other
+//! projections keep the height of the camera, or use 360 if the camera sets none. Their width
+//! avoids distortion: twice the height for `spherical`, the height for `equal-area`.
 //!
 //! # Held to this by
 //! `tests`.
@@ -80,8 +80,8 @@ impl CameraChange {
     /// Returns the camera with the given options applied.
     ///
     /// # Errors
-    /// [`Error::Option`] for a number out of range, or an option that the projection or the lens
-    /// has no use for.
+    /// [`Error::Option`] for a number out of range, or an option that has no effect on the
+    /// projection or the lens.
     pub fn of(&self, camera: &Camera) -> Result<Camera> {
         let mut camera = camera.clone();
         self.project(&mut camera)?;
@@ -89,8 +89,8 @@ impl CameraChange {
         Ok(camera)
     }
 
-    /// Writes the given options to the metadata of a film, so that parts of other views are not
-    /// merged with it.
+    /// Writes the given options to the metadata of a film, so that it is not merged with parts of
+    /// other views.
     pub fn describe(&self, metadata: &mut Metadata) {
         if let Some(projection) = self.projection {
             metadata.set(keys::CAMERA_PROJECTION, projection.to_string());

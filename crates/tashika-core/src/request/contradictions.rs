@@ -9,16 +9,16 @@
 //! | control, absolute | method tashika, or path with an error or a claim |
 //! | confidence | a method that states an interval for each pixel |
 //! | claim | method tashika, or path unless certified |
-//! | truth | method tashika; of other methods the one that they estimate |
+//! | truth | method tashika; with other methods, only the truth that they estimate |
 //! | max_pairs | a method that refines cuts |
 //! | audit | a method that makes a claim |
 //! | share, assurance | claim audited |
 //! | quality | no claim of another kind, and a method that can make the claim |
 //!
-//! An option whose need is not met is refused. The exception depends on the scene: the default
-//! method becomes path tracing where things move or media scatter ([`Request::in_scene`]). Options
-//! that have no effect for this reason alone are reported and ignored, so that one command serves
-//! many scenes.
+//! An option whose need is not met is refused, with one exception. In scenes that move or whose
+//! media scatter, the default method becomes path tracing ([`Request::in_scene`]). Options that
+//! have no effect only for this reason are reported and ignored, so that one command serves many
+//! scenes.
 //!
 //! # Held to this by
 //! `request::tests`; the program's test `requests`.
@@ -188,7 +188,7 @@ impl Request {
     }
 }
 
-/// Accepted use of an option of audited pictures that was given without an audit.
+/// Accepted values of an option of audits in a request without an audit.
 const WITHOUT_AUDIT: &str =
     "none without claim audited (quality draft or good): take it away, or ask for such a picture";
 /// Remedy for two options that contradict each other.

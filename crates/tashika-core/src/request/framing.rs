@@ -28,8 +28,8 @@ pub struct Framed {
 }
 
 impl Framing {
-    /// Size of the image, the rendered part of it, and the camera for both. The camera's own crop
-    /// applies only with the camera's own size, whose pixels it counts.
+    /// Size of the image, the rendered part of it, and the camera for both. The camera's crop is in
+    /// pixels of the camera's size, so it applies only with that size.
     ///
     /// # Errors
     /// As [`Film::check`]; [`Error::Invalid`] at the camera, without a file, if the camera's own

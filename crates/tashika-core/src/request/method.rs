@@ -14,8 +14,8 @@ use crate::vpl::VplOptions;
 /// Most pairs and paths of all pixels where no error is requested. A picture then takes minutes,
 /// and each pixel states its own error.
 const PICTURE_WORK: u64 = 50_000_000;
-/// Fewest and most pairs or paths a pixel: fewer would leave noise, and more are for requests with
-/// an error.
+/// Fewest and most pairs or paths a pixel: fewer would leave noise, and more are used only if an
+/// error is set.
 const PIXEL_WORK: [u64; 2] = [128, 4096];
 /// Terms of a pixel up to which our method computes the whole sum, which takes no longer than an
 /// estimate to 2 %. Measured.
@@ -34,7 +34,7 @@ pub enum MethodName {
 impl MethodName {
     const PATH: &'static str = "path";
 
-    /// All methods, in the order of their years, path tracing last.
+    /// All methods, in the order of publication, path tracing last.
     pub fn all() -> impl Iterator<Item = Self> {
         SumMethod::ALL.into_iter().map(Self::ManyLights).chain([Self::Path])
     }
@@ -111,7 +111,7 @@ pub enum Method {
     /// A reconstructed picture of light transport, audited as a whole.
     Audited {
         /// Options for tracing the VPLs of the picture (the audit has others); `None` if picture
-        /// and audit are by path tracing alone.
+        /// and audit use only path tracing.
         lights: Option<VplOptions>,
         /// Error allowed in a pixel.
         options: ControlOptions,
@@ -128,8 +128,9 @@ pub enum Method {
 }
 
 impl Method {
-    /// Returns true if pixels may claim something about their error. The bound by which
-    /// [`SumMethod::Lightcuts`] and [`SumMethod::Mdlc`] stop is no claim, nor is a number of paths.
+    /// Returns true if pixels may claim something about their error. Returns false for
+    /// [`SumMethod::Lightcuts`] and [`SumMethod::Mdlc`], whose bound is no claim, and for a fixed
+    /// number of paths.
     pub fn promises(&self) -> bool {
         match self {
             Self::Sum { method, .. } => *method == SumMethod::Exact || method.states_interval(),
@@ -138,7 +139,7 @@ impl Method {
         }
     }
 
-    /// Features of scenes that the method renders beside still surfaces.
+    /// Features of scenes that the method renders in addition to still surfaces.
     pub fn abilities(&self) -> Abilities {
         match self {
             Self::Audited { lights: None, .. } | Self::Path { .. } => Abilities::ALL,
@@ -157,16 +158,16 @@ impl Method {
         matches!(self, Self::Transport { is_picture: true, .. } | Self::Path { is_picture: true, .. })
     }
 
-    /// Returns true if the metadata are those of a film for which [`is_picture`](Self::is_picture)
-    /// held.
+    /// Returns true if a film with this metadata was made by a method for which
+    /// [`is_picture`](Self::is_picture) is true.
     pub fn was_picture(metadata: &Metadata) -> bool {
         metadata.bool(keys::PICTURE) == Some(true)
     }
 
-    /// Finishes a film. A picture without a requested error is [reconstructed](reconstruct), unless
-    /// it has planes of light groups, which add up to the estimates as they are. After parts are
-    /// joined, this is called for the whole film, with the metadata of the parts. Runs on the
-    /// current thread pool.
+    /// Finishes a film. A picture without a requested error is [reconstructed](reconstruct). If it
+    /// has planes of light groups, the film stays unchanged, since these planes add up to the
+    /// radiance before reconstruction. Films of parts are finished after they are joined, with the
+    /// metadata of the parts. Runs on the current thread pool.
     pub fn finish(film: &mut Film) {
         let has_groups = film.metadata().get(keys::LIGHT_GROUPS).is_some();
         if Self::was_picture(film.metadata()) && !has_groups {

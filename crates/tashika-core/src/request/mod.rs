@@ -1,11 +1,11 @@
-//! Options of a render: the given ones, the defaults of the others, and which of them go together.
+//! Options of a render: their defaults, their ranges, and the combinations that are accepted.
 //!
-//! The program and the Python package spell the same options in their own ways. Their meaning is
-//! decided here, once, so that equal options give equal images. A [`Request`] holds the given
-//! options. [`Request::resolve`] returns a [`Method`] with every value in range, and the names of
-//! the options that have no effect on it. [`Request::check`] and [`Request::check_in`] refuse
-//! options that contradict each other; the program and the Python package call them, so that no
-//! given option is silently ignored.
+//! The program and the Python package spell the same options differently. The meaning of each
+//! option is defined only here, so that equal options give equal images. A [`Request`] holds the
+//! given options. [`Request::resolve`] returns a [`Method`] with every value in range, and the
+//! names of the options that have no effect on it. [`Request::check`] and [`Request::check_in`]
+//! refuse options that contradict each other; the program and the Python package call them, so that
+//! no given option is silently ignored.
 //!
 //! | unset | default |
 //! |---|---|
@@ -21,14 +21,14 @@
 //! | paths | 64; at most 2²⁰ where an interval stops them |
 //! | size | the camera's, or 640×360 |
 //!
-//! Where the truth is about all sets of VPLs, their default number is 1000/ε², one to four million.
-//! Where the truth is about all gather points, the default is 2.56/ε of them, 32 to 256. An audited
-//! picture has 2500/ε² VPLs, 250,000 to four million. Whatever it claims, our method computes sums
-//! of few terms whole ([`Method::over`]).
+//! If the truth is about all sets of VPLs and all gather points, the default is 1000/ε² VPLs,
+//! between one and four million, and 2.56/ε gather points, between 32 and 256. The default for an
+//! audited picture is 2500/ε² VPLs, between 250,000 and four million. Our method computes sums of
+//! few terms whole, with any claim ([`Method::over`]).
 //!
 //! # Held to this by
-//! `request::tests`; the equality of planes from the program and from Python by the tests of the
-//! package.
+//! `request::tests`. The tests of the Python package check that the program and the package make
+//! equal planes.
 
 mod audited;
 mod camera_change;
@@ -54,8 +54,8 @@ use crate::vpl::{Clamp, VplOptions};
 const PICTURE_ERROR: f64 = 0.05;
 /// Default relative error of an audited picture.
 const AUDITED_ERROR: f64 = 0.1;
-/// VPLs of an audited picture, times the squared error. More paths do not reduce the variance
-/// between sets of VPLs.
+/// Number of VPLs of an audited picture, times the squared error. The number must grow with the
+/// required precision, since more paths do not reduce the variance between sets of VPLs.
 const AUDITED_VPLS_BY_ERROR: f64 = 2500.0;
 /// Fewest and most VPLs of an audited picture.
 const AUDITED_VPLS: [f64; 2] = [250_000.0, 4_000_000.0];
@@ -63,12 +63,12 @@ const AUDITED_VPLS: [f64; 2] = [250_000.0, 4_000_000.0];
 const PATHS: u32 = 64;
 /// Default for the most paths a pixel, where an interval stops path tracing.
 const MOST_PATHS: u32 = 1 << 20;
-/// VPLs where the truth is about all sets of VPLs, times the squared error: the choice of the set
-/// then makes about a third of the half-width.
+/// Number of VPLs where the truth is about all sets of VPLs, times the squared error. With this
+/// number, the choice of the set causes about a third of the half-width.
 const VPLS_BY_ERROR: f64 = 1000.0;
 /// Fewest and most of these VPLs; more would take more memory than most scenes.
 const MANY_VPLS: [f64; 2] = [1_000_000.0, 4_000_000.0];
-/// Gather points where the truth is about all gather points, times the error.
+/// Number of gather points where the truth is about all gather points, times the error.
 const POINTS_BY_ERROR: f64 = 2.56;
 /// Fewest and most of these gather points.
 const MANY_POINTS: [f64; 2] = [32.0, 256.0];
@@ -78,7 +78,8 @@ const MANY_POINTS: [f64; 2] = [32.0, 256.0];
 pub struct Request {
     /// Method of the render. Default: ours.
     pub method: MethodName,
-    /// Claim of our method, in place of that of `method`; or of path tracing, by our interval.
+    /// Claim of our method, which replaces the claim in the name of `method`; or claim of path
+    /// tracing, which then stops by our interval or is audited.
     pub claim: Option<ClaimName>,
     /// Share of the pixels that is to be within the error, for an audited picture.
     pub share: Option<f64>,
@@ -98,10 +99,11 @@ pub struct Request {
     pub confidence: Option<f64>,
     /// Largest cut, in pairs of clusters.
     pub max_pairs: Option<u64>,
-    /// Paths a pixel of path tracing; with an error or a calibrated claim, the most.
+    /// Number of paths for each pixel of path tracing; with an error or a calibrated claim, the
+    /// maximum number.
     pub paths: Option<u64>,
-    /// True if planes of light groups are requested. Where pixels are not computed by paths, these
-    /// planes have `paths` paths of their own.
+    /// True if planes of light groups are requested. If pixels are not computed by paths, these
+    /// planes are estimated by `paths` separate paths for each pixel.
     pub groups_asked: bool,
     /// True if the VPLs are given, rather than traced.
     pub lights_given: bool,
@@ -383,8 +385,8 @@ impl Request {
         self.method == MethodName::Path && self.claim == Some(ClaimName::Calibrated)
     }
 
-    /// Path tracing, stopped by our own interval with a calibrated claim, else by Student's if an
-    /// error was given, else by the number of paths.
+    /// Path tracing and its stopping rule: our own interval with a calibrated claim, else Student's
+    /// interval if an error was given, else the number of paths.
     fn path_tracing(&self, options: ControlOptions) -> Result<Method> {
         let said = self.path_count()?;
         let most = said.unwrap_or(MOST_PATHS);

@@ -12,7 +12,7 @@ fn refused(request: &Request) -> String {
     request.resolve().unwrap_err().to_string()
 }
 
-/// A request with every option that can be given at once.
+/// Returns a request with every option that can be given together.
 fn all_said() -> Request {
     Request {
         claim: Some(ClaimName::Calibrated),
@@ -148,7 +148,7 @@ fn what_is_said_arrives() {
     assert_eq!(resolved(&certified).method, Method::Sum { method, lights: None, options });
 }
 
-/// Audited pictures have the more VPLs the smaller their error, within limits.
+/// The number of VPLs of an audited picture rises as its error falls, within limits.
 #[test]
 fn audited_pictures_have_vpls_by_their_error() {
     let audited = Request { claim: Some(ClaimName::Audited), ..Request::default() };
@@ -168,7 +168,8 @@ fn audited_pictures_have_vpls_by_their_error() {
     }
 }
 
-/// In a scene that needs paths, path tracing makes the claim of the request where it can.
+/// Requests for a scene that needs paths. Path tracing replaces the default method, and makes the
+/// requested claim if it can.
 #[test]
 fn what_is_claimed_is_kept_by_paths_where_nothing_else_can() {
     let claimed = |claim: Option<ClaimName>| Request { claim, ..Request::default() }.by_paths();
@@ -235,7 +236,7 @@ fn each_method_says_what_means_nothing_to_it() {
     );
 }
 
-/// Each pair of contradicting options, with the expected message.
+/// One request for each pair of contradicting options. Each is refused with the expected message.
 #[test]
 fn options_that_contradict_each_other_are_refused() {
     let bare = Request::default;
@@ -306,8 +307,8 @@ fn options_that_contradict_each_other_are_refused() {
     }
 }
 
-/// Options without effect because of the scene are reported; options without effect in any scene
-/// are refused.
+/// Options that have no effect because of the scene are reported; options that have no effect in
+/// any scene are refused.
 #[test]
 fn a_scene_may_leave_an_option_without_meaning() {
     let still = builtin::tiny();
@@ -403,8 +404,8 @@ fn the_frame_is_what_was_said_or_the_camera_says() {
     assert!(Framing { size: Some([100, 80]), crop: Some(window(90, 0, 11, 1)) }.check().is_err());
 }
 
-/// Our method computes short sums whole, whatever it claims. Other methods, and long sums, are
-/// estimated.
+/// For a short sum, our method computes the whole sum, with any claim. Long sums are estimated;
+/// other methods stay as requested.
 #[test]
 fn short_sums_are_whole() {
     let over = |request: Request, lights: usize, points: u32| match request

@@ -1,11 +1,11 @@
 //! Common parts of the builders of light trees: separation by kind, and nodes from ranges.
 //!
-//! Each kind of light has a subtree of its own, since only lights of one kind have useful bounds;
-//! nodes of mixed lights join the subtrees in a chain. A binary tree with one light a leaf has
-//! `2n − 1` nodes, and in depth-first order the subtree at node `k` is nodes `k` to
-//! `k + 2 count − 2`: its left child is `k + 1`, its right child `k + 2 count(k + 1)`. So a builder
-//! only sorts items and writes ranges, each part of the tree in a part of the arrays that is known
-//! in advance. Only the ranges of several lights become nodes.
+//! Each kind of light has its own subtree, since bounds are useful only for lights of one kind. A
+//! chain of mixed nodes joins these subtrees. A binary tree with one light per leaf has `2n − 1`
+//! nodes. In depth-first order, the subtree at node `k` is nodes `k` to `k + 2 count − 2`. Its
+//! left child is `k + 1`, its right child `k + 2 count(k + 1)`. A builder therefore only sorts
+//! items and writes ranges: the slices of the arrays that a subtree fills are known in advance.
+//! Ranges of one light are leaves, which are not stored as nodes.
 
 use rayon::prelude::*;
 
@@ -16,17 +16,17 @@ use crate::bounds::{LightBounds, LightShape};
 use crate::math::{Aabb, Cone, Vec3};
 use crate::vpl::{LightRows, Vpl, VplKind};
 
-/// Number of lights below a node up to which its subtree is one piece of parallel work.
+/// Largest number of lights in a subtree that is merged as one parallel task.
 const GRAIN: u32 = 1 << 12;
 
 /// Data of a light that builders use.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item {
-    /// Position (m), then unit normal or axis, zero for lights without. The position of a
-    /// directional light is its unit direction of travel.
+    /// Position (m), then unit normal or axis; the latter is zero for lights that have none. A
+    /// directional light has its unit direction of travel in place of a position.
     pub(super) key: [f32; 6],
     pub(super) luminance: f32,
-    /// Number of the light in the set.
+    /// Index of the light in the slice passed to [`sort`].
     pub(super) light: u32,
 }
 
@@ -47,14 +47,14 @@ pub(super) struct Span {
     pub(super) count: u32,
 }
 
-/// Numbers of lights in sorted order, and the nodes of the tree over them in depth-first order.
+/// Indices of lights in sorted order, and the nodes of the tree over them in depth-first order.
 pub(super) struct Sorted {
     pub(super) order: Vec<u32>,
     pub(super) spans: Vec<Span>,
 }
 
-/// Sorts the lights that have luminance into a tree; `begin` is the place of the first in sorted
-/// order.
+/// Sorts the lights of positive luminance into a tree. `begin` is the index of its first light in
+/// the sorted order of all trees.
 pub(super) fn sort(lights: &[Vpl], begin: u32, builder: LightTreeBuilder) -> Sorted {
     let groups: Vec<(Emission, Vec<Item>)> = (0..VplKind::COUNT)
         .map(|kind| (Emission::of_kind(kind, lights), items_of_kind(kind, lights)))
@@ -82,7 +82,7 @@ pub(super) fn sort(lights: &[Vpl], begin: u32, builder: LightTreeBuilder) -> Sor
     Sorted { order, spans }
 }
 
-/// The inner nodes of the trees over sorted lights, tree after tree, each in depth-first order.
+/// Returns the inner nodes of all trees, one tree after another, each in depth-first order.
 pub(super) fn nodes(lights: &LightRows, spans: &[Span]) -> Vec<LightNode> {
     let inner: Vec<Inner> = spans
         .par_iter()
@@ -135,7 +135,7 @@ fn bounds_of(light: &Vpl) -> LightBounds {
 }
 
 /// Merges the data of children into inner nodes: small subtrees in parallel, then the nodes above
-/// these.
+/// them.
 fn merge_up(lights: &LightRows, inner: &[Inner], nodes: &mut [LightNode]) {
     let mut above = Vec::new();
     let mut subtrees = Vec::new();
@@ -163,7 +163,7 @@ fn merge_up(lights: &LightRows, inner: &[Inner], nodes: &mut [LightNode]) {
     }
 }
 
-/// Sets node `k` to the sum of its children.
+/// Sets node `k` to the union of its children's bounds and the sum of their luminances.
 fn merge(lights: &LightRows, inner: &Inner, nodes: &mut [LightNode], k: usize) {
     let (left, right) = (inner.left as usize, (inner.span.count - inner.left) as usize);
     let first = inner.span.first as usize;
@@ -171,7 +171,7 @@ fn merge(lights: &LightRows, inner: &Inner, nodes: &mut [LightNode], k: usize) {
         1 => leaf(&lights.get(first)),
         _ => (nodes[node].bounds, nodes[node].luminance),
     };
-    // The first child's subtree has one inner node less than it has lights.
+    // The first child has `left` lights, so its subtree has `left − 1` inner nodes.
     let (a, b) = (of(k + 1, first, left), of(k + left, first + left, right));
     nodes[k] = LightNode { bounds: LightBounds::union(a.0, b.0), luminance: a.1 + b.1, left: inner.left };
 }

@@ -31,7 +31,7 @@ pub struct Primaries {
 pub enum White {
     /// XYZ stays unchanged: for light.
     Kept,
-    /// White becomes white: for reflectances and pictures.
+    /// The white of the primaries becomes that of Rec. 709: for reflectances and pictures.
     Adapted,
 }
 
@@ -58,7 +58,7 @@ impl Primaries {
     /// ACEScg, with the white of ACES.
     pub const ACESCG: Self = Self { rgb: [[0.713, 0.293], [0.165, 0.830], [0.128, 0.044]], white: ACES };
 
-    /// The matrix to linear Rec. 709, by rows; `None` if the primaries span no space of colours.
+    /// The matrix to linear Rec. 709, by rows; `None` if the primaries are linearly dependent.
     pub fn to_rec709(&self, white: White) -> Option<[[f32; 3]; 3]> {
         let adapted = match white {
             White::Kept => DMat3::IDENTITY,

@@ -14,7 +14,7 @@
 /// Longest name that is compared (letters): the work grows with the product of two lengths.
 const LONGEST: usize = 64;
 
-/// Returns the nearest of the `known` names to the unknown name `found`, the first of several;
+/// Returns the `known` name that is nearest to the unknown name `found`, the first one on a tie;
 /// `None` if all are too far away.
 pub fn nearest_name<'k>(found: &str, known: impl IntoIterator<Item = &'k str>) -> Option<&'k str> {
     let letters: Vec<char> = found.chars().take(LONGEST + 1).collect();

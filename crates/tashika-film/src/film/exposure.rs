@@ -18,7 +18,7 @@ const MIDDLE_GRAY: f64 = 0.18;
 const NEGLIGIBLE: f64 = 1e-4;
 
 /// Returns the stops `e`, from −64 to 64, that map the log-average of these luminances to middle
-/// gray. Luminances that are not positive and finite are ignored; if there are no others, `e` is 0.
+/// gray. Luminances that are not positive and finite are ignored. If none is left, `e` is 0.
 pub fn automatic_stops(luminances: impl Iterator<Item = f32> + Clone) -> f32 {
     let luminances = luminances.filter(|&l| l > 0.0 && l.is_finite());
     let mean_above = |floor: f64, of: fn(f32) -> f32| {

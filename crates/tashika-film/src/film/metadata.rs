@@ -15,7 +15,7 @@ pub enum Value {
     Text(String),
     /// A whole number.
     Int(i64),
-    /// A real number, in the unit that its name ends with, if it has one.
+    /// A real number. If it has a unit, its name ends with the unit.
     Float(f64),
     /// Yes or no.
     Bool(bool),
@@ -69,7 +69,7 @@ impl From<u32> for Value {
     }
 }
 
-/// Numbers above `i64::MAX`, which only seeds can be, become their decimal digits as text.
+/// A number above `i64::MAX` is stored as text, in decimal digits. Only seeds can be that large.
 impl From<u64> for Value {
     fn from(number: u64) -> Self {
         i64::try_from(number).map_or_else(|_| Self::Text(number.to_string()), Self::Int)

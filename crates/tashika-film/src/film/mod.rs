@@ -11,8 +11,8 @@
 //! equal.
 //!
 //! # Assumption
-//! Samples are not NaN, except half-widths of pixels without a claim. In debug builds
-//! [`Plane::set_f32`] panics for every NaN. A pixel outside the window, a plane without the
+//! A sample may be infinite or NaN: half-widths of pixels without a claim are NaN, and a radiance
+//! may have left the range of the numbers. A pixel outside the window, a plane without the
 //! requested kind of sample, and a wrong number of channels are programming errors and panic.
 
 mod exposure;

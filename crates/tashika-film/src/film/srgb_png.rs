@@ -18,7 +18,7 @@ use png::{BitDepth, ColorType, Compression, Encoder, Filter, ScaledFloat, Source
 /// * `bytes`: three (R, G, B) or four (with opacity) sRGB bytes for each pixel, row by row.
 ///
 /// # Panics
-/// If the picture has no pixels, or another number of bytes.
+/// If the picture has no pixels, or `bytes` has neither three nor four bytes per pixel.
 pub fn srgb_png(size: [u32; 2], bytes: &[u8]) -> Vec<u8> {
     let pixels = size[0] as usize * size[1] as usize;
     let color = match bytes.len() {

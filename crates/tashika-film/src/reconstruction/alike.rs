@@ -9,13 +9,13 @@ use crate::color::Rgb;
 
 /// Farthest pixel that enters a mean, along a row or column (pixels).
 const RADIUS: isize = 9;
-/// Half the width of the patches that are compared, without their middle (pixels).
+/// Pixels from the middle of a compared patch to its edge.
 const PATCH: usize = 2;
 /// `k²`: scale of squared differences relative to the variances. A choice, as the radii are.
 const BANDWIDTH: f32 = 1.5 * 1.5;
 /// Keeps the difference of two exact pixels finite.
 const LEAST_VARIANCE: f32 = 1e-12;
-/// Bound of the light that a pixel receives from outliers, as a share of its own.
+/// Bound of the light that a pixel receives from outliers, as a share of its own mean.
 const MOST_GLOW: f32 = 0.1;
 
 /// Weighted sums over similar pixels.
@@ -33,12 +33,12 @@ struct Sums {
 pub struct Mean {
     /// Mean radiance (W·m⁻²·sr⁻¹) of similar pixels.
     pub radiance: Rgb,
-    /// Variance of the luminance, by the noise of the averaged pixels; 0 if that is unknown.
+    /// Variance of the luminance due to the noise of the averaged pixels; 0 if unknown.
     pub variance: f32,
 }
 
-/// Reconstructed pixels; `None` for pixels that are not finite, which are similar to no pixel, not
-/// even to themselves.
+/// Reconstructed pixels; `None` for a pixel that is not finite, since it is similar to no pixel,
+/// itself included.
 ///
 /// * `guide`: pixels that determine the weights.
 /// * `averaged`: pixels that enter the means, equal to `guide` or independent of it.
@@ -94,7 +94,7 @@ fn sums_of_row(pixels: &Pixels, guide: &[Tamed], averaged: &[Tamed], y: usize) -
                     pixels: sum.pixels + column.pixels,
                 });
                 let of_patch = (patch.distance / patch.pixels).max(0.0);
-                // Most pairs of patches are not similar; their features are not compared.
+                // Most pairs of patches are not similar, and need no comparison of features.
                 if kernel(of_patch) <= 0.0 {
                     continue;
                 }

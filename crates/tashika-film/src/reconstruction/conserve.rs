@@ -1,22 +1,24 @@
-//! Light that a reconstruction lacks, given back.
+//! Restoration of the light that a reconstruction lacks.
 //!
-//! Means over pixels that are alike are not those of the picture: outliers lose light, and a dark
-//! pixel may average over brighter ones that do not average over it. So a reconstruction `R` of
-//! estimates `u` with the standard errors `s` lacks the light `Σ u − Σ R` with the variance
-//! `V = Σ s²`, in the whole picture and in squares of 64, 32 and 16 pixels. The light `D` that a
-//! square `c` of the square (or picture) `p` is given is
+//! The total light of a reconstruction differs from that of the estimates: clamped outliers lose
+//! light, and a dark pixel may average over brighter pixels that do not average over it in turn.
+//! Let `R` be the reconstruction of estimates `u` with standard errors `s`. Its deficit
+//! `L = Σ u − Σ R` has the variance `V = Σ s²`, in the whole picture and in squares of 64, 32 and
+//! 16 pixels. Let the square `c` lie in the next larger square (or the picture) `p`. The light
+//! `D_c` that is given to `c` is
 //!
 //! ```text
 //! D_c = S_c + V_c / Σ V (D_p − Σ S)        S = L (1 − κ V/L²)₊        L = Σ u − Σ R
 //! ```
 //!
-//! with sums over the squares of `p`. The picture is given `S` with `κ = 1`: a deficit counts by as
-//! much as it exceeds its noise (the step of James and Stein 1961), so that the light of one lucky
-//! path is given to no pixel, and that of many is. Squares have `κ = 4`, since the noise of a
-//! square of 16 pixels would be seen. The rest of the deficit goes to the noisiest squares. Pixels
-//! are multiplied by `1 + D / Σ R`, interpolated between the centres of the smallest squares.
+//! with sums over the squares in `p`. The whole picture is given `D = S` with `κ = 1`: only the
+//! part of a deficit that exceeds its noise is restored (the step of James and Stein 1961). So the
+//! light of one lucky path is not restored, and the light of many is. Squares have `κ = 4`, since
+//! noise on the scale of 16 pixels would be visible. The rest of `D_p` is divided among the squares
+//! in proportion to their variances. Pixels are multiplied by `1 + D / Σ R`, interpolated between
+//! the centres of the smallest squares.
 //!
-//! Exact pixels, and those that are not finite, neither count nor change.
+//! Exact pixels and pixels that are not finite are ignored and stay unchanged.
 
 use crate::color::Rgb;
 
@@ -24,12 +26,12 @@ use crate::color::Rgb;
 const SIDES: [usize; 3] = [64, 32, 16];
 /// Factor `κ` of squares. Chosen.
 const KAPPA: f64 = 4.0;
-/// Least and most factor of a square.
+/// Smallest and largest factor of a square.
 const FACTORS: [f32; 2] = [0.5, 2.0];
 
 /// Scales a reconstruction to the light of the estimates, row by row.
 ///
-/// * `variances`: of the luminance of the estimates; zero if exact.
+/// * `variances`: variance of the luminance of each estimate; zero if exact.
 pub fn conserve(radiance: &mut [Rgb], estimates: &[Rgb], variances: &[f32], width: usize) {
     let counts = |p: usize| {
         variances[p] > 0.0 && variances[p].is_finite() && estimates[p].is_finite() && radiance[p].is_finite()
@@ -106,8 +108,8 @@ impl Squares {
         Self { of: vec![Light::default(); across * down], side, across, down }
     }
 
-    /// Light `D` given to each square, from that of the larger squares, of which `across` with the
-    /// given side lie in a row.
+    /// Light `D` given to each square. `larger`: light given to each of the larger squares, which
+    /// have the given `side` (pixels) and of which `across` lie in a row.
     fn given(&self, larger: &[f64], across: usize, side: usize) -> Vec<f64> {
         let larger_of = |square: usize| {
             let [x, y] = [square % self.across, square / self.across];
@@ -172,8 +174,9 @@ mod tests {
         }
     }
 
-    /// The light of one outlier is given to no other pixel, the light of many to all. Exact pixels
-    /// and pixels that are not finite neither count nor change.
+    /// A reconstruction that lacks the light of 1 or of 64 outliers. The light of one is not
+    /// restored; the light of 64 is distributed over all pixels. Exact pixels and pixels that are
+    /// not finite are ignored and stay unchanged.
     #[test]
     fn the_light_of_many_outliers_is_given_back() {
         for (outliers, share) in [(1, 0.0), (64, 1.0 - 1.0 / 64.0)] {

@@ -6,16 +6,17 @@
 //! e²/n² = (1 − λ)² max(0, mean (A − y)(B − y)/n²) + ((1 − λ) s_y + λ s_u)²/n² + mean (y_A − y_B)²/4n²
 //! ```
 //!
-//! All quantities are luminances. `u′` is `u` without outliers, `s` is a standard error due to the
-//! noise of the pixels, and `n` is the size of the pixel, which errors are relative to: a dark
-//! pixel beside a bright one has a smaller error. Means are over a block. The standard errors are
-//! those of the pixel itself, so that a pixel without similar ones keeps its noise.
+//! All quantities are luminances. `u′` is `u` with outliers clamped; `s_y` and `s_u` are the
+//! standard errors of `y` and `u` due to the noise of the pixels; `n` is the size of the pixel,
+//! which errors are relative to. Means are over a block. They are of errors relative to `n`, so
+//! that a dark pixel beside a bright one has a smaller error. The standard errors are those of the
+//! pixel itself, not means over the block, so that a pixel without similar pixels keeps its noise.
 //!
-//! The weights for one half are independent of its noise, and so cannot select pixels by their
-//! noise (Rousselle, Knaus, Zwicker 2012). The mean of the products `(A − y)(B − y)` is the squared
-//! bias of `y`, since the noise of one half is independent of that of the other. So `λ` is a step
-//! of James and Stein (1961) towards the unbiased picture: it goes to 1 as samples grow, and more
-//! work always helps.
+//! The weights for one half come from the other half. They are independent of the noise of the
+//! pixels that they average, and so cannot select pixels by it (Rousselle, Knaus, Zwicker 2012).
+//! The mean of the products `(A − y)(B − y)` is the squared bias of `y`, since the noises of the
+//! two halves are independent. So `λ` is a step of James and Stein (1961) towards the unbiased
+//! picture. It tends to 1 as the number of samples grows, so that more work always helps.
 //!
 //! # Guarantee
 //! None: `e` guides work; only an audit can make a claim about a picture.
@@ -32,10 +33,10 @@ use crate::color::Rgb;
 use crate::error::Result;
 use crate::film::{Film, planes};
 
-/// Half the width of a block, without its middle (pixels).
+/// Pixels from the middle of a block to its edge.
 const BLOCK: usize = 3;
-/// Least size that the errors of a pixel are relative to, as a share of the mean luminance of the
-/// picture.
+/// Smallest size `n` of a pixel, which its errors are relative to, as a share of the mean luminance
+/// of the picture.
 pub const LEAST_SIZE: f64 = 0.01;
 
 /// Two independent films of one picture, each with the features of both.
@@ -121,7 +122,7 @@ struct Smooth {
 }
 
 impl Smooth {
-    /// Means of similar pixels: each half by its similarity in the other half.
+    /// Averages similar pixels of each half; their similarity is measured in the other half.
     fn of_alike(read: &Read) -> Self {
         let Read { pixels, tamed: [a, b], .. } = read;
         let means = [alike::means(pixels, b, a), alike::means(pixels, a, b)];
@@ -195,8 +196,8 @@ impl Read {
             let block = Products::mean(&products, [x, y], [width, height]);
             let step = if block.square > 0.0 { (block.bias / block.square).clamp(0.0, 1.0) } else { 0.0 };
             let p = y * width + x;
-            // `u′`: one path in a thousand that is a thousand times brighter enters only through
-            // the means.
+            // `u′`, with outliers clamped: the excess of a rare bright path enters only through the
+            // means.
             let plain = pixels.albedo[p] * (tamed[0][p].irradiance + tamed[1][p].irradiance) * 0.5;
             let size = products[p].size;
             let variance: f32 = errors.iter().map(|e| 0.25 * e[p] * e[p] / (size * size)).sum();
@@ -258,8 +259,8 @@ mod tests {
 
     const SIZE: [u32; 2] = [64, 48];
 
-    /// Luminance at the middle of a pixel of a flat wall, bright to the right of a soft edge, with
-    /// stripes that are in no feature.
+    /// Luminance of a flat wall at the middle of a pixel. The wall is bright to the right of a soft
+    /// edge, and has stripes that no feature shows.
     fn truth(x: u32) -> f32 {
         let edge = ((x as f32 - 28.0) / 8.0).clamp(0.0, 1.0);
         1.0 + 2.0 * edge + if x % 8 < 4 { 0.2 } else { 0.0 }
@@ -299,9 +300,9 @@ mod tests {
         (Window::full(SIZE).pixels().zip(radiance).map(of).sum::<f64>() / radiance.len() as f64).sqrt()
     }
 
-    /// The mean of two halves has an error of the noise over √2. Most of a strong noise is removed.
-    /// Of a weak noise no more is left than in that mean, to within 10 %, although no feature shows
-    /// the stripes.
+    /// The plain mean of two halves has the error `noise/√2`. At noise 0.4 the reconstruction has
+    /// less than 0.4 of this error. At weaker noise it has at most 1.1 times this error, although
+    /// no feature shows the stripes.
     #[test]
     fn more_work_always_helps() {
         let errors =

@@ -6,11 +6,13 @@
 //!
 //! with the weighted quartiles `Q` of the irradiance of 7 × 7 pixels, weighted by the similarity of
 //! their first surfaces. For normal noise the bounds are two standard deviations from the median. A
-//! pixel beyond a bound is moved to it, but by no more than three of its own standard errors: a
-//! small lamp has a small standard error and stays bright, a lucky path has a large one.
+//! pixel beyond a bound is moved to it, but by no more than three of its own standard errors. A
+//! small lamp has a small standard error and so stays bright; a pixel that is bright because of one
+//! lucky path has a large standard error and is clamped.
 //!
-//! The variance of a pixel becomes the weighted median of the variances in the neighbourhood, but
-//! at most four times its own: a pixel that missed a rare bright path underestimates its variance.
+//! The variance of a pixel is replaced by the weighted median of the variances in the
+//! neighbourhood, because a pixel that missed a rare bright path underestimates its variance. It
+//! grows by no more than a factor of four.
 
 use rayon::prelude::*;
 
@@ -95,7 +97,7 @@ fn tamed(pixels: &Pixels, [x, y]: [usize; 2]) -> Tamed {
     }
 }
 
-/// Weighted quantiles of pairs of a value and a weight, at these shares of the total weight, in
+/// Quantiles of values with weights, given as pairs. `shares`: shares of the total weight, in
 /// ascending order.
 fn quantiles<const N: usize>(values: &mut [(f32, f32)], total: f32, shares: [f32; N]) -> [f32; N] {
     values.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));

@@ -23,7 +23,7 @@ const FEATURES: usize = 8;
 pub struct Pixels {
     pub width: usize,
     pub height: usize,
-    /// Divisor of colours: the albedo plus 0.02; white without a surface.
+    /// Divisor of colours: the albedo plus 0.02; white if the pixel shows no surface.
     pub albedo: Vec<Rgb>,
     /// Irradiance `E`; black where it is not finite.
     pub irradiance: Vec<Rgb>,
@@ -81,8 +81,8 @@ impl Pixels {
         })
     }
 
-    /// Excludes the pixels that are excluded in the other half of the picture, since a mean of both
-    /// halves needs both.
+    /// Excludes the pixels that `other`, the other half of the picture, excludes: the mean of both
+    /// halves needs a value from each.
     pub fn without_those_of(&mut self, other: &Self) {
         for (p, features) in self.features.iter_mut().enumerate() {
             if other.features[p] == UNLIKE_ANY {

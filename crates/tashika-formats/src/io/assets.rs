@@ -20,13 +20,14 @@ use crate::scene::{Channel, Image, NoteKind, SceneBuilder, below_zero_message};
 #[derive(Debug)]
 pub(super) struct ImageCache<'f> {
     files: &'f SceneFiles,
-    /// By the reference as the file spells it.
+    /// Results by reference, as the scene file spells it.
     by_reference: BTreeMap<(String, Encoding), Result<Picture, Unreadable>>,
-    /// By canonical path: one file may be spelt in several ways.
+    /// Images by canonical path, because references may spell one file in several ways.
     by_path: BTreeMap<(PathBuf, Encoding), Picture>,
     /// Images with texels that are not opaque.
     transparent: BTreeSet<Picture>,
-    /// The channel of each image that has only one, unless it is grey.
+    /// For each image with a single colour channel, which channel it is; grey images are not
+    /// listed.
     lone: BTreeMap<Picture, Channel>,
 }
 
@@ -117,7 +118,7 @@ impl<'f> ImageCache<'f> {
         self.lone.get(&image).copied().unwrap_or(Channel::Luminance)
     }
 
-    /// Decodes an image of colours, such as an environment, for a caller that stores it; the cache
+    /// Decodes an image of colours, such as an environment. The caller stores the image; the cache
     /// does not. Returns none, with a note, if the image cannot be read.
     ///
     /// # Errors
@@ -211,7 +212,7 @@ pub(super) fn kind(error: &Error) -> NoteKind {
     }
 }
 
-/// Reason that something could not be read, without the place, which the note has.
+/// Reason that something could not be read. The place is omitted, because the note has it.
 pub(super) fn reason(error: &Error) -> String {
     match error {
         Error::Io { source, .. } if source.kind() == ErrorKind::NotFound => "no such file".to_owned(),
@@ -296,8 +297,8 @@ mod tests {
         let image = cache.read("a.pfm", Encoding::Linear, &at, &mut builder).unwrap().unwrap();
         assert_eq!((image.width, image.height), (1, 1));
         assert!(cache.read("gone.png", Encoding::Linear, &at, &mut builder).unwrap().is_none());
-        // `read` notes values below zero itself, as it is for colours only; `load` leaves that to
-        // the use of the image in the scene.
+        // `read` is for colours only and notes values below zero itself. After `load`, they are
+        // noted only if the scene uses the image for colours.
         assert!(cache.read("below.pfm", Encoding::Linear, &at, &mut builder).unwrap().is_some());
         assert!(cache.load("below.pfm", Encoding::Linear, &at, &mut builder).unwrap().is_some());
         let notes = notes(builder);

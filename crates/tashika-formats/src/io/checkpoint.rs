@@ -2,7 +2,8 @@
 //! stopped at any moment.
 //!
 //! The file begins with size, window, planes and metadata of the render's film, which identify the
-//! render. A record follows for each finished tile, added in one piece. Numbers are little-endian:
+//! render. A record follows for each finished tile, appended by a single write. Numbers are
+//! little-endian:
 //!
 //! ```text
 //! "TASHIKAC"  u32 version = 1  u32 length of the head  head (JSON)  u32 CRC-32 of the head
@@ -10,11 +11,11 @@
 //! ```
 //!
 //! # Guarantee
-//! [`Checkpoint::open`] returns tiles bit by bit as they were added. The first record that is cut
-//! off or has a wrong checksum is not used, nor any record after it; this is reported, and the
-//! tiles of these records must be rendered again. A file that belongs to another render, or is no
-//! checkpoint, is refused and not changed. On a file system with locks, two programs cannot write
-//! to one checkpoint. Memory is proportional to the film, whatever the file contains.
+//! [`Checkpoint::open`] returns tiles bit by bit as they were added. If a record is cut off or has
+//! a wrong checksum, this record and all records after it are ignored. This is reported, and the
+//! tiles of the ignored records must be rendered again. A file that belongs to another render, or
+//! is no checkpoint, is refused and not changed. On a file system with locks, two programs cannot
+//! write to one checkpoint. Memory is proportional to the film, whatever the file contains.
 //!
 //! # Held to this by
 //! The tests below; the program's tests in `tests/parts.rs`, which kill it while it renders.
@@ -270,7 +271,7 @@ enum Record {
     Whole(Vec<u8>),
     /// The file ends within a record.
     Truncated,
-    /// No record of this film, or one with a wrong checksum.
+    /// A record that does not fit this film, or that has a wrong checksum.
     Damaged,
 }
 
@@ -359,7 +360,7 @@ mod tests {
         film
     }
 
-    /// The film with nothing but these tiles.
+    /// A blank copy of the film into which only these tiles are copied.
     fn only(tiles: &[Window]) -> Film {
         let (mut out, film) = (blank(1), film());
         for tile in tiles {

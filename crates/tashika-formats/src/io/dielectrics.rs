@@ -48,8 +48,8 @@ pub(super) fn refractive_index(name: &str) -> Option<f32> {
     INDICES.iter().find(|(known, _)| *known == name).map(|(_, index)| *index)
 }
 
-/// Range of refractive indices that surfaces accept: 1 would be no boundary at all, diamond has
-/// 2.4.
+/// Range of refractive indices that surfaces accept. An index of 1 would be no boundary; diamond
+/// has 2.4.
 pub(super) const IOR_RANGE: [f32; 2] = [1.0001, 5.0];
 
 /// Nearest index that a surface accepts.
@@ -63,9 +63,9 @@ pub(super) fn normal_reflectance(ior: f32) -> f32 {
     amplitude * amplitude
 }
 
-/// Index of a pane whose two faces together reflect as much at normal incidence as one face of
-/// `ior`: two faces of reflectance `F` reflect `2F/(1 + F)`. For formats that define a thin surface
-/// by one face.
+/// Index of a pane, for formats that define a thin surface by one face of index `ior`. At normal
+/// incidence, the two faces of the pane together reflect as much as that face: two faces of
+/// reflectance `F` reflect `2F/(1 + F)`.
 pub(super) fn single_face(ior: f32) -> f32 {
     let one = normal_reflectance(ior);
     let each = (one / (2.0 - one)).sqrt();

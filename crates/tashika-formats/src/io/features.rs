@@ -1,11 +1,11 @@
 //! Features of each format and their support here: one table a format.
 //!
-//! Loaders look up each feature that they meet, so that the tables describe the loaders. A row that
-//! is not [`Support::Full`] gives a note, or an error, with the row's own words.
+//! Loaders look up each feature that they meet, so that the tables describe the loaders. Every row
+//! other than [`Support::Full`] gives a note or an error with the text of the row.
 //!
 //! # Held to this by
-//! `suite::features`: every row, in a small scene of its own, gives the note that it promises and
-//! no other; the guide's tables equal these.
+//! `suite::features`: for every row, a small scene with the feature gives exactly the note of the
+//! row; the guide's tables equal these.
 
 use super::notes::{excerpt, quoted};
 use crate::error::{Error, Location, Result, nearest_name};
@@ -63,7 +63,8 @@ impl Feature {
         rows.iter().find(|f| f.kind == kind && f.name == name)
     }
 
-    /// Notes, as its row states, a feature met at `at`; returns false if it has no row.
+    /// Notes a feature met at `at` with the text of its row. Returns false if the feature has no
+    /// row.
     ///
     /// # Errors
     /// [`Error::Unsupported`] if the row refuses it.

@@ -9,8 +9,8 @@
 //!   their spelling, symbolic links by their targets.
 //! * No more than [`LoadOptions::max_file_bytes`] are read from a file, and only regular files are
 //!   opened.
-//! * The same folder gives the same path: among names that differ only in case, the exact one wins,
-//!   then the first in byte order.
+//! * With the same files in the folder, a reference always gives the same path: among names that
+//!   differ only in case, the exact one is taken, otherwise the first in byte order.
 //!
 //! # Assumption
 //! No file is replaced by a link between the check and the reading.
@@ -31,7 +31,7 @@ use crate::error::{Error, Location, Result};
 #[derive(Clone, Debug)]
 pub struct SceneFiles {
     path: PathBuf,
-    /// Canonical, so that canonical paths can be compared with it.
+    /// Canonical path of the folder, so that other canonical paths can be compared with it.
     folder: PathBuf,
     options: LoadOptions,
     /// Digest of all bytes read so far; shared by clones.
@@ -177,7 +177,7 @@ impl SceneFiles {
         let expected = usize::try_from(metadata.len()).unwrap_or(usize::MAX);
         bytes.try_reserve_exact(expected).map_err(|_| ReadError::Io(io::ErrorKind::OutOfMemory.into()))?;
         let file = File::open(path).map_err(ReadError::Io)?;
-        // The length above is that of the metadata; some files have more.
+        // The length in the metadata was checked above, but some files contain more.
         file.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(ReadError::Io)?;
         if bytes.len() as u64 > limit {
             return Err(too_large(bytes.len() as u64));
@@ -198,8 +198,8 @@ pub(super) fn is_absolute(reference: &str) -> bool {
     reference.starts_with(['/', '\\']) || reference.as_bytes().get(1) == Some(&b':')
 }
 
-/// CRC-32 and length of a file, mixed so that sums over files differ where their parts do (the
-/// finalizer of SplitMix64).
+/// CRC-32 and length of a file, mixed by the finalizer of SplitMix64. Sums of these values over all
+/// files therefore differ if one of the files differs, except by chance.
 pub(super) fn digest(bytes: &[u8]) -> u64 {
     let mut crc = flate2::Crc::new();
     crc.update(bytes);
@@ -243,7 +243,7 @@ fn in_any_case(folder: &Path, name: &str) -> PathBuf {
 mod tests {
     use super::*;
 
-    /// Creates `scene/s.gltf`, `scene/Textures/Wood.png`, and `secret.txt` beside the folder.
+    /// Creates `scene/s.gltf`, `scene/Textures/Wood.png`, and `secret.txt` beside `scene`.
     fn folder() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir_all(folder.path().join("scene/Textures")).unwrap();

@@ -67,7 +67,7 @@ pub fn scene_format(path: &Path) -> Option<&'static str> {
     known(path).map(|(_, name)| name)
 }
 
-/// Reads a scene by the reader for the ending of its file.
+/// Reads a scene with the reader that accepts the ending of the file.
 pub(super) fn load(path: &Path, files: &SceneFiles) -> Result<Scene> {
     if let Some((format, _)) = known(path) {
         return (format.load)(files);

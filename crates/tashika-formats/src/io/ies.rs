@@ -1,18 +1,19 @@
 //! Photometric data of lamps: IES files (LM-63 of 1986 to 2019), photometry of type C.
 //!
 //! A file gives the luminous intensity at a grid of angles: vertical angles `γ` from straight down
-//! (0°) to straight up (180°), and horizontal angles `C`, of which files of symmetric lamps list
-//! half, a quarter, or one. Between the angles, intensities are interpolated linearly; beyond the
-//! vertical angles of the file, they are 0. They are stored in a latitude-longitude map of [`SIZE`]
-//! texels, one row for each half degree: finer detail is lost. In the map's frame `+y` is up, and
-//! `C` grows from 0° at `+x` towards `−z`, counterclockwise as seen from above.
+//! (0°) to straight up (180°), and horizontal angles `C`. For symmetric lamps, files list only half
+//! or a quarter of the horizontal angles, or a single one. Between the angles, intensities are
+//! interpolated linearly; beyond the vertical angles of the file, they are 0. The intensities are
+//! stored in a latitude-longitude map of [`SIZE`] texels, with one row for each half degree. Finer
+//! detail is lost. In the map's frame `+y` is up, and `C` grows from 0° at `+x` towards `−z`,
+//! counterclockwise as seen from above.
 //!
-//! Candela count as W·sr⁻¹, times the file's multiplier and ballast factors; the factor between the
-//! units is the same for all lights and left to exposure.
+//! Intensities in candela are taken as W·sr⁻¹ and multiplied by the file's multiplier and ballast
+//! factors. The factor between the units is the same for all lights and is left to exposure.
 //!
 //! # Limits
-//! The size of the luminaire is ignored: it is a point. Losses by the tilt of a lamp are ignored as
-//! well. Photometry of types A and B is refused.
+//! The size of the luminaire is ignored: it becomes a point light. Losses by the tilt of a lamp are
+//! ignored as well. Photometry of types A and B is refused.
 //!
 //! # Guarantee
 //! Any bytes give a map or an error; memory is proportional to the bytes that are there. Held to
@@ -53,10 +54,10 @@ pub(super) fn decode(bytes: &[u8], name: &str, at: &Location) -> Result<Option<I
 }
 
 impl Photometry {
-    /// The intensity (cd) at two angles (degrees); the horizontal one grows as the map's columns
-    /// do, against `C`.
+    /// The intensity (cd) at the vertical angle `gamma` and the horizontal angle `column`
+    /// (degrees). `column` grows with the map's columns, opposite to `C`.
     fn at(&self, gamma: f32, column: f32) -> f32 {
-        // Columns run from +x at 270° of the map towards +z: against C.
+        // `column` is 0 at +x, which is at 270° of the map, and grows towards +z, opposite to `C`.
         let c = (360.0 - column).rem_euclid(360.0);
         let (first, last) = (self.horizontal[0], self.horizontal[self.horizontal.len() - 1]);
         let mirrored = |c: f32, about: f32| if c > about { 2.0 * about - c } else { c };
@@ -91,8 +92,8 @@ impl Photometry {
     }
 }
 
-/// Index of the last angle that is not beyond `x`, and the fraction of the way to the next; none
-/// outside.
+/// Index of the last angle that is not above `x`, and the fraction of the way from it to the next
+/// angle; none if `x` is outside the range of the angles.
 fn interval(angles: &[f32], x: f32) -> Option<(usize, f32)> {
     if angles.len() == 1 {
         return Some((0, 0.0));
@@ -229,7 +230,7 @@ mod tests {
         let of = |horizontal: &str, candela: &str| {
             parse(file(&format!("0 45 90\n{horizontal}"), candela).as_bytes(), &at()).unwrap()
         };
-        // `at` takes angles in the sense of the map's columns, against C.
+        // The horizontal angle of `at` grows with the map's columns, opposite to C.
         let read = |p: &Photometry, gamma: f32, c: f32| p.at(gamma, 360.0 - c);
         let round = of("0", "10 8 0");
         for c in [0.0, 77.0, 359.0] {
@@ -257,8 +258,9 @@ mod tests {
         assert_eq!([0.0, 45.0, 180.0, 315.0].map(|c| read(&whole, 10.0, c)), [1.0, 1.5, 3.0, 2.5]);
     }
 
-    /// A lamp of constant intensity in the lower hemisphere has `∫ I dω` = 2π; the axes of the map
-    /// are those of the frame.
+    /// A lamp of constant intensity 1 in the lower hemisphere must have `∫ I dω` = 2π. A lamp with
+    /// different intensities at `C` = 0°, 90°, 180° and 270° must have them at `+x`, `−z`, `−x` and
+    /// `+z`.
     #[test]
     fn the_map_has_the_power_and_the_axes_of_the_file() {
         let bytes = file("0 90\n0", "1 1");
@@ -298,7 +300,7 @@ mod tests {
             let said = message(&damaged);
             assert!(said.contains(expected), "{said}: {expected}");
         }
-        // Cut off anywhere, it is a lamp or an error.
+        // A file that is cut off anywhere gives a lamp or an error.
         for end in 0..good.len() {
             let _ = decode(&good.as_bytes()[..end], "lamp", &at());
         }

@@ -54,8 +54,8 @@ pub(super) struct Includes {
     /// Largest number of files nested in each other, the scene's own included.
     depth: usize,
     included: usize,
-    /// Names of the files so far, with the sums of their bytes: once for each file in `bytes`, and
-    /// for all repetitions in `repeated`.
+    /// Names of the files included so far. `bytes` is the sum of their lengths, each file counted
+    /// once; `repeated` is the sum over all repeated inclusions.
     known: BTreeSet<String>,
     bytes: u64,
     repeated: u64,
@@ -132,7 +132,7 @@ mod tests {
     fn the_same_file_again_and_again_is_refused_before_it_takes_long() {
         let (mut includes, at) = (Includes::new(10_000, 2), Location::line("a", 1));
         let size = 1 << 20;
-        // Once, and 32 + 8 repetitions.
+        // The first inclusion, and 32 + 8 repetitions.
         let times = (0..1000).take_while(|_| includes.count("b", size, &at).is_ok()).count();
         assert_eq!(times, 41);
         let error = includes.count("b", size, &at).unwrap_err().to_string();

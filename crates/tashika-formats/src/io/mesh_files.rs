@@ -1,4 +1,4 @@
-//! Readers of mesh files that scenes of several formats name.
+//! Readers of mesh files that scene files of several formats can reference.
 
 pub(super) use super::obj::read_mesh as read_obj;
 pub(super) use super::ply::read as read_ply;

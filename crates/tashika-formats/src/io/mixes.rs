@@ -1,8 +1,7 @@
 //! Mixed surfaces that several formats share.
 //!
-//! The parts of a mix are materials of their own, one of which is chosen at random at each point.
-//! If the mix stands for a sum of two lobes, the colour of each is divided by the share of its
-//! part.
+//! The parts of a mix are separate materials. At each point, one of them is chosen at random. If
+//! the mix stands for a sum of two lobes, the colour of each is divided by the share of its part.
 //!
 //! Held to this by the formats' tests, and by the suite's `formula_materials`.
 
@@ -18,7 +17,7 @@ pub(super) fn grey() -> Surface {
     Surface::Lambert { reflectance: Rgb::gray(GREY).into() }
 }
 
-/// Mix of two named surfaces: the second is chosen on the share `amount` of points.
+/// Mix of two named surfaces, of which the second is chosen with probability `amount`.
 pub(super) fn mix(
     builder: &mut SceneBuilder,
     parts: [(String, Surface); 2],
@@ -39,7 +38,7 @@ pub(super) fn either(
     mix(builder, parts, amount.into())
 }
 
-/// Divides a colour by the share of its part in a mix; 1 at most.
+/// Divides a colour by the share of its part in a mix. The factor of the result is at most 1.
 pub(super) fn of_share(color: ColorInput, share: f32) -> ColorInput {
     ColorInput { factor: (color.factor * (1.0 / share)).map(|v| v.min(1.0)), ..color }
 }

@@ -1,4 +1,4 @@
-//! Files in and out: the only place that touches the file system.
+//! Reading and writing of files. No other module accesses the file system.
 //!
 //! Claims of a file are checked before use: sizes against the bytes present, indices against the
 //! length of their list, references against the scene's own folder.
@@ -68,11 +68,11 @@ pub struct LoadOptions {
     /// motion show its beginning or end. Default: none. Animations then have no effect: the scene
     /// is as at its first keys (pbrt, Mitsuba), or as its nodes are at rest (glTF).
     pub at: Option<f64>,
-    /// Beginning and end of the time that the shutter of cameras is open (s), relative to
-    /// [`Self::at`], or to zero without it: finite numbers, the first not above the second. Cameras
-    /// and objects that move meanwhile are blurred; lights without a surface are at their place in
-    /// the middle of this time. Default: none. Then nothing is blurred if [`Self::at`] is set, and
-    /// otherwise the shutter is that of the file (pbrt, Mitsuba).
+    /// Times (s) at which the shutter of cameras opens and closes, relative to [`Self::at`], or to
+    /// zero if that is not set. Both are finite, and the first is not above the second. Cameras and
+    /// objects that move while the shutter is open are blurred; lights without a surface stay at
+    /// their position in the middle of this time. Default: none. Then nothing is blurred if
+    /// [`Self::at`] is set, and otherwise the shutter is that of the file (pbrt, Mitsuba).
     pub shutter: Option<[f64; 2]>,
 }
 
@@ -116,8 +116,8 @@ impl LoadOptions {
         }
     }
 
-    /// Beginning and end of the time that a camera's shutter is open (s), where `own` is that of
-    /// its file; none if nothing is blurred and the camera stands as at [`Self::time`].
+    /// Times at which a camera's shutter opens and closes (s). `own` are the times in the camera's
+    /// file. Returns none if nothing is blurred; the camera then stands as at [`Self::time`].
     fn exposure(&self, own: Option<[f64; 2]>) -> Option<[f64; 2]> {
         match (self.shutter, self.at) {
             (Some(shutter), at) => Some(shutter.map(|seconds| at.unwrap_or(0.0) + seconds)),
@@ -127,8 +127,8 @@ impl LoadOptions {
     }
 }
 
-/// Opens a scene by a user's name for it, `builtin:room`, `builtin:tiny` or a file, and applies the
-/// changes of `lights`. A scene without any light gets that of [`Scene::with_default_light`].
+/// Opens the scene that a user names (`builtin:room`, `builtin:tiny` or a file) and applies the
+/// changes of `lights`. A scene without lights gets the light of [`Scene::with_default_light`].
 ///
 /// # Errors
 /// As [`load_scene`] and [`LightChanges::apply`]; [`Error::Invalid`] for a file without surfaces,
@@ -138,7 +138,7 @@ pub fn open_scene(name: &Path, lights: &LightChanges, options: &LoadOptions) -> 
         Some(name) => builtin::by_name(name)?(),
         None => {
             let scene = load_scene(name, options)?;
-            // At some times of a file that moves, nothing may be visible: the picture is the
+            // At the given time, a scene that moves may have no surface. The picture is then the
             // background.
             let is_moment = options.time().is_some() && scene.animated_seconds().is_some();
             if scene.instances().is_empty() && !is_moment {

@@ -6,13 +6,13 @@
 //! data    = grid (672 bytes), tree (64), root, nodes of 32³ × 16³ × 8³ values below each other
 //! ```
 //!
-//! Grids of 32-bit floats are read, uncompressed or as zlib streams (codec 1). Nodes are located by
-//! the offsets in their parents; a tile stands for all values below it. Values outside the box of
-//! active values, extended by one layer, are ignored.
+//! Grids of 32-bit floats are read, uncompressed or as zlib streams (codec 1). A node stores the
+//! offsets of its children. A tile is one value for a whole child. Values outside the box of active
+//! values, extended by one layer, are ignored.
 //!
 //! # Guarantee
-//! Any bytes give a grid or an error. Cells take at most [`MAX_RATIO`] times the bytes of the data,
-//! and both stay within the given limit: a larger box is refused.
+//! Any bytes give a grid or an error. The cells take at most [`MAX_RATIO`] times the bytes of the
+//! data, and cells and data each stay within the given limit: a larger box is refused.
 //!
 //! Source: the format description of NanoVDB at openvdb.org. Held to this by the tests below.
 
@@ -25,11 +25,11 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use crate::error::{Error, Location, Result};
 
-/// Largest number of bytes of cells for each byte of data.
+/// Largest ratio of the bytes of the cells to the bytes of the data.
 const MAX_RATIO: u64 = 16;
-/// Largest number of bytes for each byte of a deflate stream: 258 bytes in two bits.
+/// Largest compression ratio of a deflate stream: 258 bytes from two bits.
 const MAX_DEFLATE: u64 = 1032;
-/// The type of 32-bit floats.
+/// Code of the grid type of 32-bit floats.
 const FLOAT: u32 = 1;
 
 /// Sizes of parts of a file (bytes).
@@ -42,12 +42,12 @@ const GRID: usize = 672;
 pub(super) struct NanoGrid {
     /// Lowest index along each axis.
     pub(super) lowest: [i32; 3],
-    /// Number of values along each axis, up to one index beyond the highest active one: between the
-    /// last two, values fall to an inactive one.
+    /// Number of values along each axis. The range ends one index beyond the highest active one, so
+    /// that the density falls to an inactive value there.
     pub(super) counts: [u32; 3],
     /// Values, the first axis fastest.
     pub(super) values: Vec<f32>,
-    /// From indices to world space: value `k` is at index `k`.
+    /// Map from indices to world space: the value with index `k` lies at `k`.
     pub(super) to_world: DAffine3,
 }
 
@@ -121,7 +121,7 @@ fn data_of<'a>(bytes: &'a [u8], name: &str, most: u64, at: &Location) -> Result<
     Err(invalid(format!("grids {names:?}"), &format!("a grid {name:?}")))
 }
 
-/// Inflates a zlib stream of `whole` bytes, which follows its length.
+/// Inflates the zlib stream in `stored`, after its compressed length, to `whole` bytes.
 fn inflated(stored: &[u8], whole: u64) -> Option<Vec<u8>> {
     let stream = stored.get(8..)?;
     if whole / MAX_DEFLATE > stream.len() as u64 {
@@ -132,7 +132,7 @@ fn inflated(stored: &[u8], whole: u64) -> Option<Vec<u8>> {
     (bytes.len() as u64 == whole).then_some(bytes)
 }
 
-/// Numbers at offsets that may be beyond the end.
+/// Reads numbers at given offsets; none beyond the end.
 #[derive(Clone, Copy)]
 struct Bytes<'a>(&'a [u8]);
 
@@ -176,11 +176,11 @@ impl Bytes<'_> {
     }
 }
 
-/// Level of the tree at which children of nodes are nodes or tiles.
+/// Level of the tree whose nodes have nodes or tiles as children.
 struct Level {
-    /// Children along an axis, as a power of two.
+    /// Number of children along an axis, as a power of two.
     bits: u32,
-    /// Values of a child along an axis.
+    /// Number of values that a child spans along an axis.
     child: i32,
     children: usize,
     table: usize,
@@ -219,7 +219,7 @@ impl<'a> Tree<'a> {
         })
     }
 
-    /// All values in the box of active values; none if nodes are not where they should be.
+    /// All values in the box of active values; none if an offset does not lead to a valid node.
     fn dense(&self, most: u64, at: &Location) -> Result<Option<NanoGrid>> {
         let size = [0, 1, 2].map(|k| i64::from(self.highest[k]) - i64::from(self.lowest[k]) + 2);
         let cells = size.into_iter().try_fold(1_u64, |all, n| all.checked_mul(u64::try_from(n).ok()?));
@@ -247,7 +247,8 @@ impl<'a> Tree<'a> {
         for tile in 0..tiles as usize {
             let tile = self.root + 64 + 32 * tile;
             let key = self.bytes.u64(tile)?;
-            // 21 bits for each axis, z lowest, of indices without their 12 lowest bits.
+            // The key has 21 bits for each axis, z lowest. They are the index without its 12 lowest
+            // bits.
             let axis = |shift: u32| ((key >> shift & 0x1f_ffff) as u32) << 12;
             let origin = [axis(42) as i32, axis(21) as i32, axis(0) as i32];
             if !seen.insert(origin) {
@@ -340,8 +341,9 @@ mod tests {
         bytes[at..at + value.len()].copy_from_slice(value);
     }
 
-    /// A grid with a leaf at (−8, 0, 8) whose value at (x, y, z) in it is `x + 8 y + 64 z`, tiles
-    /// of 7 elsewhere in its node of 16³, and nothing around that node. Indices are 2 m apart.
+    /// A grid with one leaf at (−8, 0, 8), whose value at (x, y, z) in the leaf is
+    /// `x + 8 y + 64 z`. The rest of its node of 16³ is tiles of 7. There is no other node. Indices
+    /// are 2 m apart.
     fn grid() -> Vec<u8> {
         let (root, upper) = (GRID + 64, GRID + 64 + 64 + 32);
         let lower = upper + UPPER.table + 8 * (1 << 15);
@@ -360,7 +362,8 @@ mod tests {
         let x = u64::from((-4096_i32) as u32 >> 12);
         put(&mut bytes, root + 64, &(x << 42).to_le_bytes());
         put(&mut bytes, root + 64 + 8, &((upper - root) as u64).to_le_bytes());
-        // (−8, 0, 8) is (4088, 0, 8) from the node's corner: child (31, 0, 0), then (15, 0, 1).
+        // Relative to the upper node's corner, (−8, 0, 8) is (4088, 0, 8): child (31, 0, 0), and in
+        // it child (15, 0, 1).
         let child = 31 << 10;
         bytes[upper + UPPER.children + child / 8] |= 1 << (child % 8);
         put(&mut bytes, upper + UPPER.table + 8 * child, &((lower - upper) as u64).to_le_bytes());
@@ -377,7 +380,7 @@ mod tests {
         bytes
     }
 
-    /// A file of two grids, of which the second is `data`.
+    /// A file of two grids; the second is `data`.
     fn file(data: &[u8], codec: u16) -> Vec<u8> {
         let mut stored = data.to_vec();
         if codec == 1 {
@@ -415,7 +418,8 @@ mod tests {
             assert_eq!((grid.lowest, grid.counts), ([-8, 0, 8], [13, 9, 9]));
             let at = |x: i32, y: i32, z: i32| grid.values[((z - 8) * 9 + y) as usize * 13 + (x + 8) as usize];
             assert_eq!([at(-8, 0, 8), at(-7, 0, 8), at(-8, 3, 8), at(-1, 7, 15)], [0.0, 1.0, 24.0, 511.0]);
-            // Tiles above and behind the leaf; beyond x = 0 there is no node.
+            // The first two points are in tiles above and behind the leaf. The last two are beyond
+            // x = 0, where there is no node.
             assert_eq!([at(-8, 8, 8), at(-1, 0, 16), at(0, 0, 8), at(4, 8, 16)], [7.0, 7.0, 0.5, 0.5]);
             assert_eq!(grid.to_world.transform_point3(DVec3::ONE), DVec3::new(2.0, 12.0, 22.0));
         }
@@ -458,7 +462,7 @@ mod tests {
             for i in (0..all.min(1500)).chain((0..all).step_by(499)) {
                 let mut flipped = whole.clone();
                 flipped[i] ^= 1 << (i % 8);
-                // Either is fine; a panic is not.
+                // A grid or an error is fine; a panic is not.
                 let _ = open(&flipped);
             }
         }

@@ -28,8 +28,8 @@ pub(super) fn quoted(name: &str) -> String {
     format!("{:?}", excerpt(name, LONGEST))
 }
 
-/// Notes with names from a file in their messages. Their number is limited, as a hostile file has
-/// millions of names.
+/// Notes whose messages contain names from a file. Their number is limited, because a hostile file
+/// may have millions of names.
 pub(super) struct Named {
     limit: usize,
     messages: BTreeSet<String>,
@@ -41,7 +41,7 @@ impl Named {
         Self { limit, messages: BTreeSet::new() }
     }
 
-    /// Notes an occurrence of `message`, or of `rest` for messages beyond the limit.
+    /// Adds a note of `message`; beyond the limit of different messages, a note of `rest` instead.
     pub(super) fn add(
         &mut self,
         kind: NoteKind,

@@ -1,8 +1,8 @@
-//! Files that are written: whole or not at all.
+//! Writing of files, whole or not at all.
 //!
-//! A file is written under another name in the same folder, ending in `.partial`, and renamed when
-//! it is complete. Readers of the path see either the old file or the new one. A path that is
-//! neither a file nor absent (`/dev/stdout`, a pipe) is written to directly.
+//! A file is written to the same folder under a name that ends in `.partial`, and renamed when it
+//! is complete. Readers of the path therefore see either the old file or the new one. A path that
+//! exists and is not a regular file (`/dev/stdout`, a pipe) is written to directly.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
@@ -36,7 +36,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
                 .and_then(|()| file.sync_all())
                 .and_then(|()| fs::rename(&partial, &place));
             done.map_err(|e| {
-                // The first error is reported; a left-over `.partial` is harmless.
+                // Only the first error is reported; a `.partial` file that remains is harmless.
                 let _ = fs::remove_file(&partial);
                 Error::io(path, e)
             })
@@ -45,10 +45,10 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 enum Target {
-    /// A path that is neither a file nor absent.
+    /// An existing path that is not a regular file.
     Direct,
-    /// A file to be replaced or made: its path with links resolved, and its name until it is
-    /// complete.
+    /// A file to be replaced or created: its path with links resolved, and the path of the partial
+    /// file.
     Replaced { place: PathBuf, partial: PathBuf },
 }
 
@@ -60,7 +60,7 @@ fn target(path: &Path) -> Result<Target> {
         }
         Ok(meta) if !meta.is_file() => return Ok(Target::Direct),
         Ok(_) => {
-            // A file that may not be written is not replaced either, although its folder would
+            // A write-protected file is not replaced, although the permissions of its folder would
             // allow it.
             File::options().write(true).open(path).map_err(|e| Error::io(path, e))?;
             fs::canonicalize(path).map_err(|e| Error::io(path, e))?

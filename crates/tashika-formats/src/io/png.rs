@@ -1,8 +1,8 @@
-//! 8-bit sRGB picture of a film: its [reconstruction](crate::reconstruction), or else the main
-//! plane, mapped by a [`ToneMap`].
+//! 8-bit sRGB picture of a film: its [reconstruction](crate::reconstruction), or the main plane if
+//! it has none, mapped by a [`ToneMap`].
 //!
-//! The file is marked as sRGB. The picture shows the film's window. Pixels that were not rendered,
-//! which a plane `stop` marks by 0, are transparent and ignored by the exposure.
+//! The file is marked as sRGB. The picture shows the film's window. Pixels that were not rendered
+//! have 0 in the plane `stop`; they are transparent and do not affect the exposure.
 //!
 //! # Guarantee
 //! Equal films give equal bytes.
@@ -79,7 +79,7 @@ mod tests {
         },
     ];
 
-    /// A film of one row; the fourth number of a pixel is 0 if it was not rendered.
+    /// A film of one row; a pixel whose fourth number is 0 was not rendered.
     fn film(pixels: &[[f32; 4]]) -> Film {
         let window = Window { x: 2, y: 1, width: pixels.len() as u32, height: 1 };
         let mut film = Film::new([pixels.len() as u32 + 2, 2], window, SPECS).unwrap();
@@ -108,7 +108,7 @@ mod tests {
     #[test]
     fn below_the_knee_pixels_are_the_srgb_code_of_the_radiance() {
         let (p, _) = picture(&[gray(0.0), gray(0.25), [0.5, 0.1, 0.0, 1.0]], Exposure::Stops(0.0));
-        // sRGB of 0.25, 0.5, 0.1 by the standard: 0.5371, 0.7354, 0.3492.
+        // sRGB codes of 0.25, 0.5, 0.1 by the standard: 0.5371, 0.7354, 0.3492.
         assert_eq!(p, [[0, 0, 0, 255], [137, 137, 137, 255], [188, 89, 0, 255]]);
         let (p, _) = picture(&[gray(1.0)], Exposure::Stops(-2.0));
         assert_eq!(p[0][0], 137, "two stops are a factor of four");

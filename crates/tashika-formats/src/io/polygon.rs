@@ -7,58 +7,61 @@
 //! A = ½ Σ (pᵢ − p₀) × (pᵢ₊₁ − p₀)
 //! ```
 //!
-//! in `f64`. Strictly convex projections are cut into a fan, others by ear clipping (crate
+//! in `f64`. A strictly convex projection is cut into a fan, any other by ear clipping (crate
 //! `earcut`).
 //!
 //! # Guarantee
 //! * Triangles use the polygon's own vertices and run in its direction.
-//! * The areas of the triangles of a simple polygon add up to the polygon's. Where they do not, the
-//!   polygon crosses itself and [`Coverage::Crossing`] is returned.
-//! * Time is bounded by the size of the input: ear clipping is quadratic for polygons that cross
-//!   themselves, so at most [`MAX_CORNERS`] corners are clipped at a time, and [`CROSSING_BUDGET`]
-//!   limits all such polygons of a file together. Beyond either, the polygon is cut into a fan.
+//! * For a simple polygon, the areas of the triangles add up to that of the polygon. If they do
+//!   not, the polygon crosses itself and [`Coverage::Crossing`] is returned.
+//! * Time is bounded by the size of the input. Ear clipping is quadratic for polygons that cross
+//!   themselves. Therefore at most [`MAX_CORNERS`] corners are clipped at a time, and
+//!   [`CROSSING_BUDGET`] limits all such polygons of a file together. Beyond either limit, the
+//!   polygon is cut into a fan.
 //!
 //! # Assumption
-//! Polygons are nearly flat; one that is bent so far that its projection crosses itself is not
-//! simple.
+//! Polygons are nearly flat. If a polygon is bent so far that its projection crosses itself, it is
+//! not simple.
 //!
 //! Held to this by the tests below and `suite::obj::concave_polygons_keep_their_area`.
 
 use earcut::Earcut;
 use glam::{DVec3, Vec3};
 
-/// Largest number of corners of a polygon that is not convex and is clipped; chosen, so that the
-/// worst polygon takes about a second.
+/// Largest number of corners up to which a polygon that is not convex is clipped; chosen, so that
+/// the worst polygon takes about a second.
 const MAX_CORNERS: usize = 10_000;
 
-/// Bound on the sum of squared corner counts of polygons that cross themselves, except small ones:
-/// some seconds of work, chosen.
+/// Bound on the sum of the squared corner counts of polygons that cross themselves, without small
+/// ones; chosen, some seconds of work.
 const CROSSING_BUDGET: u64 = 1 << 28;
 
-/// Largest number of corners of polygons that are always clipped: their quadratic cost is no more
-/// than that of parsing.
+/// Largest number of corners for which a polygon is always clipped: the quadratic cost is no more
+/// than that of parsing it.
 const SMALL: usize = 32;
 
-/// Smallest sine of the angle of a corner of a fan: below it, a fan could contain a triangle that
+/// Smallest sine of the angle of a corner in a fan. Below it, a fan could contain a triangle that
 /// is too thin to render.
 const MIN_SINE: f64 = 1e-5;
 
-/// Relative difference of areas above which a polygon was not covered exactly once; rounding stays
-/// below `n · 2⁻⁵²` for `n ≤` [`MAX_CORNERS`].
+/// Relative difference of areas above which the triangles do not cover the polygon exactly once.
+/// Rounding stays below `n · 2⁻⁵²` for `n ≤` [`MAX_CORNERS`].
 const AREA_TOLERANCE: f64 = 1e-9;
 
 /// Coverage of a polygon by its triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::io) enum Coverage {
-    /// Each part once, if the polygon is simple.
+    /// Every part is covered once, if the polygon is simple.
     Whole,
     /// The polygon crosses itself: parts may be missing or covered twice.
     Crossing,
-    /// Too large for ear clipping: a fan, which is right for convex polygons only.
+    /// The polygon is too large for ear clipping. It became a fan, which is correct only for convex
+    /// polygons.
     Fan,
 }
 
-/// Twice the vector area of a polygon (m²): along its normal, counter-clockwise as seen against it.
+/// Twice the vector area of a polygon (m²). Seen against this vector, the polygon runs
+/// counter-clockwise.
 pub(super) fn double_area(points: &[Vec3]) -> DVec3 {
     let Some((first, rest)) = points.split_first() else { return DVec3::ZERO };
     let first = first.as_dvec3();
@@ -81,8 +84,8 @@ impl Triangulator {
     /// Appends the triangles of the polygon with corners `points` (m) to `triangles`, as indices
     /// into `points`.
     ///
-    /// Polygons without area or with corners that are not finite become fans, for
-    /// [`SceneBuilder`](crate::scene::SceneBuilder) to repair.
+    /// Polygons without area or with corners that are not finite become fans, which
+    /// [`SceneBuilder`](crate::scene::SceneBuilder) repairs.
     pub(in crate::io) fn triangulate(&mut self, points: &[Vec3], triangles: &mut Vec<[u32; 3]>) -> Coverage {
         if points.len() > 3 {
             let normal = double_area(points);
@@ -129,7 +132,8 @@ impl Triangulator {
             let corners = [t[0], t[1], t[2]];
             let area = signed_double_area(corners.map(|i| flat[i as usize]));
             covered += area.abs();
-            // Ear clipping chooses its own direction, and may cut off triangles without area.
+            // Ear clipping chooses the direction of its triangles, and may cut off triangles
+            // without area.
             if area > 0.0 {
                 triangles.push(corners);
             } else if area < 0.0 {
@@ -155,8 +159,8 @@ fn signed_double_area([a, b, c]: [[f64; 2]; 3]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// Returns true if a counter-clockwise polygon is strictly convex: every corner turns left, and the
-/// direction of the edges goes around once, that is, changes between the two half planes twice.
+/// Returns true if a counter-clockwise polygon is strictly convex. Then every corner turns left,
+/// and the edges turn around once: their direction changes between the two half planes twice.
 fn is_convex(flat: &[[f64; 2]]) -> bool {
     let edge = |from: [f64; 2], to: [f64; 2]| [to[0] - from[0], to[1] - from[1]];
     let upper = |e: [f64; 2]| e[1] > 0.0 || (e[1] == 0.0 && e[0] > 0.0);
@@ -188,8 +192,8 @@ mod tests {
         (triangles, coverage)
     }
 
-    /// Sum of the triangles' double areas along the polygon's normal: equal to the polygon's own
-    /// only if all triangles run in its direction.
+    /// Sum of the triangles' double areas along the polygon's normal. It equals the double area of
+    /// the polygon only if all triangles run in its direction.
     fn covered(points: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
         let normal = double_area(points).normalize();
         triangles
@@ -222,7 +226,7 @@ mod tests {
             let (triangles, coverage) = run(&points);
             assert_eq!(coverage, Coverage::Whole, "round {round}");
             let area = double_area(&points).length();
-            // Points lie in their plane to 2⁻²³; the f64 sum adds nothing to that.
+            // The points lie in their plane to 2⁻²³; the summation in f64 adds no visible error.
             assert!((covered(&points, &triangles) - area).abs() < 1e-6 * area, "round {round}");
         }
     }

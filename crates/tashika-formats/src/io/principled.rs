@@ -1,10 +1,10 @@
 //! Physically based materials that several formats share.
 //!
 //! Disney's material, `disney` in pbrt-v3 and `principled` in Mitsuba 3, is a mix of the opaque
-//! principled surface and of glass. The share of glass is the share that transmits and is not
-//! metal. The transmittance of the glass at each boundary is the square root of the colour. Both
-//! parts have the same facets and the same Fresnel reflectance. The opaque part lies under the
-//! clear coat, which has `α = 0.1 + (0.001 − 0.1) gloss`.
+//! principled surface and of glass. The share of glass is the product of the transmission and one
+//! minus the metalness. The transmittance of the glass at each boundary is the square root of the
+//! colour. Both parts have the same facets and the same Fresnel reflectance. The opaque part lies
+//! under the clear coat, which has `α = 0.1 + (0.001 − 0.1) gloss`.
 //!
 //! Sources: Burley 2012, section 5.4; Burley 2015. Held to this by `mitsuba::clear_coats_*` and the
 //! suite's `mitsuba_materials` and `formula_materials`.
@@ -16,7 +16,7 @@ use crate::color::Rgb;
 use crate::error::Result;
 use crate::scene::{ColorInput, FacetInput, FloatInput, Material, SceneBuilder, Surface};
 
-/// The parameters of Disney's material, numbers from 0 to 1 except `ior`.
+/// Parameters of Disney's material. All numbers except `ior` are from 0 to 1.
 pub(super) struct Principled {
     /// Prefix of the names of the material's parts.
     pub(super) name: &'static str,
@@ -29,7 +29,7 @@ pub(super) struct Principled {
     pub(super) sheen_tint: FloatInput,
     pub(super) flatness: FloatInput,
     pub(super) anisotropic: FloatInput,
-    /// Share of the dielectric part that lets light through.
+    /// Share of the dielectric part that transmits light.
     pub(super) transmission: FloatInput,
     pub(super) clearcoat: FloatInput,
     pub(super) gloss: FloatInput,
@@ -71,7 +71,7 @@ impl Principled {
         })
     }
 
-    /// Mix of all parts, made by `opaque` and `glass`.
+    /// Mix of the surfaces that `opaque` and `glass` return, under the clear coat.
     pub(super) fn surface(
         mut self,
         builder: &mut SceneBuilder,
@@ -86,7 +86,7 @@ impl Principled {
         if amount == 1.0.into() {
             return Ok(glass);
         }
-        // All of the metal is in the opaque part.
+        // The metal is entirely in the opaque part, so its share there is larger than in the whole.
         let rest = (1.0 - amount.factor).max(self.metallic.factor).max(f32::MIN_POSITIVE);
         self.metallic.factor /= rest;
         let opaque = self.coated(builder, opaque(&self))?;

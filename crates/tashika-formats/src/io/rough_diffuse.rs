@@ -1,4 +1,5 @@
-//! Rough diffuse surfaces, approximated by ideal ones of equal reflectance under uniform light.
+//! Rough diffuse surfaces, approximated by Lambert surfaces of equal reflectance under uniform
+//! light.
 //!
 //! The qualitative model (Oren and Nayar 1994, section 4.4)
 //!
@@ -6,8 +7,8 @@
 //! f = ρ/π (A + B max(0, cos Δφ) sin α tan β),   A = 1 − σ²/(2σ² + 0.66),   B = 0.45 σ²/(σ² + 0.09)
 //! ```
 //!
-//! reflects the share `ρ (A + 0.214 B)` of uniform light, in all directions together: 0.214 is the
-//! mean of `max(0, cos Δφ) sin α tan β` over both cosines.
+//! reflects the fraction `ρ (A + 0.214 B)` of uniform light into all directions together: 0.214 is
+//! the cosine-weighted mean of `max(0, cos Δφ) sin α tan β` over both directions.
 
 /// Factor on the reflectance for a standard deviation `sigma` of slopes (rad).
 pub(super) fn scale(sigma: f32) -> f32 {
@@ -23,7 +24,8 @@ pub(super) fn scale(sigma: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// Compares the mean with a sum over both cosines; the mean over the azimuth is 1/π.
+    /// Compares the mean with a sum over the cosines of both directions; the mean over the azimuth
+    /// is 1/π.
     #[test]
     fn the_mean_over_all_directions_is_the_models() {
         let n = 200;

@@ -1,8 +1,8 @@
 //! Texture graphs that several formats share.
 //!
-//! A colour or a number is a factor on a texture. Combinations of several are nodes, with the
+//! A colour or a number is a factor on a texture. A combination of several is a node, with the
 //! factors as constants. Coordinates of images run down ([`Texture`]). Formats whose `v` runs up
-//! flip it once, in meshes, and their textures follow by [`upward`].
+//! flip the coordinates of their meshes once; [`upward`] converts the transforms of their textures.
 //!
 //! Held to this by the tests below and by the formats' own.
 
@@ -43,7 +43,7 @@ pub(super) fn product(builder: &mut SceneBuilder, a: ColorInput, b: ColorInput) 
     Ok(ColorInput { factor: a.factor * b.factor, texture })
 }
 
-/// `(1 − m) first + m second`, channel by channel.
+/// Returns `(1 − m) first + m second`, channel by channel.
 pub(super) fn mix(
     builder: &mut SceneBuilder,
     [first, second]: [ColorInput; 2],
@@ -57,14 +57,14 @@ pub(super) fn mix(
     builder.add_texture(Texture::Mix { first, second, amount }).map(whole)
 }
 
-/// Texture `(1 − m) first + m second` of constant ends: any linear function of a texture, such as
-/// `1 − m`.
+/// Texture `(1 − m) first + m second` with constant ends. This is any linear function of the
+/// texture `m`, such as `1 − m`.
 pub(super) fn between(builder: &mut SceneBuilder, ends: [Rgb; 2], amount: TextureId) -> Result<TextureId> {
     let [first, second] = ends.map(|end| builder.add_texture(Texture::Constant(end)));
     builder.add_texture(Texture::Mix { first: first?, second: second?, amount })
 }
 
-/// Checkerboard of two colours, whose squares `transform` maps to unit squares.
+/// Checkerboard of two colours; `transform` maps each of its squares to a unit square.
 pub(super) fn checkerboard(
     builder: &mut SceneBuilder,
     even: ColorInput,
@@ -80,7 +80,7 @@ pub(super) fn scaled([su, sv]: [f32; 2], [ou, ov]: [f32; 2]) -> UvTransform {
     UvTransform(Mat3::from_cols(Vec3::new(su, 0.0, 0.0), Vec3::new(0.0, sv, 0.0), Vec3::new(ou, ov, 1.0)))
 }
 
-/// Transform for images, from one for coordinates whose `v` runs up:
+/// Transform for images, from a scale and an offset for coordinates whose `v` runs up:
 /// `ṽ = 1 − v ↦ s_v ṽ + (1 − s_v − o_v)`.
 pub(super) fn upward(scale: [f32; 2], offset: [f32; 2]) -> UvTransform {
     scaled(scale, [offset[0], 1.0 - scale[1] - offset[1]])

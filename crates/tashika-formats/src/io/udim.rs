@@ -1,9 +1,9 @@
 //! Pictures in tiles: file names in which `<UDIM>` stands for the number of a tile.
 //!
-//! The tiles are the files that exist: `wood.<UDIM>.png` is `wood.1001.png`, `wood.1002.png` and so
-//! on in one folder, with four digits from 1001. If there is none, the file is missing. A tile that
-//! cannot be read is noted and grey. The scene notes tiles that a mesh uses and that do not exist,
-//! see [`TileSet`].
+//! The tiles are the files that exist: `wood.<UDIM>.png` stands for `wood.1001.png`,
+//! `wood.1002.png` and so on in one folder, with four digits from 1001. If no such file exists, the
+//! picture is missing. A tile that cannot be read is noted and grey. The scene notes tiles that a
+//! mesh uses and that do not exist, see [`TileSet`].
 //!
 //! # Held to this by
 //! `suite::udim`.
@@ -48,7 +48,7 @@ impl Picture {
 /// Splits a name into its folder and the text before and after `<UDIM>`, if its last part has it.
 fn parts(reference: &str) -> Option<[&str; 3]> {
     let name = reference.rfind(['/', '\\']).map_or(0, |i| i + 1);
-    // Upper case of ASCII letters moves no byte.
+    // Conversion of ASCII letters to upper case moves no byte.
     let place = name + reference[name..].to_ascii_uppercase().find("<UDIM>")?;
     Some([&reference[..name], &reference[name..place], &reference[place + "<UDIM>".len()..]])
 }
@@ -85,7 +85,7 @@ pub(super) fn tiles(files: &SceneFiles, pattern: &str, at: &Location) -> Result<
         let number = digits.parse().ok().filter(|n| (1001..=9999).contains(n));
         if let Some(number) = number.filter(|_| same) {
             let reference = format!("{folder}{name}");
-            // Of names that differ only in case, the exact one, then the first in order.
+            // If names differ only in case, the exact one is taken, or else the first in order.
             let rank = |r: &str| (r != format!("{folder}{before}{digits}{after}"), r.to_owned());
             let known = found.entry(number).or_insert_with(|| reference.clone());
             if rank(&reference) < rank(known) {

@@ -1,18 +1,18 @@
-//! XML whose parsing takes time in proportion to its length.
+//! XML parser whose time is proportional to the length of the text.
 //!
-//! The parser compares each attribute of an element with those before it, and copies the namespaces
-//! in scope for each element that declares one: both are quadratic. A pass over the text counts
-//! attributes and namespaces. It refuses more than any scene or MaterialX document has:
-//! [`MAX_ATTRIBUTES`] an element, [`MAX_NAMESPACES`] in all. With these limits there are fewer than
-//! 200 comparisons a byte of the text.
+//! The XML library compares each attribute of an element with those before it, and copies the
+//! namespaces in scope for each element that declares one. Both are quadratic. A pass before it
+//! therefore counts attributes and namespaces, and refuses a text with more than any scene or
+//! MaterialX document has: [`MAX_ATTRIBUTES`] per element, [`MAX_NAMESPACES`] in all. With these
+//! limits there are fewer than 200 comparisons per byte of the text.
 //!
 //! # Guarantee
 //! Document types are refused, so that entities cannot multiply. Every error has file, line and
 //! column.
 //!
 //! # Assumption
-//! In well-formed text the pass sees the same tags as the parser. In other text the two agree up to
-//! the first fault, where the parser stops.
+//! In well-formed text the pass sees the same tags as the library. In other text the two agree up
+//! to the first fault, where the library stops.
 //!
 //! Held to this by the tests below, and by `suite::damaged_mitsuba` and `suite::damaged_usd`.
 
@@ -22,7 +22,7 @@ use roxmltree::{Document, ParsingOptions};
 
 use crate::error::{Error, Location, Result};
 
-/// Most attributes of an element; chosen.
+/// Most attributes of one element; chosen.
 const MAX_ATTRIBUTES: usize = 1024;
 
 /// Most declarations of namespaces in a document; chosen.
@@ -61,7 +61,7 @@ fn excess(text: &str) -> Option<(usize, String, String)> {
     let (mut from, mut namespaces) = (0, 0);
     while let Some(start) = text[from..].find('<').map(|offset| from + offset) {
         let markup = &text[start..];
-        // Length of the markup, if it has the given begin and end.
+        // Returns the length of the markup if it begins and ends with the given texts.
         let length = |begin: &str, end: &str| {
             let inner = markup.strip_prefix(begin)?;
             Some(inner.find(end).map_or(markup.len(), |at| begin.len() + at + end.len()))
@@ -106,7 +106,7 @@ impl Tag {
     fn of(markup: &str) -> Self {
         let mut tag = Self { length: markup.len(), attributes: 0, namespaces: 0 };
         let bytes = markup.as_bytes();
-        // Text after the last value: names of attributes and separators.
+        // Text since the last value: names of attributes and separators.
         let mut names = 0;
         let mut at = 0;
         while at < bytes.len() {

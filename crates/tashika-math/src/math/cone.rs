@@ -65,12 +65,12 @@ impl Cone {
         Self { axis: -self.axis, cos: self.cos }
     }
 
-    /// A cone that holds both: the smallest one, to rounding.
+    /// Returns the smallest cone that holds both cones, to rounding.
     ///
     /// The axis is the middle of the arc from the far side of one cone to the far side of the
     /// other. The half-angle is the larger of the two sums `∠(axis, axisᵢ) + βᵢ`, computed in `f64`
-    /// for the rounded axis and rounded up. So the result holds both cones, however the axis was
-    /// rounded. Tested by `cone::unions_hold_both_and_little_more`.
+    /// for the rounded axis and rounded up. The result therefore holds both cones, whatever the
+    /// rounding of the axis. Tested by `cone::unions_hold_both_and_little_more`.
     #[must_use]
     #[inline]
     pub fn union(self, other: Self) -> Self {
@@ -138,8 +138,8 @@ mod tests {
         Cone { axis: warp::sphere(s.uniform_2()), cos: 1.0 - 2.0 * narrow * s.uniform() }
     }
 
-    /// A direction in the cone, on its rim every second time; in `f64`, since a narrow cone may be
-    /// narrower than the rounding of `f32`.
+    /// Random direction in the cone; every second one lies on its rim. Computed in `f64`, since a
+    /// cone may be narrower than the rounding of `f32`.
     fn member(cone: &Cone, s: &mut Stream) -> glam::DVec3 {
         let axis = cone.axis.as_dvec3().normalize();
         let t = axis.any_orthonormal_vector();
@@ -171,8 +171,8 @@ mod tests {
             }
             let sum = angle(a.axis, b.axis) + acos(a.cos) + acos(b.cos);
             let smallest = (0.5 * sum).max(acos(a.cos)).max(acos(b.cos)).min(std::f32::consts::PI);
-            // The `f32` below 1 is the cosine of 3.5·10⁻⁴ rad: a cosine represents no smaller
-            // angle.
+            // The largest `f32` below 1 is the cosine of 3.5·10⁻⁴ rad, so a cosine in `f32` cannot
+            // represent a smaller angle.
             assert!(acos(union.cos) <= smallest + 6e-4, "{a:?} {b:?} {union:?}");
         }
     }

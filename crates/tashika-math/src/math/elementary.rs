@@ -2,9 +2,9 @@
 //!
 //! `f32::sin` and the like call the system's library, whose last bit differs between systems and
 //! even between processors on one system. The functions here call `libm`, which is plain Rust
-//! arithmetic, or are plain arithmetic themselves ([`exp2_of`], [`log2_1m_of`], for one number or
-//! several). The lint `disallowed_methods` (clippy.toml) keeps the system's functions out of the
-//! workspace.
+//! arithmetic. [`exp2_of`], [`log2_1m_of`] and [`log2_of`] are plain arithmetic themselves, for one
+//! number or several. The lint `disallowed_methods` (clippy.toml) keeps the system's functions out
+//! of the workspace.
 
 use glam::{Quat, Vec3};
 
@@ -68,7 +68,7 @@ pub fn ln(x: f32) -> f32 {
 #[inline(always)]
 pub fn exp2_of<R: Real>(x: R) -> R {
     const SERIES: [f32; 6] = [1.0, 0.693_146_94, 0.240_221_2, 0.055_507_13, 0.009_675_541, 0.001_327_647_2];
-    // Adding and taking away one and a half times 2²³ rounds to an integer.
+    // Adding and then subtracting 1.5 · 2²³ rounds `x` to an integer.
     let magic = R::splat(12_582_912.0);
     let n = (x + magic) - magic;
     let r = x - n;
@@ -91,8 +91,8 @@ pub fn log2_1m_of<R: Real>(x: R) -> R {
     log2_of_sum(e, R::select(near_one, R::splat(0.0) - x, m - R::splat(1.0)))
 }
 
-/// `log₂ x` for a positive normal number, or several; relative error at most 6·10⁻⁷, or absolute
-/// error at most 10⁻⁷ near 1.
+/// `log₂ x` for a positive normal number, or several; relative error at most 6·10⁻⁷. Near 1, where
+/// the logarithm vanishes, the absolute error is at most 10⁻⁷.
 #[inline(always)]
 pub fn log2_of<R: Real>(x: R) -> R {
     let (m, e) = x.mantissa_and_exponent();

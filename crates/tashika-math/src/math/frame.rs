@@ -68,7 +68,8 @@ mod tests {
             assert!((f.t.cross(f.b) - f.n).length() < 1e-6, "right-handed");
             let w = Vec3::new(0.3, -0.2, 0.9);
             assert!((f.to_local(f.to_world(w)) - w).length() < 1e-6);
-            // Nearly parallel to the normal, and longer than it.
+            // An arbitrary direction; one that is nearly parallel to the normal and longer; the
+            // normal itself; and zero.
             for direction in [w, 1e3 * (n + 2e-6 * f.b), n, Vec3::ZERO] {
                 let f = Frame::along(n, direction);
                 assert!(f.t.dot(f.b).abs() < 1e-6 && f.t.dot(f.n).abs() < 1e-6 && f.b.dot(f.n).abs() < 1e-6);

@@ -4,10 +4,10 @@
 //! L = ∫₀¹ L(t) dt ≈ 1/T Σ_k L(t_k)          t_k drawn in [k/T, (k+1)/T)
 //! ```
 //!
-//! The light and the gather point of a term need the same time. So all of them are assigned to a
-//! few *instants* (Walter et al. 2006): each light path and each camera sample has one instant, and
-//! a light contributes only to points of its own instant. Times are shares of the exposure, from 0
-//! to 1.
+//! The light and the gather point of a term must be evaluated at the same time. Therefore only a
+//! few times are used, the *instants* (Walter et al. 2006). Each light path and each camera sample
+//! belongs to one instant, and a light contributes only to gather points of the same instant. Times
+//! are shares of the exposure, from 0 to 1.
 //!
 //! # Guarantee
 //! The expectation of the sum over [drawn](Instants::spread) instants is the integral over all
@@ -33,13 +33,14 @@ impl Default for Instants {
 }
 
 impl Instants {
-    /// Time of queries that name none. In a scene that does not move, all times are equivalent.
+    /// Time of queries that do not specify one. In a scene that does not move, all times are
+    /// equivalent.
     pub const STILL: f32 = 0.5;
     /// Largest number of instants.
     pub const MOST: u32 = 1024;
 
-    /// Places one instant in each of `count` equal parts of the time, each by a number in `[0, 1)`
-    /// from `uniform`.
+    /// Divides the exposure into `count` equal parts and places one instant in each. `uniform`
+    /// returns a number in `[0, 1)`, the position of the instant within its part.
     ///
     /// # Panics
     /// If `count` is not 1 to [`Self::MOST`].
@@ -81,7 +82,7 @@ impl Instants {
         (self.first + place as u16, self.shares[place])
     }
 
-    /// Returns the instant of this number alone; it keeps its number.
+    /// Returns a set that contains only the instant with this number. The instant keeps its number.
     #[must_use]
     pub fn only(&self, number: u16) -> Self {
         Self { first: number, shares: vec![self.shares[usize::from(number - self.first)]] }

@@ -6,26 +6,28 @@
 //! within the object, rounding moves it by `2⁻²⁴` of its size only.
 //!
 //! # Guarantee
-//! An origin is zero, or a multiple of a power of two. The power is no larger than the size of the
-//! set of positions, or than the spacing of single precision there if that is larger. So its
-//! coordinates are numbers of single precision. Offsets of positions in single precision are exact
-//! along an axis on which they are within a factor of two of the origin (Sterbenz 1974), and are
-//! rounded like any number of single precision along the others.
+//! An origin is zero, or each of its coordinates is a multiple of a power of two. That power is no
+//! larger than the size of the set of positions, or than the spacing of single precision there if
+//! the spacing is larger. The coordinates of an origin are therefore numbers of single precision.
+//! For positions given in single precision, the offset along an axis is exact if the coordinate of
+//! the position is within a factor of two of that of the origin (Sterbenz 1974). Along the other
+//! axes it is rounded like any number of single precision.
 //!
 //! # Held to this by
 //! The tests below.
 
 use glam::{DVec3, Vec3};
 
-/// Distance from zero, in half sizes of the bounding box, from which positions have an origin of
-/// their own. Below it, rounding moves positions by less than 10⁻⁴ of the half size. Chosen:
-/// objects in ordinary rooms are nearer to zero, and their bits do not change.
+/// Distance from zero, in half sizes of the bounding box, from which positions are stored relative
+/// to an origin other than zero. Below it, rounding moves positions by less than 10⁻⁴ of the half
+/// size. Chosen: objects in ordinary rooms are nearer to zero, so their coordinates are stored
+/// unchanged.
 const FAR: f64 = 1024.0;
 
 /// As [`FAR`], for coordinates beyond [`LARGE`]: wide objects may have small parts. Chosen.
 const FAR_IF_LARGE: f64 = 8.0;
 
-/// Coordinates (m) beyond those of most scenes that are built around zero. Chosen.
+/// Coordinate (m) that most scenes built around zero do not exceed. Chosen.
 const LARGE: f64 = 65536.0;
 
 /// Positions in single precision relative to an origin.
@@ -107,7 +109,8 @@ mod tests {
         assert_eq!(local.places, [Vec3::splat(0.1), Vec3::splat(0.7)]);
     }
 
-    /// Along the axes far from zero, differences of numbers of single precision are exact.
+    /// Positions in single precision, far from zero along some axes. Along these axes, the offsets
+    /// from the origin are exact.
     #[test]
     fn places_of_single_precision_lose_nothing_about_their_origin() {
         for size in [1e-3_f32, 0.7, 300.0, 4e4] {

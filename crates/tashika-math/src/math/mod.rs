@@ -26,8 +26,8 @@ pub use simd::Real;
 mod tests {
     use super::Quat;
 
-    /// The vector code of `glam` would not give the same bits on all machines; types that use it
-    /// are aligned to 16 bytes.
+    /// `glam` must not use its vector code, which would not give the same bits on all machines. Its
+    /// types would then be aligned to 16 bytes instead of 4.
     #[test]
     fn vectors_and_matrices_are_computed_number_by_number() {
         assert_eq!([align_of::<Quat>(), align_of::<glam::Vec4>()], [4; 2]);

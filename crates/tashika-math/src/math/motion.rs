@@ -9,10 +9,10 @@
 //! turned_between(q₀, q₁, u) = (sin((1 − u) θ) q₀ + sin(u θ) q₁) / sin θ                 cos θ = q₀ · q₁ ≥ 0
 //! ```
 //!
-//! with the sign of `q₁` that takes the shorter way (Shoemake 1985). `R` is the limit of
-//! `R ← (R + R⁻ᵀ)/2`, starting from the linear part. If the linear part mirrors, `−R` is the
-//! rotation and `−S` the stretch. pbrt moves objects in this way (Pharr et al. 2016, section 2.9);
-//! motions that consist of rotations and translations stay rigid.
+//! with the sign of `q₁` for which the rotation takes the shorter way (Shoemake 1985). `R` is the
+//! limit of `R ← (R + R⁻ᵀ)/2`, starting from the linear part. If the linear part mirrors, `−R` is
+//! the rotation and `−S` the stretch. pbrt moves objects in this way (Pharr et al. 2016, section
+//! 2.9); motions that consist of rotations and translations stay rigid.
 //!
 //! # Guarantee
 //! At a key, [`Track::at`] returns the map of that key, bit for bit; before the first key it
@@ -27,8 +27,8 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::elementary::{atan2_f64, sin_cos_f64};
 
-/// Largest number of steps of the polar decomposition. A step squares an error below one, and
-/// halves larger stretches.
+/// Largest number of steps of the polar decomposition. A step halves stretches that are far above
+/// 1, and squares the error once it is below 1.
 const MOST_STEPS: usize = 100;
 
 /// An affine map in parts, applied in the order stretch, rotation, translation.
@@ -78,7 +78,7 @@ pub fn turned_between(from: DQuat, to: DQuat, u: f64) -> DQuat {
     let to = if from.dot(to) < 0.0 { -to } else { to };
     let angle = arc_between(from, to);
     let (a, b) = (sin_cos_f64((1.0 - u) * angle).0, sin_cos_f64(u * angle).0);
-    // Nearly equal rotations are interpolated linearly.
+    // For nearly equal rotations, the quotients `0/0` are replaced by linear weights.
     let (a, b) = if angle < 1e-9 { (1.0 - u, u) } else { (a, b) };
     (from * a + to * b).normalize()
 }
@@ -95,7 +95,7 @@ fn arc_between(from: DQuat, to: DQuat) -> f64 {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     keys: Vec<Key>,
-    /// Origin of the coordinates before the map.
+    /// Origin that the coordinates before the map are relative to (m).
     about: DVec3,
 }
 
@@ -147,7 +147,7 @@ impl Track {
 
     /// Returns the map of coordinates relative to [`Self::about`].
     fn placed(&self, map: DAffine3) -> DAffine3 {
-        // Exact for a zero origin: adding zero could change the sign of a zero.
+        // Returned bit for bit for a zero origin: adding zero could change the sign of a zero.
         if self.about == DVec3::ZERO {
             return map;
         }
@@ -179,7 +179,7 @@ impl Track {
         self
     }
 
-    /// Returns true if there is one key only, so that the map is constant.
+    /// Returns true if there is only one key: the map is then constant.
     #[inline]
     pub fn is_still(&self) -> bool {
         self.keys.len() == 1
@@ -204,10 +204,11 @@ impl Track {
 
     /// Returns true if all maps, at any time, and their inverses are finite in single precision.
     ///
-    /// Between keys, the stretch is interpolated between two definite matrices, which have one sign
-    /// if no key [mirrors alone](Self::keeps_sides). Its least eigenvalue is concave in time, hence
-    /// no smaller than the smaller one of the two keys. So no inverse is larger than those of the
-    /// keys.
+    /// The stretches of two neighbouring keys are definite matrices. If the map [keeps
+    /// sides](Self::keeps_sides), both are positive, or both are negative. The stretch between the
+    /// keys is their linear interpolation. The least absolute value of its eigenvalues is concave
+    /// in time, so it is no smaller than at the worse of the two keys. Hence no inverse between
+    /// keys is larger than the largest inverse at a key.
     pub fn can_place(&self) -> bool {
         let norm = |m: &DMat3| m.to_cols_array().iter().map(|x| x * x).sum::<f64>().sqrt();
         let most = |f: &dyn Fn(&Key) -> f64| self.keys.iter().map(f).fold(0.0, f64::max);
@@ -218,7 +219,7 @@ impl Track {
         self.keeps_sides() && largest < f64::from(f32::MAX)
     }
 
-    /// Returns true if the map mirrors space at all keys, or at none. Otherwise it is singular at
+    /// Returns true if the map mirrors space at every key or at no key. Otherwise it is singular at
     /// some time between keys.
     pub fn keeps_sides(&self) -> bool {
         let mirrors = |key: &Key| key.map.matrix3.determinant() < 0.0;
@@ -240,7 +241,7 @@ mod tests {
     #[test]
     fn a_turn_goes_on_at_constant_speed_by_the_shorter_way() {
         let axis = DVec3::new(1.0, -2.0, 0.5);
-        // The two signs of a quaternion are one rotation.
+        // A quaternion and its negative represent the same rotation.
         for sign in [1.0, -1.0] {
             for angle in [1e-12, 1e-4, 1.0, 3.0] {
                 let quat = |a: f64| DQuat::from_mat3(&turned(axis, a));
@@ -286,7 +287,8 @@ mod tests {
         assert_eq!(track.at(-7.0), map(0.0, 1.0, 1.0));
         assert_eq!(track.at(4.0), map(2.0, 3.0, 5.0));
         assert_eq!(track.at(f64::INFINITY), map(2.0, 3.0, 5.0));
-        // A mirror that rotates stays a mirror that rotates.
+        // Both keys mirror, and the second is rotated by 2 rad: the map in between mirrors too, and
+        // is rotated by the share of the angle.
         let mirror = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0));
         let mirrored = |angle| DAffine3 { matrix3: turned(DVec3::Y, angle) * mirror, ..DAffine3::IDENTITY };
         let track = Track::new([(0.0, mirrored(0.0)), (1.0, mirrored(2.0))]).unwrap();
@@ -318,7 +320,8 @@ mod tests {
         assert!(after.at(0.3).abs_diff_eq(track.at(0.3) * turn, 1e-12), "what is before it does not matter");
     }
 
-    /// Large offsets before and after the map cancel.
+    /// The positions before and after the map are millions of metres from zero. A track with
+    /// origins near them gives the same positions.
     #[test]
     fn a_track_about_another_origin_places_things_at_the_same_places() {
         let far = DVec3::new(5e6, -3e6, 1e6);
@@ -347,7 +350,7 @@ mod tests {
         let at = |x: f64| DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
         let track = Track::new([(1.0, at(9.0)), (0.0, at(0.0)), (1.0, at(2.0))]).unwrap();
         assert_eq!((track.at(0.5), track.at(1.0)), (at(1.0), at(2.0)));
-        // There and back, between two times with the same map.
+        // The map moves there and back: it is equal at times 0 and 2, but not in between.
         let track = Track::new([(0.0, at(1.0)), (1.0, at(2.0)), (2.0, at(1.0)), (3.0, at(1.0))]).unwrap();
         assert!(track.moves_between([0.0, 2.0]) && track.moves_between([0.5, 0.6]));
         assert!(!track.moves_between([2.0, 9.0]) && !track.moves_between([-1.0, 0.0]));

@@ -7,10 +7,10 @@
 //! A point on a triangle is computed as `p = Σ bᵢ vᵢ` with an absolute error of at most
 //! `γ₇ Σ |bᵢ vᵢ|` in each component (Pharr, Jakob, Humphreys 2023, section 6.8).
 //! [`offset_from_surface`] moves `p` along the geometric normal, just far enough that the *true*
-//! plane of the triangle is certainly behind it. Together with the rule of `accel` (crate
-//! `tashika-core`) that a hit counts only where both ends of the segment are certainly on opposite
-//! sides of the plane, no segment is blocked by the surface on which it starts or ends, for any
-//! scale, any angle and any shape of triangle, and without a distance that somebody has to choose.
+//! plane of the triangle is certainly behind it. `accel` (crate `tashika-core`) counts a hit only
+//! if the two ends of the segment are certainly on opposite sides of the plane. Together, the two
+//! rules guarantee that no segment is blocked by the surface on which it starts or ends. This holds
+//! for any scale, any angle and any shape of triangle, and needs no chosen distance.
 
 use glam::Vec3;
 
@@ -29,8 +29,9 @@ pub const fn gamma(n: u32) -> f32 {
 
 /// Factor on the offset that covers the error of the normal itself and of the addition.
 ///
-/// The offset along a computed normal that is off by less than 60° still has half its length along
-/// the true one; triangles whose normal is worse than that are removed when a scene is built.
+/// If the computed normal is off by less than 60°, the offset along it has a component along the
+/// true normal of at least half its length. Triangles with a less accurate normal are removed when
+/// a scene is built.
 const NORMAL_SLACK: f32 = 2.0;
 
 /// Moves `p` off the plane with unit normal `n`, towards `n`.
@@ -38,8 +39,9 @@ const NORMAL_SLACK: f32 = 2.0;
 /// * `p`: a point on the surface (m), wrong by at most `error` (m) in each component.
 /// * `n`: unit geometric normal on the side to which the segment leaves.
 ///
-/// The result lies on the side of `n` of the true plane: the shift is `2 Σ errorᵢ |nᵢ|`, and each
-/// component is then rounded away from `p`. Tested by `rounding::offset_points_are_in_front`.
+/// The result lies on that side of the true plane to which `n` points: the shift is `2 Σ errorᵢ
+/// |nᵢ|`, and each component is then rounded away from `p`. Tested by
+/// `rounding::offset_points_are_in_front`.
 #[inline]
 pub fn offset_from_surface(p: Vec3, error: Vec3, n: Vec3) -> Vec3 {
     let distance = NORMAL_SLACK * error.dot(n.abs());
@@ -67,8 +69,8 @@ mod tests {
         assert!((GAMMA_7 / GAMMA_4 - 7.0 / 4.0).abs() < 1e-5);
     }
 
-    /// Barycentric points of random triangles at scales 1e-3 to 1e6 m, offset, then judged in
-    /// `f64`.
+    /// Random points of random triangles, at scales from 1e-3 to 1e6 m, are offset. In `f64`, each
+    /// lies in front of its triangle.
     #[test]
     fn offset_points_are_in_front() {
         let mut state = 1_u64;

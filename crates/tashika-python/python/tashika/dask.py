@@ -1,11 +1,12 @@
 """A render on the workers of any Dask cluster: local processes, Slurm, PBS, Kubernetes.
 
-The image is cut into shares of its tiles, each a task; the lights are traced once, by a worker, and
-passed to all. If a worker is lost, another one runs its task again, and the lights are traced again
-if all workers that had them are lost. The joined image is the one that a single machine renders,
-bit by bit, whatever happened on the way. Lights of light transport, which are guided to the view,
-are traced by each worker. Audited pictures are audited when they are joined: the bits are equal for
-any number of shares, but the picture is not the one that one machine makes of the whole.
+The image is cut into shares of its tiles, and each share is a task. The lights are traced once, by
+one worker, and passed to all workers. If a worker is lost, another one runs its task again, and the
+lights are traced again if all workers that had them are lost. The joined image is the one that a
+single machine renders, bit by bit, whatever happened on the way. Lights of light transport, which
+are guided to the view, are traced by each worker. Audited pictures are audited when they are
+joined: the bits are equal for any number of shares, but differ from those of a picture that one
+machine renders as a whole.
 
     from dask.distributed import Client
     import tashika.dask
@@ -32,7 +33,8 @@ from . import vpls as trace
 if TYPE_CHECKING:
     from distributed import Client
 
-#: Default number of shares for each thread of the cluster: few threads then work alone at the end.
+#: Default number of shares for each thread of the cluster: with several, all threads finish at
+#: nearly the same time.
 SHARES_PER_THREAD = 8
 
 #: Data passed between workers: the bytes of files, which any version of Python unpickles.
@@ -57,8 +59,8 @@ def render(
 
     - `client`: a `dask.distributed.Client`.
     - `scene`: a file that all workers see under this name, or "builtin:room", "builtin:tiny".
-    - `shares`: number of tasks, by default 8 for each thread of the cluster; more shares lose less
-      when a worker is lost.
+    - `shares`: number of tasks, by default 8 for each thread of the cluster; with more shares, less
+      work is lost with a worker.
     - `retries`: number of times that a task is tried again after an exception. Tasks of lost
       workers are run again by Dask itself, as often as its setting
       `distributed.scheduler.allowed-failures` allows.

@@ -8,8 +8,8 @@
 
 With radiance `c` (linear Rec. 709) and an exposure of `e` stops a pixel becomes
 `round(255 · view(2ᵉ c))`. Here `view` is OpenColorIO's transform from linear Rec. 709 to that view
-of that display, with values clipped to [0, 1]. Unlike all else of this package, pixels may differ
-between machines and versions of OpenColorIO: they are computed by that library.
+of that display, with values clipped to [0, 1]. These pixels are computed by OpenColorIO. Unlike all
+other results of this package, they may differ between machines and versions of that library.
 
 Needs `pip install tashika[ocio]`. Held to this by tests/test_ocio.py.
 """
@@ -71,8 +71,8 @@ def display(
     - `from_space`: the configuration's name for linear Rec. 709, the space of the image. By default
       it is found by the usual names or by the role `aces_interchange`.
     - `exposure`: stops from -64 to 64, before the view; None puts the log-average at middle gray,
-      as `Image.save` does. At 0 "radiance" is shown as any other program shows the OpenEXR file by
-      this configuration.
+      as `Image.save` does. At 0, "radiance" looks as in any other program that shows the OpenEXR
+      file with this configuration.
     - `plane`: a plane of colours, or of one channel as gray; by default that of `Image.save`:
       "reconstruction" if there is one, or else "radiance".
 
@@ -225,8 +225,8 @@ def _why(config: Any, name: str, display: str, view: str, error: Exception) -> E
 
 
 def _source(config: Any, name: str, from_space: str | None) -> tuple[str, list[Any]]:
-    """Colour space, or role, where the view begins, and the transforms from linear Rec. 709 to
-    it."""
+    """Returns the colour space (or role) that is the input of the view, and the transforms from
+    linear Rec. 709 to it."""
     ocio = _library()
     spaces = _listed(config.getColorSpaceNames())
     if from_space is not None:

@@ -16,14 +16,14 @@
 //!
 //! # The display picture
 //! `X = sRGB(clamp(2ᵉ x, 0, 1))` by IEC 61966-2-1, without rounding to bytes and without a
-//! shoulder. The exposure `e` of both is the automatic exposure of the reference
-//! ([`automatic_stops`]). So all pictures compared with one reference have one exposure, whatever
-//! the unit of its scene.
+//! shoulder. The exposure `e` of both pictures is the automatic exposure of the reference
+//! ([`automatic_stops`]). So all pictures that are compared with one reference have one exposure,
+//! whatever the unit of radiance in its scene.
 //!
 //! # Omitted pixels
 //! Pixels that were not rendered, or that are not finite in one of the two, enter no mean. Around
 //! them SSIM uses the rest of a window, and FLIP sees equal colours in both pictures.
-//! [`super::Comparison::failed`] counts those of the image.
+//! [`super::Comparison::failed`] counts the pixels that are not finite in the image alone.
 //!
 //! # Guarantee
 //! Equal pictures have the RMSE, relMSE and FLIP 0, the SSIM 1 and an infinite PSNR. FLIP is in 0

@@ -68,9 +68,9 @@ fn near(found: f64, expected: f64, tolerance: f64, what: &str) {
     assert!((found - expected).abs() <= tolerance, "{what}: {found}, not {expected}");
 }
 
-/// Colours in single precision have relative errors of 6e-8, and codes at most ten times that where
-/// the curve is steep. That is 5e-6 of the squares of errors of a tenth, and 4.3 times that in
-/// decibels.
+/// Colours in single precision have relative errors of 6e-8. Where the curve is steep, codes have
+/// at most ten times that. Relative to the squares of errors of a tenth this is 5e-6; in decibels
+/// it is 4.3 times as much.
 #[test]
 fn psnr_is_that_of_scikit_image() {
     for (change, expected) in rows("psnr") {
@@ -78,7 +78,8 @@ fn psnr_is_that_of_scikit_image() {
     }
 }
 
-/// As for PSNR; in a window without contrast, 1e-9 of its squares is 1e-6 of `C₂`.
+/// The tolerance is derived as for PSNR. In a window without contrast, an error of 1e-9 in the
+/// squares is 1e-6 of `C₂`.
 #[test]
 fn ssim_is_that_of_scikit_image() {
     for (change, expected) in rows("ssim") {
@@ -91,9 +92,9 @@ fn ssim_is_that_of_scikit_image() {
     }
 }
 
-/// The authors round their matrix from RGB to XYZ differently: it differs by up to 3e-5 from that
-/// of the chromaticities. The steepest later step, the power 0.7 with its line, at most doubles
-/// that.
+/// The authors round their matrix from RGB to XYZ. It differs by up to 3e-5 from the matrix by the
+/// chromaticities, which is used here. The steepest later step, the power 0.7 and the piecewise
+/// linear map after it, at most doubles this difference.
 #[test]
 fn flip_is_that_of_its_authors() {
     for density in [67.0, 30.0] {
@@ -192,8 +193,9 @@ fn what_is_left_out_enters_no_measure() {
     assert!(measured(&film(|_, _| [f64::INFINITY; 3]), &truth).is_none());
 }
 
-/// Two constant grays. A mean over any set of their pixels is equal, so that a measure differs if
-/// and only if other pixels enter it.
+/// Image and reference are constant grays; every second column of the image is then infinite, and
+/// every third row is not rendered. The mean over any set of the remaining pixels is equal, so that
+/// a measure differs if and only if omitted pixels enter it.
 #[test]
 fn means_are_of_what_is_there_alone() {
     let [dark, light] = [0.1, 0.2];
@@ -213,8 +215,9 @@ fn means_are_of_what_is_there_alone() {
         near(half, whole, 1e-9, of);
     }
     assert!(whole.ssim.unwrap() < 0.99, "{whole:?}");
-    // Between equal pixels the eye sees less of a difference, so FLIP is tested on a strip; the
-    // mean over all pixels would be half of it.
+    // FLIP blurs each pixel with its neighbours, so omitted pixels, which are equal in both
+    // pictures, lower it. It is therefore tested on a strip that fills half of the picture. A mean
+    // over all pixels would give half the value.
     let strip = film(|x, _| [if x < WIDTH / 2 { dark } else { f64::INFINITY }; 3]);
     let strip = measured(&strip, &truth).unwrap();
     near(strip.ssim.unwrap(), whole.ssim.unwrap(), 1e-9, "no window without a pixel");

@@ -149,8 +149,8 @@ fn is_some(film: &Film, spec: PlaneSpec) -> bool {
     film.plane(spec).and_then(Plane::f32_samples).is_some_and(|samples| samples.iter().any(|v| *v > 0.0))
 }
 
-/// Picture that the scripts show first: the estimates if there is a reference, to match the errors;
-/// otherwise the plane that is [`seen`].
+/// Picture that the scripts show first. If there is a reference, it shows the estimates, from which
+/// errors are computed; otherwise the plane that is [`seen`].
 fn still(shown: &Shown<'_>, picks: &[[u32; 2]], size: [u32; 2], tone: Tone) -> Option<String> {
     let film = shown.film;
     let plane = if shown.reference.is_some() { film.plane(planes::RADIANCE) } else { seen(film) };

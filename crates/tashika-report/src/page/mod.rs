@@ -16,8 +16,8 @@
 //! reasons, planes, metadata and tone mappings to the scripts.
 //!
 //! # Guarantee
-//! Equal contents give equal bytes. No outside text, such as names of files and scenes, is ever
-//! markup or script.
+//! Equal contents give equal bytes. Text from outside, such as names of files and scenes, never
+//! becomes markup or script.
 //!
 //! # Held to this by
 //! `report::page::tests` for the contents of pages, `scripts/page.py` in a browser for their
@@ -114,8 +114,8 @@ pub struct Page<'a> {
     pub images: Images<'a>,
     /// Tone mapping that the page begins with.
     pub tone: Tone,
-    /// Relative error that is one step of the scale, which has five. Default: the tolerance of the
-    /// images.
+    /// Relative error of one step of the colour scale, which has five steps. Default: the tolerance
+    /// of the images.
     pub tolerance: Option<f64>,
     /// Labels and texts of the summary.
     pub rows: Vec<(String, String)>,

@@ -170,7 +170,8 @@ impl Plot {
             for (i, label) in labels.iter().enumerate() {
                 let of_label = || found.iter().filter(|m| m.label == **label);
                 let color = COLORS[of_label().map(|m| m.series).next().unwrap_or(0) % COLORS.len()];
-                // Side by side if they have the same position.
+                // Each series is shifted by its index, so that bars of equal `x` stand side by
+                // side.
                 let shift = powf_f64(high / low, 0.006 * (i as f64 - (labels.len() - 1) as f64 / 2.0));
                 let place = |m: &Measured| m.x * shift;
                 let bars = of_label()
@@ -188,7 +189,8 @@ impl Plot {
         Self { name: name.to_owned(), caption: caption.to_owned(), svg, csv }
     }
 
-    /// Growth of one number with another, on logarithmic axes; `points` are a series, x and y.
+    /// Plot of y over x on logarithmic axes. Each of the `points` is the label of its series, x and
+    /// y.
     pub fn growth(name: &str, caption: &str, x: &str, y: &str, points: &[(String, f64, f64)]) -> Self {
         let (left, right) = ends(points.iter().map(|p| p.1));
         let (low, high) = ends(points.iter().map(|p| p.2));

@@ -175,7 +175,8 @@ fn the_headline_and_the_lines_count_what_the_film_holds() {
     ] {
         assert!(page.contains(words), "{words}");
     }
-    // Out of budget, but with an interval: 0.02 of 2 to 2.1.
+    // One pixel is out of budget but has an interval: a half-width of 0.02, relative to a luminance
+    // of 2 to 2.1.
     film.plane_mut("claim").unwrap().set_u32(11, 4, &[3]);
     let page = rendered(&film);
     for words in [
@@ -206,7 +207,8 @@ fn the_headline_and_the_lines_count_what_the_film_holds() {
     assert!(rendered(&film).contains("9 pixels, about whose error nothing is claimed"));
 }
 
-/// Only a page with a reference may call a claim kept.
+/// All pixels make published claims. The page states them as published, and does not call them
+/// kept: only a page with a reference may do so.
 #[test]
 fn published_claims_are_told_as_such_and_none_is_called_kept() {
     let mut film = film(5, 2);

@@ -1,4 +1,4 @@
-//! Rough reflection over a diffuse base that receives the rest: the model of Ashikhmin and Shirley.
+//! Rough specular reflection over a diffuse base: the model of Ashikhmin and Shirley.
 //!
 //! ```text
 //! f_r = 28 ρ_d (1 − F₀) / 23π · s(c_i) s(c_o)  +  F D / (4 ω_i·h max(c_i, c_o))          (sr⁻¹)
@@ -6,9 +6,9 @@
 //! ```
 //!
 //! (Ashikhmin, Shirley 2000, equations 4 and 5, with the distribution `D` of GGX facets as in
-//! pbrt's `substrate`.) The diffuse part fades where the facets reflect; its factor gives it the
-//! albedo `ρ_d (1 − F₀) s(c_o)`. Facets are not masked; `max(c_i, c_o)` keeps them from reflecting
-//! more than they receive.
+//! pbrt's `substrate`.) The diffuse part fades where the facets reflect. The factor `28/23π` gives
+//! the diffuse part the albedo `ρ_d (1 − F₀) s(c_o)`. The model has no masking of facets; instead,
+//! the denominator `max(c_i, c_o)` keeps them from reflecting more than they receive.
 //!
 //! Tested by `bsdf::tests`, and by the suite's `formula_materials`.
 
@@ -25,19 +25,19 @@ pub struct AshikhminShirley {
     pub diffuse: Rgb,
     /// Reflectance of a facet at normal incidence; each channel in `[0, 1]`.
     pub f0: Rgb,
-    /// Facets of [`FacetModel::Ggx`]; only their distribution counts.
+    /// Facets of [`FacetModel::Ggx`]; the BSDF uses their distribution `D`, without masking.
     pub facets: Microfacets,
 }
 
 impl AshikhminShirley {
-    /// `π` times the diffuse part, divided by its albedo and by `s(c_i)`: `28/23`.
+    /// Normalisation `28/23` of the diffuse part, whose BRDF is `SCALE · albedo · s(c_i) / π`.
     pub const SCALE: f32 = 28.0 / 23.0;
 
     /// `s(c)`; increases with the cosine.
     #[inline(always)]
     pub fn shape<R: Real>(cos: R) -> R {
-        // A polynomial in the cosine: the difference `1 − (1 − c/2)⁵` would lose digits of small
-        // cosines.
+        // Expanded as a polynomial: for small cosines, the difference `1 − (1 − c/2)⁵` would lose
+        // digits.
         let x = R::splat(0.5) * cos;
         let sum = R::splat(-10.0) + x * (R::splat(10.0) + x * (R::splat(-5.0) + x));
         x * (R::splat(5.0) + x * sum)
@@ -64,7 +64,7 @@ impl AshikhminShirley {
         lobes::draw(self.facet_probability(wo.z), &self.facets, wo, u)
     }
 
-    /// Albedo of the diffuse part for light at cosine `cos_o`.
+    /// Directional albedo of the diffuse part at cosine `cos_o`: `ρ_d (1 − F₀) s(cos_o)`.
     pub fn diffuse_albedo(&self, cos_o: f32) -> Rgb {
         self.diffuse * (Rgb::WHITE - self.f0) * Self::shape(cos_o)
     }

@@ -14,8 +14,9 @@
 //! ```
 //!
 //! (Burley 2012, appendix B.2, GTR with `γ = 1`, in a form without cancellation, and section 5.6;
-//! `KHR_materials_clearcoat`, Khronos.) `c_o` is the cosine at which a surface is *seen*: the layer
-//! is not reciprocal, and light paths evaluate it as viewers do.
+//! `KHR_materials_clearcoat`, Khronos.) `c_o` is the cosine at which a surface is *seen*. The layer
+//! is not reciprocal: light paths, too, evaluate it with the cosine of the direction towards the
+//! viewer.
 //!
 //! Facets of `D₁` are drawn in proportion to `D₁ cos θ_h`, with
 //!
@@ -24,8 +25,8 @@
 //! ```
 //!
 //! # Limits
-//! The coats of Disney and of Mitsuba do not reduce the light of the base: they add up to `0.05 w`
-//! and `0.04 w` to the albedo.
+//! The coats of Disney and of Mitsuba do not reduce the light of the base: they increase the albedo
+//! by up to `0.05 w` and `0.04 w`.
 //!
 //! # Held to this by
 //! `bsdf::tests`, and the suite's `mitsuba_materials` and `formula_materials`.
@@ -53,8 +54,8 @@ pub enum CoatModel {
     Disney,
     /// Disney's, as in Mitsuba 3: with the further factor `4 c_o c_i`.
     Mitsuba,
-    /// A layer of GGX facets that reduces the light of the base by the share that it reflects:
-    /// glTF's.
+    /// A layer of GGX facets, as in glTF. The light of the base is reduced by the share that the
+    /// layer reflects.
     Layer,
 }
 
@@ -76,7 +77,7 @@ pub struct Clearcoat {
 }
 
 impl Clearcoat {
-    /// Coat of a surface without one.
+    /// No coat: its amount is 0.
     pub const NONE: Self = Self { amount: 0.0, alpha: 1.0, model: CoatModel::Layer };
 
     /// Factor on the base, seen at the cosine `cos_o`.
@@ -141,7 +142,8 @@ impl Clearcoat {
         }
     }
 
-    /// Estimate of the albedo of the coat, as if its facets lay flat.
+    /// Estimate of the albedo of the coat, with the Fresnel reflectance and the masking of flat
+    /// facets.
     pub(super) fn importance(&self, cos_o: f32) -> f32 {
         let unmasked = cos_o / (cos_o + ggx::stretch(cos_o, MASKING_ALPHA));
         match self.model {

@@ -4,16 +4,17 @@
 //! f_r = s F(ω_i·h) D G₂ / (4 c_o c_i)  +  ρ/π · T(c_o) T(c_i) / (η² (1 − ρ F_int))          (sr⁻¹)
 //! ```
 //!
-//! The first term is reflection at the coat (GGX, Fresnel equations). The second is light that
-//! enters through the coat, is scattered by the base, and leaves, possibly after any number of
+//! The first term is reflection at the coat (microfacets, Fresnel equations). The second is light
+//! that enters through the coat, is scattered by the base, and leaves, after any number of
 //! reflections at the coat's inside (Saunderson 1942, "Calculation of the color of pigmented
-//! plastics"). `T` is the transmittance of the rough boundary on the way in and out
-//! ([`boundary`](super::boundary)), `F_int` its reflectance for diffuse light from inside, `1 / η²`
-//! the spreading of the radiance on leaving.
+//! plastics"). `T` is the transmittance of the rough boundary for light that enters or leaves
+//! ([`boundary`](super::boundary)). `F_int` is the reflectance of the boundary for diffuse light
+//! from inside. The factor `1 / η²` is due to the refraction of the light that leaves, which
+//! spreads it over a larger solid angle.
 //!
-//! For a smooth coat, `1 − F_int = (1 − F_ext) / η²`: the albedo of the second term for a white
-//! base is exactly `T(c_o)`, so that a smooth white surface reflects everything. Rough coats lose
-//! the light that is scattered more than once among the facets.
+//! For a smooth coat, `1 − F_int = (1 − F_ext) / η²`. The albedo of the second term for a white
+//! base is then exactly `T(c_o)`, so that coat and base together reflect all light. Rough coats
+//! lose the light that is scattered more than once among the facets.
 //!
 //! Tested by `bsdf::tests::energy` and by
 //! `bsdf::tests::energy::vpl_reflectance_is_the_albedo_of_the_diffuse_part`.

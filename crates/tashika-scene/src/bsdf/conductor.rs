@@ -1,15 +1,16 @@
-//! Rough metal, and the transmission of a rough pane ([`ConductorFresnel::Passed`]), which is drawn
-//! and bounded in the same way.
+//! Rough metal, and the transmission of a rough pane ([`ConductorFresnel::Passed`]). Directions of
+//! both are drawn in the same way, and the values have the same bounds.
 //!
 //! ```text
 //! f_r = s F(ω_i·h) D(h) G₂(ω_o, ω_i) / (4 c_o c_i)          (sr⁻¹)
 //! ```
 //!
-//! (Cook and Torrance 1982; Walter et al. 2007, equation 20) with the GGX terms of [`microfacet`]
-//! and `F` either from the complex index of refraction or by Schlick from `F₀`. Light that meets a
-//! second facet is lost (single scattering), so that rough metals reflect less than `F`: with
-//! `F = 1` and `α = 1` only `1 − ln 2 = 0.31` at normal incidence. Directions are drawn by visible
-//! normals, which leaves the weight `s F G₂ / G₁ ≤ 1`. Tested by `bsdf::tests`.
+//! (Cook and Torrance 1982; Walter et al. 2007, equation 20) with `D` and `G₂` of [`microfacet`]
+//! and `F` either from the complex index of refraction or, by Schlick's approximation, from `F₀`.
+//! Light that meets a second facet is lost (single scattering), so that rough metals reflect less
+//! than `F`. For example, GGX facets with `F = 1` and `α = 1` reflect only `1 − ln 2 = 0.31` at
+//! normal incidence. Directions are drawn by visible normals, so that the weight is
+//! `s F G₂ / G₁ ≤ 1`. Tested by `bsdf::tests`.
 
 use super::{Lobe, fresnel, microfacet, validate};
 use crate::color::Rgb;
@@ -23,7 +24,7 @@ const MAX_INDEX: f32 = 100.0;
 /// Smallest real part of the index of refraction. Silver has 0.05.
 const MIN_ETA: f32 = 1e-3;
 
-/// Rough metal with GGX microfacets.
+/// Rough metal, or the transmission of a rough pane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conductor {
     /// Fresnel reflectance of a facet.
@@ -34,7 +35,7 @@ pub struct Conductor {
     pub facets: Microfacets,
 }
 
-/// Fresnel reflectance of smooth metal.
+/// Fresnel reflectance of the facets of a metal, or transmittance of those of a pane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ConductorFresnel {
     /// Schlick's approximation.
@@ -50,8 +51,8 @@ pub enum ConductorFresnel {
         k: Rgb,
     },
     /// Transmission instead of metal: the light that a dielectric does not reflect by Schlick's
-    /// approximation, `(1 − F₀)(1 − (1 − ω_i·h)⁵)`. The far side of a rough pane sends this light
-    /// out as if it were reflected there.
+    /// approximation, `(1 − F₀)(1 − (1 − ω_i·h)⁵)`. Behind a rough pane, this light leaves in the
+    /// directions of the mirror lobe, mirrored to the far side.
     Passed {
         /// Reflectance at normal incidence; each channel in `[0, 1]`.
         f0: Rgb,

@@ -30,7 +30,7 @@ pub fn dielectric<R: Real>(cos: R, eta: f32) -> R {
     let dense = R::splat(eta * eta) * cos;
     let (parallel, perpendicular) = ((dense - g) * (cos + g), (cos - g) * (dense + g));
     let denominator = (dense + g) * (cos + g);
-    // One division for both squares; the minimum only removes a rounding above 1.
+    // One division serves both squares; the minimum only removes a rounding above 1.
     let squares = R::splat(0.5) * (parallel * parallel + perpendicular * perpendicular);
     let reflected = (squares / (denominator * denominator)).min(R::splat(1.0));
     R::select(g2.le(R::splat(0.0)), R::splat(1.0), reflected)
@@ -63,7 +63,8 @@ fn conductor_channel<R: Real>(cos: R, eta: f32, k: f32) -> R {
     let (within, within_mixed) = (cos2 * modulus + sin2 * sin2, across_mixed * sin2);
     let numerator = (across - across_mixed) * within;
     let denominator = (across + across_mixed) * (within + within_mixed);
-    // The floor matters only where there is no boundary (η = 1, k = 0), at grazing incidence.
+    // The lower limit of the denominator matters only for η = 1, k = 0 (no boundary) at grazing
+    // incidence.
     (numerator / denominator.max(R::splat(f32::MIN_POSITIVE))).max(zero).min(one)
 }
 
@@ -86,11 +87,12 @@ pub fn schlick_weight<R: Real>(cos: R) -> R {
 /// Reflectance of the outside of a dielectric under diffuse light, `2 ∫₀¹ F(c, η) c dc`, for
 /// `η ≥ 1`.
 ///
-/// The inside reflects `F_int = 1 − (1 − F_ext) / η²`: for light in balance on both sides, the
-/// radiance differs by `η²`, and the fluxes through the boundary in both directions are equal.
+/// The reflectance of the inside follows from it: `F_int = 1 − (1 − F_ext) / η²`. In equilibrium
+/// the radiance inside is `η²` times that outside, and the fluxes through the boundary in both
+/// directions are equal.
 ///
-/// A polynomial in `√s`, `s = (η − 1) / (η + 1)`: least squares over 80 Chebyshev nodes of
-/// `0 ≤ √s ≤ √(2/3)`, that is `1 ≤ η ≤ 5`; off by at most `2·10⁻⁵`.
+/// Approximated by a polynomial in `√s`, `s = (η − 1) / (η + 1)`, fitted by least squares over 80
+/// Chebyshev nodes of `0 ≤ √s ≤ √(2/3)`, that is `1 ≤ η ≤ 5`. The error is at most `2·10⁻⁵`.
 #[inline]
 pub fn dielectric_average(eta: f32) -> f32 {
     const COEFFICIENTS: [f32; 6] =
@@ -101,8 +103,9 @@ pub fn dielectric_average(eta: f32) -> f32 {
 
 /// `∫ (1 − ω_o·h)⁵ cos θ_i / π dω_i` over the hemisphere, as a function of `cos θ_o`.
 ///
-/// Relative loss of a diffuse part that is weighted by `(1 − F(ω_o·h)) / (1 − F₀)`, with Schlick's
-/// `F`. A polynomial: least squares over 40 Chebyshev nodes, off by at most `6·10⁻⁶`.
+/// Share of its albedo that a diffuse part loses if it is weighted by `(1 − F(ω_o·h)) / (1 − F₀)`,
+/// with Schlick's `F`. Approximated by a polynomial, fitted by least squares over 40 Chebyshev
+/// nodes. The error is at most `6·10⁻⁶`.
 #[inline]
 pub fn schlick_hemisphere(cos_o: f32) -> f32 {
     const COEFFICIENTS: [f32; 5] =
@@ -125,7 +128,8 @@ mod tests {
         for eta in [1.0001_f32, 1.33, 1.5, 2.4, 5.0, 1.0 / 1.5] {
             let root = (eta - 1.0) / (eta + 1.0);
             let expected = root * root;
-            // (η − 1) is exact; its cancellation in the formula costs ε / (η − 1).
+            // `η − 1` is computed exactly, but in the formula it is a difference of larger terms,
+            // which costs a relative ε / (η − 1).
             let tolerance = expected * 8.0 * f32::EPSILON / (eta - 1.0).abs();
             assert!((dielectric(1.0, eta) - expected).abs() <= tolerance, "eta {eta}");
         }
@@ -154,7 +158,8 @@ mod tests {
         assert_eq!(dielectric(0.0, 1.5), 1.0);
     }
 
-    /// From inside at the refracted angle, a boundary has the same reflectance as from outside.
+    /// For light from inside, at the angle to which the light from outside is refracted, a boundary
+    /// has the same reflectance as for the light from outside.
     ///
     /// A rounding of `cos_t` by `10⁻⁷` moves the outer cosine by `2·10⁻⁷ / cos`; the slope of `F`
     /// is below 6.
@@ -168,7 +173,8 @@ mod tests {
         }
     }
 
-    /// Without absorption a conductor is a dielectric; without a boundary there is no reflection.
+    /// A conductor with `k = 0` reflects like a dielectric; with `η = 1` as well, it reflects
+    /// nothing.
     #[test]
     fn a_conductor_without_absorption_is_a_dielectric() {
         for i in 0..=100 {
@@ -212,7 +218,8 @@ mod tests {
         assert_eq!(schlick(f0, 0.0_f32), [1.0; 3]);
     }
 
-    /// Midpoint rule in `√c`, which removes the square root of the grazing behaviour.
+    /// The fit agrees with quadrature by the midpoint rule. It uses the variable `√c`, in which the
+    /// integrand is smooth at grazing angles.
     #[test]
     fn the_average_fits_quadrature() {
         for step in 0..=80 {

@@ -4,12 +4,14 @@
 //! f_r = l_c (l_s f_base + f_s) + f_c          (sr⁻¹)
 //! ```
 //!
-//! with the [`Sheen`] `f_s`, the [`Clearcoat`] `f_c`, and their factors `l_s` and `l_c` on all
-//! below them, which depend on the cosine at which the surface is *seen*. Layers with a factor
-//! below 1 are not reciprocal; light paths evaluate them as viewers do.
+//! with the [`Sheen`] `f_s` and the [`Clearcoat`] `f_c`. Each layer multiplies everything below it
+//! by a factor, `l_s` and `l_c`, which depends on the cosine at which the surface is *seen*. Layers
+//! with a factor below 1 are not reciprocal: light paths, too, evaluate them with the cosine of the
+//! direction towards the viewer.
 //!
 //! # Limits
-//! VPLs carry the diffuse part under a layer as if it were seen from the direction of the light.
+//! A VPL represents the diffuse part under a layer with the layer's factor at the cosine of the
+//! arriving light, not at that of the viewer.
 //!
 //! # Held to this by
 //! `bsdf::tests`, and the suite's `mitsuba_materials` and `formula_materials`.
@@ -107,8 +109,8 @@ impl UnderLayers {
 }
 
 impl Layered {
-    /// Returns the surface as a layered one, with the layers that it has or with empty ones; `None`
-    /// if it cannot have layers.
+    /// Returns the surface as a layered one: with its own layers, or, if it has none, with empty
+    /// layers. `None` if the surface cannot have layers.
     pub fn over(bsdf: &Bsdf) -> Option<Self> {
         match *bsdf {
             Bsdf::Layered(b) => Some(b),
@@ -201,7 +203,7 @@ impl Layered {
     }
 }
 
-/// Maps a number `u`, uniform in `[below, 1)`, to `[0, 1)`, so that it is used again.
+/// Maps a number `u`, uniform in `[below, 1)`, to `[0, 1)`, so that it can be used again.
 fn rest(u: f32, below: f32) -> f32 {
     ((u - below) / (1.0 - below)).min(1.0 - f32::EPSILON / 2.0)
 }

@@ -9,8 +9,8 @@ use crate::math::simd::each;
 use crate::math::{Real, Vec3};
 use crate::warp;
 
-/// Smallest probability of drawing from either of two reflecting lobes, so that a poor estimate of
-/// their shares costs a factor of at most ten in the weights. Chosen.
+/// Smallest probability of drawing from either of two reflecting lobes. However wrong the estimates
+/// of their shares are, the weights are then increased at most tenfold. Chosen.
 const MIN_LOBE_PROBABILITY: f32 = 0.1;
 
 /// Probability of drawing from the glossy of two lobes, given estimates of their reflectances.

@@ -5,16 +5,17 @@
 //! F = F₀ + (1 − F₀)(1 − ω_i·h)⁵,    F_d the same with the dielectric's own F₀
 //! ```
 //!
-//! (glTF 2.0 specification, appendix B, Khronos 2021: the metal and the dielectric mixed by
-//! `metallic`) where a loader sets `ρ_d = base · (1 − metallic)`, `F₀` = the dielectric's (0.04)
-//! mixed with `base` by `metallic`, and `α = roughness²`.
+//! (glTF 2.0 specification, appendix B, Khronos 2021: a metal and a dielectric mixed by
+//! `metallic`). A loader sets `ρ_d = base · (1 − metallic)` and `α = roughness²`. It sets `F₀` to
+//! the mean of the dielectric's (0.04) and `base`, weighted by `metallic`.
 //!
 //! # Limits
-//! This coupling of the parts does not conserve energy, as the appendix states: `ω_i·h` is small
-//! only near the mirror direction at grazing angles, so that the diffuse part stays bright where
-//! the facets reflect everything. Each part alone reflects at most all light. Together, a white
-//! base under a dielectric reflects at most 1.003 for `cos θ_o ≥ 0.7`, 1.03 for `cos θ_o ≥ 0.5`,
-//! 1.16 at 0.3, and nearly 2 at the horizon if `α` is small.
+//! As the appendix states, the factor `1 − F_d` does not conserve energy. At grazing angles the
+//! facets reflect all light, and the diffuse part should vanish for all `ω_i`. But the factor is
+//! small only where `ω_i·h` is, near the mirror direction, so that the diffuse part stays bright
+//! elsewhere. Each part alone reflects at most all light. Together, a white base under a dielectric
+//! reflects at most 1.003 for `cos θ_o ≥ 0.7`, 1.03 for `cos θ_o ≥ 0.5`, 1.16 at 0.3, and nearly 2
+//! at the horizon if `α` is small.
 //!
 //! # Difference from the appendix
 //! * `G₂` is height-correlated, which the appendix's discussion prefers to its separable form.

@@ -2,7 +2,7 @@
 //!
 //! The renderer needs the material term `M = f_r(ω_o, ω_i) cos⁺θ_i` (sr⁻¹) of a pair of directions,
 //! and paths need a direction `ω_i` drawn with a known density (sr⁻¹). With `c = cos θ`, `h` the
-//! half vector and `α` the GGX roughness:
+//! half vector, and `D` and `G₂` the distribution and the masking of [`Microfacets`]:
 //!
 //! | variant | `f_r` (sr⁻¹) |
 //! |---|---|
@@ -19,9 +19,10 @@
 //! | [`Glass`] | `F` on reflection, `1 − F` on refraction, at facets if it is rough |
 //! | [`ThinGlass`] | `2F / (1 + F)` on reflection, the rest straight through |
 //!
-//! Directions are drawn from `cos θ / π` ([`Lambert`]), by visible normals ([`Conductor`]), along
-//! the one direction ([`Mirror`]), by `F` against `1 − F` ([`Glass`], [`ThinGlass`]), and otherwise
-//! from a mixture of the lobes.
+//! Directions are drawn with density `cos θ / π` ([`Lambert`]) or by visible normals
+//! ([`Conductor`]). [`Mirror`] has a single direction. [`Glass`] and [`ThinGlass`] choose between
+//! reflection and transmission with the probabilities of the table. All other variants draw from a
+//! mixture of their lobes.
 //!
 //! Sources: Lambert 1760; Lafortune, Willems 1994 (Phong); Cook, Torrance 1982 (plastic); Walter et
 //! al. 2007 (conductor, glass); Heitz 2014 (conductor); Saunderson 1942 (coated); glTF 2.0,
@@ -45,7 +46,7 @@
 //! angles, [`Principled`], and [`Layered`] over these, with Disney's coats, or with sheen.
 //!
 //! # Held to this by
-//! `bsdf::tests`: every case of a closed list and of a random sweep, times every property.
+//! `bsdf::tests`: every property is tested for every case of a fixed list and of a random sweep.
 
 use crate::color::Rgb;
 use crate::math::simd::each;
@@ -93,8 +94,8 @@ pub use specular::{Glass, Mirror, ThinGlass};
 
 /// Largest cosine with the normal of directions that count as lying in the surface.
 ///
-/// Components of a unit vector in `f32` are rounded by up to `6·10⁻⁸`, so the sign of a smaller
-/// cosine is meaningless.
+/// Components of a unit vector in `f32` are rounded by up to `6·10⁻⁸`, so the sign of a cosine
+/// below that is meaningless.
 pub const MIN_COSINE: f32 = 1e-7;
 
 /// Scattering of light at a surface.
@@ -112,7 +113,7 @@ pub enum Bsdf {
     Coated(Coated),
     /// The core material of glTF 2.0.
     MetallicRoughness(MetallicRoughness),
-    /// Rough reflection over a diffuse base that receives the rest.
+    /// Facets over a diffuse base, which fades where the facets reflect.
     AshikhminShirley(AshikhminShirley),
     /// The principled material of Disney.
     Principled(Principled),
@@ -158,7 +159,8 @@ impl Bsdf {
         }
         let cos_i = wi[2] * R::splat(side);
         let above = cos_i.gt(R::splat(MIN_COSINE));
-        // Directions below are evaluated as if they were above, which is finite, and then ignored.
+        // Directions below the horizon are moved to just above it, so that their values are finite.
+        // Their values are then replaced by zero.
         let wi = [wi[0], wi[1], cos_i.max(R::splat(MIN_COSINE))];
         let f = self.eval_above(Vec3::new(wo.x, wo.y, cos_o), wi);
         each!(|channel| R::select(above, f[channel] * wi[2], zero))
@@ -230,8 +232,8 @@ impl Bsdf {
 
     /// `ρ(ω_o) = ∫ f_d cos θ_i dω_i`, the directional albedo (unitless) of the diffuse part `f_d`.
     ///
-    /// Light of flux `Φ` that arrives from `wo` leaves a virtual point light of intensity `Φ ρ / π`
-    /// along the normal. Zero for surfaces without a diffuse part.
+    /// Light of flux `Φ` that arrives from `wo` is represented by a virtual point light whose
+    /// intensity along the normal is `Φ ρ / π`. Zero for surfaces without a diffuse part.
     pub fn vpl_reflectance(&self, wo: Vec3) -> Rgb {
         match self {
             Self::Lambert(b) => b.reflectance,
@@ -246,8 +248,8 @@ impl Bsdf {
         }
     }
 
-    /// Returns the BSDF with its diffuse part times `10⁻³`, for drawing directions of its gloss. It
-    /// draws every direction that the whole BSDF draws.
+    /// Returns the BSDF with its diffuse part times `10⁻³`, for drawing directions of the glossy
+    /// lobes. It can draw every direction that the original BSDF can.
     pub fn mostly_gloss(&self) -> Self {
         const LEFT: f32 = 1e-3;
         let mut gloss = *self;
@@ -265,7 +267,7 @@ impl Bsdf {
         gloss
     }
 
-    /// Estimate of the share of uniform illumination that the gloss reflects along `ω_o`.
+    /// Estimate of the share of uniform illumination that the glossy lobes reflect along `ω_o`.
     pub fn importance_gloss(&self, wo: Vec3) -> f32 {
         let cos = wo.z.abs();
         match self {
@@ -303,8 +305,8 @@ impl Bsdf {
     /// Approximate overall reflectance, each channel in `[0, 1]`, for the albedo image of a
     /// denoiser.
     ///
-    /// The albedo of a smooth surface of this kind at normal incidence; for [`Glass`] reflection
-    /// and transmission together.
+    /// This is the albedo of a smooth surface of the same kind at normal incidence; for [`Glass`],
+    /// reflection and transmission together.
     pub fn albedo(&self) -> Rgb {
         match self {
             Self::Lambert(b) => b.reflectance,

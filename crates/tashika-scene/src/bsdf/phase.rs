@@ -7,8 +7,9 @@
 //! ```
 //!
 //! The asymmetry `g` is the mean cosine: 0 is isotropic, towards 1 light is scattered forwards,
-//! towards −1 backwards. Cosines are drawn by the inverse of the distribution. With `s = 2u − 1`
-//! the cosine is a quotient without the usual difference of nearly equal numbers at small `g`:
+//! towards −1 backwards. Cosines are drawn by inversion of the cumulative distribution. The usual
+//! form of the inverse subtracts nearly equal numbers at small `g`; with `s = 2u − 1` it is this
+//! quotient, which does not:
 //!
 //! ```text
 //! cos θ = (s + g (s² + 3) / 2 + g² s + g³ (s² − 1) / 2) / (1 + g s)²
@@ -38,22 +39,23 @@ pub struct HenyeyGreenstein {
 }
 
 impl HenyeyGreenstein {
-    /// Scattered share per solid angle (sr⁻¹), and the density of [`Self::sample`]: weights of
-    /// draws are 1.
+    /// Share of the scattered light per solid angle (sr⁻¹). It is also the density of
+    /// [`Self::sample`], so that samples have the weight 1.
     ///
-    /// * `cos`: cosine between the directions of propagation of light, or of a path, before and
-    ///   after.
+    /// * `cos`: cosine of the angle between the directions of propagation before and after
+    ///   scattering, of light or of a path.
     #[inline]
     pub fn density(&self, cos: f32) -> f32 {
         let g = f64::from(self.asymmetry);
-        // 1 + g² − 2 g cos, without a difference of nearly equal numbers along a narrow lobe.
+        // 1 + g² − 2 g cos, in a form that does not subtract nearly equal numbers within a narrow
+        // lobe.
         let ahead = (1.0 - g.abs()) * (1.0 - g.abs()) + 2.0 * (g.abs() - g * f64::from(cos));
         let squared = ahead.max((1.0 - g.abs()) * (1.0 - g.abs()));
         ((1.0 - g * g) / (4.0 * PI * squared * squared.sqrt())) as f32
     }
 
-    /// Draws the unit direction of a path after scattering; `before` is its unit direction before.
-    /// Returns the direction with its density (sr⁻¹).
+    /// Draws the unit direction of a path after scattering and returns it with its density (sr⁻¹).
+    /// `before` is the unit direction of the path before scattering.
     pub fn sample(&self, before: Vec3, u: [f32; 2]) -> (Vec3, f32) {
         let (g, s) = (f64::from(self.asymmetry), 2.0 * f64::from(u[0]) - 1.0);
         let numerator = s + 0.5 * g * (s * s + 3.0) + g * g * s + 0.5 * g * g * g * (s * s - 1.0);
@@ -79,22 +81,23 @@ impl HenyeyGreenstein {
         [below.clamp(0.0, 1.0) as f32, around - around.floor()]
     }
 
-    /// Upper bound on the density (sr⁻¹) over all cosines between two, and all asymmetries between
-    /// two.
+    /// Upper bound on the density (sr⁻¹) over an interval of cosines and an interval of
+    /// asymmetries.
     ///
     /// * `cos`, `asymmetry`: the least and the largest value of each.
     ///
-    /// The density is `(1 − g²) / 4π s^(3/2)` with `s = 1 + g² − 2 g cos`: where `g ≥ 0` it grows
-    /// with the cosine, where `g ≤ 0` it falls. For one cosine `s` is least at the `g` nearest to
-    /// the cosine, and `1 − g²` largest at the `g` nearest to zero; for one asymmetry both are
-    /// exact.
+    /// The density is `(1 − g²) / 4π s^(3/2)` with `s = 1 + g² − 2 g cos`. For `g ≥ 0` it grows
+    /// with the cosine, for `g ≤ 0` it falls, so that only the two ends of the interval of cosines
+    /// matter. For a given cosine, `s` is least at the `g` nearest to the cosine, and `1 − g²` is
+    /// largest at the `g` nearest to zero. If the interval of asymmetries is a single value, the
+    /// bound is exact.
     pub fn upper_density(cos: [f32; 2], asymmetry: [f32; 2]) -> f32 {
         let cos = cos.map(|c| f64::from(c).clamp(-1.0, 1.0));
         let [least, largest] = asymmetry.map(f64::from);
         let of = |cos: f64, [least, largest]: [f64; 2]| {
             let g = cos.clamp(least, largest);
             let nearest_zero = 0.0_f64.clamp(least, largest);
-            // As in the density: without a difference of nearly equal numbers.
+            // As in `density`, in a form that does not subtract nearly equal numbers.
             let s = (1.0 - g.abs()) * (1.0 - g.abs()) + 2.0 * (g.abs() - g * cos);
             (1.0 - nearest_zero * nearest_zero) / (4.0 * PI * s * s.sqrt())
         };
@@ -105,7 +108,7 @@ impl HenyeyGreenstein {
         if least <= 0.0 {
             upper = upper.max(of(cos[0], [least, largest.min(0.0)]));
         }
-        // For the rounding of the bound and of the density.
+        // Covers the rounding of the bound and of the density.
         (upper as f32).next_up().next_up()
     }
 
@@ -130,8 +133,8 @@ mod tests {
 
     const ASYMMETRIES: [f32; 9] = [-0.95, -0.5, -1e-3, 0.0, 1e-7, 0.1, 0.6, 0.9, 0.99];
 
-    /// Sum over the cosine, with steps that are fine in a narrow lobe: uniform in
-    /// `(1 + g² − 2 g cos)^(−1/2)`, in which the distribution is linear.
+    /// Integral over the cosine. Steps are uniform in `(1 + g² − 2 g cos)^(−1/2)`, of which the
+    /// cumulative distribution is a linear function. They are therefore fine within a narrow lobe.
     fn integral(phase: HenyeyGreenstein, of: impl Fn(f64) -> f64) -> f64 {
         let steps = 20_000;
         let g = f64::from(phase.asymmetry);
@@ -164,8 +167,9 @@ mod tests {
         }
     }
 
-    /// Draws fill cells of the cosine and of the azimuth as predicted by the closed form of the
-    /// distribution. One `χ²` test for each asymmetry, at a level of 10⁻⁴ for all.
+    /// The counts of drawn directions in cells of the cosine and of the azimuth agree with the
+    /// closed form of the cumulative distribution. One `χ²` test for each asymmetry, at a level of
+    /// 10⁻⁴ for all together.
     #[test]
     fn directions_follow_the_density() {
         let (draws, slices, sectors) = (40_000_u32, 20, 4);
@@ -174,7 +178,8 @@ mod tests {
             let before = Vec3::new(0.48, -0.6, 0.64);
             let frame = Frame::about(before);
             let g = f64::from(asymmetry);
-            // Share that is scattered to a cosine below c, an integral of the density.
+            // Share of the light that is scattered to cosines below `c`: the integral of the
+            // density.
             let below = |c: f64| {
                 if g.abs() < 1e-5 {
                     return 0.5 * (c + 1.0);
@@ -214,8 +219,8 @@ mod tests {
                 let (after, density) = phase.sample(before, u);
                 let found = phase.sample_inverse(before, after);
                 let (again, _) = phase.sample(before, found);
-                // A cosine is rounded by 10⁻⁷, which changes the number by `2π p` times that at a
-                // density of `p`.
+                // The rounding of a cosine by 10⁻⁷, at a density `p`, changes the number by
+                // `2π p · 10⁻⁷`.
                 assert!((found[0] - u[0]).abs() < 2e-6 * (1.0 + density), "{asymmetry}: {found:?} for {u:?}");
                 assert!(again.distance(after) < 2e-3, "{asymmetry}: {again} for {after}");
             }

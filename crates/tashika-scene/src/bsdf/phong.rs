@@ -4,20 +4,20 @@
 //! f_r = ρ_d / π + ρ_s (n + 2) / (2π) · cosⁿα          (sr⁻¹)
 //! ```
 //!
-//! `α ≤ 90°` is the angle between `ω_i` and the mirror direction of `ω_o`. With this factor the
-//! lobe reflects exactly `ρ_s` at normal incidence, and less elsewhere, where part of it is below
-//! the horizon (Lafortune and Willems 1994, "Using the modified Phong reflectance model for
-//! physically based rendering"). So `ρ_d + ρ_s ≤ 1` conserves energy. The lobe is drawn with
-//! density `(n + 1) / (2π) · cosⁿα`.
+//! `α ≤ 90°` is the angle between `ω_i` and the mirror direction of `ω_o`. With the factor
+//! `(n + 2) / (2π)` the lobe reflects exactly `ρ_s` at normal incidence. Elsewhere it reflects
+//! less, since part of it is below the horizon (Lafortune and Willems 1994, "Using the modified
+//! Phong reflectance model for physically based rendering"). So `ρ_d + ρ_s ≤ 1` conserves energy.
+//! Directions of the lobe are drawn with density `(n + 1) / (2π) · cosⁿα`.
 //!
 //! # Precision
-//! `α` enters as `1 − cos α = ‖ω_i − mirror‖² / 2`. With the scalar product, the rounding of
-//! `cos α` alone would change the peak of `n = 10⁶` by a tenth.
+//! `1 − cos α` is computed as `‖ω_i − mirror‖² / 2`. If `cos α` were computed as a scalar product,
+//! its rounding alone would change the peak of the lobe of `n = 10⁶` by a tenth.
 //!
-//! `cosⁿα` is computed as `2^(n log₂ cos α)`, with a relative error within
-//! `5·10⁻⁷ (1 + |ln cosⁿα|)` given `1 − cos α`. Whole and half exponents up to 128 use products
-//! instead: the rounding of `cos α` and of at most `n − 1` products is at most `2n u = 1.6·10⁻⁵` of
-//! the value. Powers by the logarithm are zero below 2⁻¹²⁵.
+//! For a given `1 − cos α`, `cosⁿα` is computed as `2^(n log₂ cos α)` with a relative error of at
+//! most `5·10⁻⁷ (1 + |ln cosⁿα|)`. Whole and half exponents up to 128 use products instead: the
+//! rounding of `cos α` and of at most `n − 1` products amounts to at most `2n u = 1.6·10⁻⁵` of the
+//! value. Powers by the logarithm that are below 2⁻¹²⁵ are replaced by zero.
 //!
 //! # Held to this by
 //! `phong::tests::sharp_lobes_are_precise`, `phong::tests::powers_are_precise` and `bsdf::tests`.
@@ -31,16 +31,17 @@ use crate::math::simd::each;
 use crate::math::{Frame, Real, Vec3};
 use crate::warp;
 
-/// Largest exponent. Its lobe is 0.08° wide; beyond, the rounding of directions becomes visible in
-/// the value.
+/// Largest exponent. Its lobe is 0.08° wide; for larger exponents, the rounding of directions
+/// changes values visibly.
 const MAX_EXPONENT: f32 = 1e6;
 
-/// Smallest `x` for which `2⁻ˣ` counts as zero: the limit of `exp2_of`. With any normalisation the
-/// value is below 10⁻³².
+/// Smallest `x` for which `2⁻ˣ` counts as zero: the limit of `exp2_of`. For any exponent, the
+/// omitted value, normalisation included, is below 10⁻³².
 const NEGLIGIBLE_POWER: f32 = 125.0;
 
-/// Largest whole or half exponent for which powers are products. A higher limit saves logarithms
-/// and adds rounding, in proportion; the bounds of lobes include a margin for it.
+/// Largest whole or half exponent for which powers are products. With a higher limit, fewer
+/// exponents need logarithms, but the rounding grows in proportion to the limit. The bounds of
+/// lobes include a margin for it.
 const MOST_PRODUCTS: f32 = 128.0;
 
 /// The largest number below 1.
@@ -75,7 +76,8 @@ impl Phong {
         if u[0] >= self.lobe_probability()? {
             return Some((warp::cosine_hemisphere([u[1], u[2]]), Lobe::Diffuse));
         }
-        // cos α = (1 − u)^(1/(n+1)), as 1 − cos α so that narrow lobes keep their precision.
+        // cos α = (1 − u)^(1/(n+1)), computed as 1 − cos α so that narrow lobes keep their
+        // precision.
         let versine = one_minus_exp(ln_1m(u[1]) / (self.exponent + 1.0));
         let sin = (versine * (2.0 - versine)).max(0.0).sqrt();
         let (sin_phi, cos_phi) = sin_cos(2.0 * PI * u[2]);
@@ -90,8 +92,8 @@ impl Phong {
         let [x, y, z] = each!(|axis| wi[axis] - R::splat(mirror[axis]));
         let versine = R::splat(0.5) * (x * x + y * y + z * z);
         let above = versine.le(R::splat(LARGEST_VERSINE));
-        // Directions behind are evaluated as if they were just in front, which is finite, and then
-        // ignored.
+        // Directions at more than 90° are evaluated as if they were at slightly less, so that the
+        // power is finite. Their values are then replaced by zero.
         let within = versine.min(R::splat(LARGEST_VERSINE));
         R::select(above, power_1m(within, self.exponent), R::splat(0.0))
     }
@@ -155,10 +157,10 @@ fn one_minus_exp(x: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// Lobes of all widths compared with `cosⁿα` in `f64`, for identical `f32` directions.
+    /// For lobes of all widths, values agree with `cosⁿα` in `f64` for the same `f32` directions.
     ///
     /// The exact angle is taken between directions normalised in `f64`. Rounding moves a direction
-    /// by at most `√3 · 2⁻²⁵`, so that `n(1 − cos α) ≤ 8` can change by
+    /// by at most `√3 · 2⁻²⁵`. It can therefore change `n(1 − cos α)`, which is at most 8 here, by
     /// `n sin α · 1e-7 ≈ √(16 n) · 1e-7`.
     #[test]
     fn sharp_lobes_are_precise() {
@@ -197,7 +199,8 @@ mod tests {
         }
     }
 
-    /// Products and powers of two compared with `f64`, with the errors stated by the module.
+    /// Both forms of the power, products and `2^(n log₂ cos α)`, agree with `f64` to within the
+    /// errors that the module states.
     #[test]
     fn powers_are_precise() {
         let exponents =
@@ -221,7 +224,7 @@ mod tests {
         assert_eq!(power_1m(LARGEST_VERSINE, 0.5), (f32::EPSILON / 2.0).sqrt());
     }
 
-    /// Beyond a right angle from the mirror direction the lobe is zero for every exponent.
+    /// At more than 90° from the mirror direction the lobe is zero for every exponent.
     #[test]
     fn lobes_end_at_a_right_angle() {
         let wo = Vec3::new(0.8, 0.0, 0.6);

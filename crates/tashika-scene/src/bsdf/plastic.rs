@@ -4,18 +4,18 @@
 //! f_r = ρ_d / π  +  k_s F(ω_i·h) D G₂ / (4 c_o c_i)          (sr⁻¹)
 //! ```
 //!
-//! with the GGX terms of [`microfacet`] and the Fresnel equations (Cook and Torrance 1982; Walter
-//! et al. 2007). The two parts are independent, as in the plastics of older renderers: light that
-//! the lobe reflects still reaches the base. With `ρ_d + k_s ≤ 1` no more is reflected than
-//! arrives, since each part alone reflects at most its factor. [`Coated`](super::Coated) is the
-//! physical form. Tested by `bsdf::tests`.
+//! with `D` and `G₂` of [`microfacet`] and the Fresnel equations (Cook and Torrance 1982; Walter et
+//! al. 2007). The two parts are independent, as in the plastics of older renderers: the diffuse
+//! part is not reduced by the light that the lobe reflects. Each part alone reflects at most its
+//! factor, so that with `ρ_d + k_s ≤ 1` the surface reflects no more light than arrives.
+//! [`Coated`](super::Coated) is the physical form. Tested by `bsdf::tests`.
 
 use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, lobes, microfacet, sum_of_lobes, validate};
 use crate::color::Rgb;
 use crate::math::{Real, Vec3};
 use microfacet::{HalfVector, Microfacets};
 
-/// Diffuse plus a GGX lobe with the Fresnel reflectance of a dielectric.
+/// Diffuse part plus a lobe of facets with the Fresnel reflectance of a dielectric.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plastic {
     /// Diffuse reflectance `ρ_d`; each channel in `[0, 1]`.

@@ -9,16 +9,17 @@
 //! ```
 //!
 //! with `w = (1 − c)⁵` of a cosine, `c_d = ω_i·h`, the roughness `r` and `α = r²`. The diffuse part
-//! is darker at grazing angles if it is smooth and brighter if it is rough; with the flatness `f`
-//! it resembles light scattered below the surface (after Hanrahan, Krueger 1993). To this are added
-//! the sheen `s` of cloth, and facets (Burley 2012, section 5.3; 2015, equation 4). A loader sets
-//! `ρ_d = base · (1 − metallic)`. It sets `t`, the share of Schlick's `F`, to the share of metal
-//! and of tinted gloss.
+//! is darker at grazing angles if `r` is small and brighter if `r` is large. With the flatness `f`
+//! it resembles light scattered below the surface (after Hanrahan, Krueger 1993). The sheen `s` of
+//! cloth and the reflection of facets are added to it (Burley 2012, section 5.3; 2015, equation 4).
+//! A loader sets `ρ_d = base · (1 − metallic)`. It sets `t`, the share of Schlick's `F`, to the sum
+//! of the shares of metal and of tinted reflection.
 //!
 //! # Limits
-//! The parts are independent, and at grazing angles each reflects all light or more: the diffuse
-//! part of a white, rough surface up to 1.56, the facets up to 1, a sheen of 1 up to 0.09. At such
-//! angles `e` is unbounded, but `e c_i` is bounded.
+//! The parts are added without any coupling, so that at grazing angles the sum exceeds 1. The
+//! albedo of the diffuse part of a white, rough surface is up to 1.56 there, that of the facets up
+//! to 1, and that of a sheen of 1 up to 0.09. At such angles `e` is unbounded, but `e c_i` is
+//! bounded.
 //!
 //! # Held to this by
 //! `bsdf::tests`, and the suite's `mitsuba_materials` against Mitsuba 3.
@@ -31,11 +32,10 @@ use crate::math::{Real, Vec3};
 use fresnel::schlick_weight;
 use microfacet::{HalfVector, Microfacets};
 
-/// Integrals `∫ w c dω / π` over the hemisphere, and the same with `w c` and `w c²` in place of
-/// `w`.
+/// Integrals `∫ w c dω / π`, `∫ w c² dω / π` and `∫ w c³ dω / π` over the hemisphere.
 const MOMENTS: [f32; 3] = [1.0 / 21.0, 1.0 / 84.0, 1.0 / 252.0];
 
-/// Largest sheen (sr⁻¹), that of a pure blue of luminance 1.
+/// Largest sheen (sr⁻¹): the channel of a pure blue of luminance 1.
 pub const MAX_SHEEN: f32 = 14.0;
 
 /// Approximate albedo of a sheen of 1.
@@ -44,7 +44,8 @@ const IMPORTANCE_SHEEN: f32 = 0.1;
 /// A rough diffuse surface with sheen, under facets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Principled {
-    /// Reflectance `ρ_d` of the diffuse part, without `b`; each channel in `[0, 1]`.
+    /// Reflectance `ρ_d` of the diffuse part, without its factor `(1 − f) b + f e`; each channel in
+    /// `[0, 1]`.
     pub diffuse: Rgb,
     /// Roughness `r` of the diffuse part, in `[0, 1]`.
     pub roughness: f32,
@@ -58,7 +59,7 @@ pub struct Principled {
     pub facets: Microfacets,
 }
 
-/// Weighted mean of Schlick's approximation and of the Fresnel equations of a dielectric.
+/// Weighted mean of Schlick's approximation and of the Fresnel reflectance of a dielectric.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TintedFresnel {
     /// Share `t` of Schlick's approximation, in `[0, 1]`.
@@ -181,8 +182,8 @@ impl Principled {
 /// m = r (1 + c_o c) / 2,    n² = r² (1 − c_o²)(1 − c²) / 4
 /// ```
 ///
-/// so that `∫₀¹ 2c P / (c + c_o) dc` is the integral of the quotient of this division, plus the
-/// remainder times `ln ((1 + c_o) / c_o)`.
+/// `∫₀¹ 2c P / (c + c_o) dc` is computed by polynomial division of `2c P` by `c + c_o`: it is the
+/// integral of the quotient, plus the remainder times `ln ((1 + c_o) / c_o)`.
 fn flat_albedo(r: f64, cos_o: f64) -> f64 {
     /// Coefficients of `w_i = (1 − c)⁵`, from the constant on.
     const GRAZING: [f64; 6] = [1.0, -5.0, 10.0, -10.0, 5.0, -1.0];
@@ -209,7 +210,7 @@ fn flat_albedo(r: f64, cos_o: f64) -> f64 {
             p[i + j] += a * b;
         }
     }
-    // c P over c + c_o, from the highest power down.
+    // Division of c P by c + c_o, from the highest power down.
     let (mut quotient, mut remainder) = (0.0, 0.0);
     for (power, coefficient) in p.into_iter().enumerate().rev() {
         remainder = coefficient - cos_o * remainder;

@@ -1,25 +1,28 @@
-//! Surfaces that only sampling reaches: a perfect mirror, glass, and a pane of glass.
+//! Surfaces whose directions can only be sampled: a perfect mirror, glass, and a pane of glass.
 //!
-//! Except for rough glass, their BSDFs are Dirac distributions. Rough glass is treated alike: paths
-//! go through it in one drawn direction, and nothing is gathered at it. So
-//! [`Bsdf::eval`](super::Bsdf::eval) and [`Bsdf::pdf`](super::Bsdf::pdf) are zero for all of them.
+//! Except for rough glass, their BSDFs are Dirac distributions. Rough glass is treated in the same
+//! way: a path continues in one drawn direction, and no light is gathered on the surface. Therefore
+//! [`Bsdf::eval`](super::Bsdf::eval) and [`Bsdf::pdf`](super::Bsdf::pdf) are zero for all surfaces
+//! of this module.
 //!
-//! Rough glass is that of Walter et al. 2007, with single scattering: a facet is drawn from the
-//! visible ones, and light is reflected or refracted there by its Fresnel reflectance, with the
-//! weight `G₂ / G₁(o)` ([`microfacet`](super::microfacet)). Light that reaches the wrong side is
-//! lost.
+//! Rough glass is that of Walter et al. 2007, with single scattering. A facet is drawn from the
+//! visible ones. There, light is reflected with a probability equal to the Fresnel reflectance, and
+//! otherwise refracted. Its weight is `G₂ / G₁(o)` ([`microfacet`](super::microfacet)). Light is
+//! lost if reflection leads to the far side of the surface, or refraction to the near side.
 //!
 //! # Radiance across a boundary
-//! Radiance in a medium of index `η` grows with `η²`, because refraction squeezes its solid angle;
-//! the flux of a light path does not. [`Glass`] omits the factor in both directions: paths from the
-//! camera carry *basic* radiance `L / η²` (Nicodemus 1963), paths from lights carry flux, and both
-//! have the same weight, so that one function serves both. The two factors of a path that enters
-//! and leaves a closed object cancel, `η² · 1 / η² = 1`; hence basic radiance is radiance wherever
-//! camera and lights are in the outer medium. Light paths inside the glass deposit flux divided by
-//! `η²`, so that viewers see basic radiance of surfaces and media there too. The ends of paths
-//! apply the factor if they are inside (Veach 1997, section 5.2): an emitter in a medium of index
-//! `n` emits `1/n²` of its radiance, and a camera in such a medium sees `n²` times the radiance
-//! that its paths carry.
+//! Light that enters a medium of index `η` is refracted into a smaller solid angle, so that its
+//! radiance is multiplied by `η²`; the flux of a light path is not. [`Glass`] omits the factor in
+//! both directions. Paths from the camera then carry *basic* radiance `L / η²` (Nicodemus 1963),
+//! and paths from lights carry flux. The weights of both are equal, so that one function serves
+//! both.
+//!
+//! For a path that enters and leaves a closed object, the two factors cancel: `η² · 1 / η² = 1`.
+//! Basic radiance is therefore radiance wherever camera and lights are in the outer medium. Light
+//! paths inside the glass deposit flux divided by `η²`, so that camera paths find basic radiance at
+//! surfaces and in media there too. If an end of a path is inside, the factor is applied there
+//! (Veach 1997, section 5.2): an emitter in a medium of index `n` emits `1/n²` of its radiance, and
+//! a camera in such a medium sees `n²` times the radiance that its paths carry.
 //!
 //! # Held to this by
 //! The tests below.
@@ -53,8 +56,8 @@ impl Mirror {
 /// Boundary of a dielectric, smooth or rough: the glass is at negative `z`.
 ///
 /// Reflects with probability `F` and weight `reflectance`, else refracts with weight
-/// `transmittance`; if rough, at a drawn facet. Refraction has no factor `η²` in either direction;
-/// the documentation of this file gives the reason.
+/// `transmittance`. Rough glass does so at a drawn facet. Refraction has no factor `η²` in either
+/// direction; the documentation of this file gives the reason.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glass {
     /// Index of refraction of the inside (`z < 0`) relative to the outside, from 1.0001 to 5.
@@ -76,10 +79,11 @@ impl Glass {
     }
 
     /// Reflects if `u[0]` in `[0, 1)` is below `F`, else refracts; `u[1]` and `u[2]` draw the
-    /// facet. `None` if light reaches the wrong side, which never happens at smooth glass.
+    /// facet. `None` if reflection leads to the far side of the surface, or refraction to the near
+    /// side. This never happens at smooth glass.
     pub(super) fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         let Some(facets) = self.facets else { return Some(self.sample_smooth(wo, u[0])) };
-        // As seen from the side of `wo`, mirrored to above the surface.
+        // The normal is drawn for `wo` mirrored to above the surface, and mirrored back.
         let side = 1.0_f32.copysign(wo.z);
         let up = Vec3::new(wo.x, wo.y, wo.z * side);
         let normal = facets.sample_visible_normal(up, [u[1], u[2]]);
@@ -88,7 +92,8 @@ impl Glass {
         if at_facet.z <= MIN_COSINE {
             return None;
         }
-        // The facet's frame is turned towards `wo`; the glass stays on its side of the surface.
+        // In the facet's frame `wo` has a positive `z`. The sign is restored, so that the glass is
+        // again at negative `z`.
         let turned = Vec3::new(at_facet.x, at_facet.y, at_facet.z * side);
         let BsdfSample { wi, weight, pdf, lobe } = self.sample_smooth(turned, u[0]);
         let wi = frame.to_world(Vec3::new(wi.x, wi.y, wi.z * side)).normalize();
@@ -123,11 +128,11 @@ impl Glass {
     }
 }
 
-/// A pane of glass so thin that light leaves where it entered: both faces in one surface.
+/// A pane of glass so thin that light leaves where it entered: one surface represents both faces.
 ///
-/// With `F` the reflectance of one face, the light between the two faces sums to
-/// `R = F + (1 − F)² F / (1 − F²) = 2F / (1 + F)` on reflection and `1 − R` straight through
-/// (Stokes 1862).
+/// Let `F` be the reflectance of one face. With all reflections between the two faces, the pane
+/// reflects `R = F + (1 − F)² F / (1 − F²) = 2F / (1 + F)` and transmits `1 − R` straight (Stokes
+/// 1862).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinGlass {
     /// Index of refraction relative to the outside, from 1.0001 to 5.
@@ -197,7 +202,7 @@ mod tests {
         Vec3::new(sin * 0.6, sin * 0.8, cos * side)
     }
 
-    /// Largest number below 1: the last value of `u` that a stream can return.
+    /// Largest number below 1, which is the largest value that a stream can return.
     const LAST: f32 = 1.0 - f32::EPSILON / 2.0;
 
     #[test]
@@ -233,7 +238,8 @@ mod tests {
         }
     }
 
-    /// A light path that enters and leaves again retraces itself with the same probabilities.
+    /// A path that is refracted into the glass and sent back along the refracted direction leaves
+    /// along the original direction, with the same probability.
     #[test]
     fn refraction_can_be_reversed() {
         for step in 0..15 {
@@ -255,7 +261,8 @@ mod tests {
         assert_eq!(within.lobe, Lobe::SpecularTransmission);
     }
 
-    /// Two interfaces and all reflections between them, summed term by term.
+    /// The reflectance of a pane equals the sum, term by term, of all reflections between two
+    /// faces.
     #[test]
     fn a_pane_sums_all_reflections_inside() {
         for step in 0..15 {

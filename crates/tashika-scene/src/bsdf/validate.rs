@@ -9,8 +9,9 @@ use crate::color::Rgb;
 /// Range of the index of refraction, relative to the medium outside.
 ///
 /// Below the lower end the boundary reflects less than `3·10⁻⁹`, which `f32` no longer resolves.
-/// The upper end is above that of any transparent solid, and is that of the fit of
-/// [`fresnel::dielectric_average`](super::fresnel::dielectric_average).
+/// The upper end is that of the fit of
+/// [`fresnel::dielectric_average`](super::fresnel::dielectric_average). No transparent solid has a
+/// larger index.
 const IOR: (f32, f32) = (1.0001, 5.0);
 
 /// Allowance for a few roundings of 1.
@@ -47,7 +48,7 @@ pub(super) fn fraction_of_sum(field: &str, sum: Rgb) -> Result<(), String> {
 pub(super) fn facets(facets: Microfacets) -> Result<(), String> {
     in_range("alpha", facets.narrowest(), MIN_ALPHA, 1.0)?;
     let largest = if facets.model == FacetModel::Beckmann { 1.0 } else { MAX_ALPHA };
-    // The minimum above ignores NaN, so each roughness is checked.
+    // `narrowest` ignores a NaN, so each roughness is checked as well.
     facets.alpha.into_iter().try_for_each(|alpha| in_range("alpha", alpha, MIN_ALPHA, largest))
 }
 

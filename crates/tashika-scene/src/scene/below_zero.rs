@@ -1,9 +1,9 @@
 //! Notes of colours that have values below zero.
 //!
-//! A floating-point image may be a height, which may be negative, or a colour, which must not. The
-//! use in the materials of the finished scene decides ([`Values`]). Images that are used as
-//! colours, directly or as operands of textures, are searched for values below zero, which count
-//! as 0.
+//! A floating-point image may be used as a height, which may be negative, or as a colour, which
+//! must not be. The materials of the finished scene determine the use ([`Values`]). A note is added
+//! for each image that is used as a colour, directly or as an operand of a texture, and has values
+//! below zero. Such values count as 0.
 //!
 //! Checked by the tests below and by the suite's `signed_images`.
 
@@ -24,8 +24,8 @@ impl SceneBuilder {
         self.below_zero[image.index()]
     }
 
-    /// Notes each image with texels below zero that is used as a colour, with the number of the
-    /// texels, and constants below zero.
+    /// Adds a note for each image that is used as a colour and has texels below zero, with their
+    /// number. Adds a note for constants below zero, too.
     pub(super) fn note_colors_below_zero(&mut self) {
         let has_sign = |node: &Texture| matches!(node, Texture::Constant(c) if !is_color(*c));
         if self.below_zero.iter().all(|n| *n == 0) && !self.scene.textures.iter().any(has_sign) {
@@ -48,8 +48,8 @@ impl SceneBuilder {
                     images.extend(set.tiles.iter().map(|(_, image)| *image));
                 }
                 Texture::Constant(_) => constants += u64::from(has_sign(node)),
-                // A constant may be the end of a linear map: interpolated values are visible, the
-                // end itself is not.
+                // A constant below zero may be an end of a linear map. Only interpolated values of
+                // the map are visible, so the constant itself is no error.
                 Texture::Mix { first, second, amount } => {
                     let is_constant =
                         |end: &TextureId| matches!(self.scene.textures[end.index()], Texture::Constant(_));
@@ -89,7 +89,8 @@ mod tests {
         Image { name: name.into(), width: 3, height: 1, pixels }
     }
 
-    /// Notes of a scene with two images: `a` is used as a bump map, `b` in a product.
+    /// Notes of a scene with two images, `a` and `b`, whose product is a bump map. `use_of_a`
+    /// returns the reflectance, which may use `a` as a colour.
     fn notes(use_of_a: impl Fn(TextureId) -> ColorInput) -> Vec<(String, u64)> {
         let mut builder = SceneBuilder::new("s", Location::file("s"));
         let mut texture = |name: &str| {

@@ -1,4 +1,4 @@
-//! Assembly of a scene, with all checks that later code relies on.
+//! Assembly of a scene, with all checks on which later code relies.
 
 use std::sync::Arc;
 
@@ -113,8 +113,8 @@ impl SceneBuilder {
         self.scene.animated = Some([first.min(from), last.max(to)]);
     }
 
-    /// Records that the file has lights that may be off at the time of the scene. If anything in
-    /// the scene moves, [`Scene::with_default_light`] then adds no light.
+    /// Records that the file has lights that may be off at the time of the scene.
+    /// [`Scene::with_default_light`] then adds no light if anything in the scene moves.
     pub fn set_dark_now(&mut self) {
         self.scene.is_dark_now = true;
     }
@@ -276,8 +276,8 @@ impl SceneBuilder {
         MeshId(self.scene.meshes.len() as u32 - 1)
     }
 
-    /// Sets the largest number of instances. Nested groups of objects can multiply to many more
-    /// instances than a file has bytes.
+    /// Sets the largest number of instances. The limit is needed because nested groups of objects
+    /// can multiply to far more instances than a file has bytes.
     pub fn set_most_instances(&mut self, most: usize) {
         self.most_instances = most;
     }
@@ -294,8 +294,8 @@ impl SceneBuilder {
         self.place(mesh, to_world)
     }
 
-    /// Places a mesh by a constant transform: for a moving instance, the one in the middle of its
-    /// motion.
+    /// Adds an instance of a mesh with a constant transform. For a moving instance, this is the
+    /// transform in the middle of its motion.
     pub(super) fn place(&mut self, mesh: MeshId, exact: DAffine3) -> Result<Option<InstanceId>> {
         let at = self.origin.clone().item(format!("instance {}", self.scene.instances.len()));
         if mesh.index() >= self.scene.meshes.len() {
@@ -325,7 +325,8 @@ impl SceneBuilder {
         self.add_emitter_at(emitter, place)
     }
 
-    /// Adds an emitter; the given position in double precision (m) replaces its own.
+    /// Adds an emitter at a position in double precision (m); the position that `emitter` contains
+    /// is ignored.
     pub fn add_emitter_at(&mut self, mut emitter: Emitter, place: DVec3) -> Result<()> {
         emitter.move_to(place.as_vec3());
         let color = emitter.color();
@@ -409,8 +410,8 @@ impl SceneBuilder {
         self.add_camera_at(camera, to_world)
     }
 
-    /// Adds a camera; the given pose in double precision replaces its own. The pose of a moving
-    /// camera is that of its motion.
+    /// Adds a camera with a pose in double precision; the pose that a static `camera` contains is
+    /// ignored. The pose of a moving camera is that of its motion.
     pub fn add_camera_at(&mut self, mut camera: Camera, to_world: impl Placement) -> Result<()> {
         let to_world = to_world.in_double();
         if camera.motion.is_none() {
@@ -466,15 +467,16 @@ impl SceneBuilder {
         Ok(self.scene)
     }
 
-    /// Selects the instances that are stored in world space: static ones whose copies take little
-    /// memory.
+    /// Selects the instances whose corners are stored in world space: static instances of meshes
+    /// whose copies take little memory.
     fn bake(&mut self) {
         let s = &mut self.scene;
         let mut uses = vec![0u64; s.meshes.len()];
         for i in s.instances.iter().filter(|i| i.motion.is_none()) {
             uses[i.mesh.index()] += 1;
         }
-        // Smallest first, to bake as many instances as possible.
+        // Meshes that add the fewest triangles come first, so that as many meshes as possible are
+        // baked.
         let added = |mesh: usize| uses[mesh].saturating_sub(1) * s.meshes[mesh].triangles.len() as u64;
         let mut order: Vec<usize> = (0..s.meshes.len()).collect();
         order.sort_by_key(|&mesh| (added(mesh), mesh));
@@ -490,17 +492,17 @@ impl SceneBuilder {
     }
 }
 
-/// Most triangles that the instances of a baked mesh may add beyond the first copy (4 MB in the
-/// tracer).
+/// Largest number of triangles that the copies of a baked mesh, beyond the first, may add (4 MB in
+/// the tracer).
 const BAKED_TRIANGLES: u64 = 1 << 16;
 
-/// Most triangles that baking adds to a scene.
+/// Largest number of triangles that baking may add to a scene.
 const ALL_BAKED_TRIANGLES: u64 = 1 << 20;
 
-/// Most materials that a mix consists of, itself included.
+/// Largest number of materials that a mix may consist of, itself included.
 const MAX_MIXED: u32 = 256;
 
-/// Most nodes that a lookup of a texture visits.
+/// Largest number of nodes that a lookup of a texture may visit.
 pub const MAX_TEXTURE_COST: u32 = 256;
 
 /// Largest diagonal (m) at which products of four lengths still fit into `f32`.

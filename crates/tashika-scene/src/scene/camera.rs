@@ -1,5 +1,4 @@
-//! The camera: a projection, perhaps through a lens, and its pose, which may move while its shutter
-//! is open.
+//! The camera: a projection, a lens and a pose, which may move while the shutter is open.
 
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
@@ -14,8 +13,8 @@ use crate::math::{Aabb, Ray};
 pub struct Camera {
     /// Name by which the user selects the camera.
     pub name: String,
-    /// Transform from camera to world; a rigid motion, or one with a mirror. For a moving camera,
-    /// the transform in the middle of the time that its shutter is open.
+    /// Transform from camera to world: a rotation and a translation, possibly with a reflection.
+    /// For a moving camera, the transform in the middle of the time that its shutter is open.
     pub to_world: Affine3A,
     /// Pose while the shutter is open, if it moves: see [`Camera::moving`].
     pub motion: Option<Motion>,
@@ -28,15 +27,15 @@ pub struct Camera {
     pub lens: Lens,
     /// Image size that the file specifies (pixels).
     pub resolution: Option<[u32; 2]>,
-    /// Part of the image that the file specifies.
+    /// Part of the image to render, if the file specifies one.
     pub crop: Option<Window>,
     /// Medium of the scene around the camera, if there is any.
     pub medium: Option<MediumId>,
-    /// Index of refraction of the medium around the camera, relative to the medium outside of all
-    /// glass (1 there). The film shows `n²` times the basic radiance that camera paths carry
-    /// ([`crate::bsdf::Glass`]).
+    /// Index of refraction `n` of the medium around the camera, relative to the medium outside of
+    /// all glass; 1 for cameras outside. The film shows `n²` times the basic radiance that camera
+    /// paths carry ([`crate::bsdf::Glass`]).
     pub index: f32,
-    /// Box that the camera must show entirely, if its position was not specified: see
+    /// Box that the camera must show entirely, if the file specifies no position: see
     /// [`Camera::of_size`].
     pub shows: Option<Aabb>,
 }
@@ -44,10 +43,10 @@ pub struct Camera {
 /// Film position, lens sample and time of a camera ray.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraSample {
-    /// Position on the film (pixels, from the top left). Wide pixel filters go beyond
-    /// `[0, width] × [0, height]`: the film has no edge.
+    /// Position on the film (pixels, from the top left). Positions outside of
+    /// `[0, width] × [0, height]`, which wide pixel filters use, are valid as well.
     pub film: Vec2,
-    /// Uniform numbers for a point of the lens.
+    /// Uniform numbers that select a point of the lens.
     pub lens: [f32; 2],
     /// Share of the time that the shutter is open, 0 to 1; ignored by a static camera.
     pub time: f32,
@@ -95,8 +94,8 @@ impl Camera {
         Self::new(name, to_world, Projection::Perspective { vertical_fov })
     }
 
-    /// Returns the camera on a track, with its shutter open from one time to another (s). It moves
-    /// if the track is not constant in between.
+    /// Returns the camera with the pose of a track. `shutter` is the times at which its shutter
+    /// opens and closes (s). The camera moves if the track is not constant in between.
     pub fn moving(self, track: Track, shutter: [f64; 2]) -> Self {
         let [open, close] = shutter;
         let to_world = track.at(open + 0.5 * (close - open)).as_affine3a();
@@ -109,12 +108,12 @@ impl Camera {
         self.index * self.index
     }
 
-    /// Returns the ratio of basic radiance to radiance, for a camera path to light from infinitely
-    /// far away.
+    /// Returns the ratio of basic radiance to radiance for light from infinitely far away, at the
+    /// end of a camera path.
     ///
-    /// The ratio is 1 for light that comes from outside of all glass. A path that leaves the scene
-    /// in the medium of a camera inside glass has crossed no boundary, like light below the surface
-    /// of an infinite pond. The ratio is `1/n²` there.
+    /// The ratio is 1 for light that comes from outside of all glass. A camera inside glass may
+    /// have a path that leaves the scene without crossing a boundary, as under the surface of an
+    /// infinite pond. The path then ends in the medium of the camera, and the ratio is `1/n²`.
     ///
     /// * `ratio`: product of [`squared_ratio`](crate::bsdf::Glass::squared_ratio) over the
     ///   boundaries that the path has crossed.
@@ -122,7 +121,8 @@ impl Camera {
         if self.index != 1.0 && ratio as f32 == 1.0 { self.squared_index().recip() } else { 1.0 }
     }
 
-    /// Position of the lens' centre (m, world); for a moving camera, in the middle of its time.
+    /// Position of the lens' centre (m, world); for a moving camera, in the middle of the time that
+    /// its shutter is open.
     pub fn position(&self) -> Vec3 {
         self.to_world.translation.into()
     }
@@ -146,12 +146,11 @@ impl Camera {
         Some(self.placed(origin, direction, share))
     }
 
-    /// Returns the displacement of an object on a film of `size` pixels while the shutter is open
-    /// (pixels: to the right, down), as seen through the lens' centre: from its position when the
-    /// shutter opens to that when it closes. On a film that shows all directions, it is the shorter
-    /// way.
+    /// Returns the displacement of an object's image on a film of `size` pixels (pixels: to the
+    /// right, down), from the time at which the shutter opens to the time at which it closes, as
+    /// seen through the lens' centre. On a film that wraps around, it is the shorter displacement.
     ///
-    /// `None` if no film, whatever its size, shows both positions.
+    /// `None` if one of the two positions is not shown, even by a film of unlimited size.
     pub fn way_on_film(&self, seen: Seen, size: [u32; 2]) -> Option<Vec2> {
         let frame = self.frame(size);
         let on_film = |share: f32, place: Vec3| {
@@ -182,10 +181,10 @@ impl Camera {
     }
 
     /// Projects a point of the world (m) onto a film of `size` pixels, as seen through the lens'
-    /// centre; for a moving camera, in the middle of its time. Returns the film position (pixels,
-    /// from the top left) and the area at right angles to the ray that a pixel covers there (m²).
-    /// `None` for points that no film shows, whatever its size: behind most cameras, outside the
-    /// circle of a fisheye.
+    /// centre; for a moving camera, in the middle of the time that its shutter is open. Returns the
+    /// film position (pixels, from the top left) and the area at right angles to the ray that a
+    /// pixel covers there (m²). `None` for points that even a film of unlimited size does not show:
+    /// points behind most cameras, and points outside the circle of a fisheye.
     pub fn project(&self, place: Vec3, size: [u32; 2]) -> Option<(Vec2, f32)> {
         self.projection.project(self.to_world.inverse().transform_point3(place), &self.frame(size))
     }
@@ -215,8 +214,8 @@ mod tests {
     use crate::math::elementary::{rotation, tan};
     use crate::scene::Blades;
 
-    /// Points before the camera are projected to the film position of their ray; points behind it
-    /// are not shown.
+    /// A point on the ray through a film position is projected back to that position. Points behind
+    /// the camera are not shown.
     #[test]
     fn places_of_the_world_are_projected_to_where_their_rays_come_from() {
         let mut c = camera();
@@ -229,7 +228,7 @@ mod tests {
         assert!(c.project(ray.at(-4.0), [200, 100]).is_none());
     }
 
-    /// Each ray is that of a static camera with the pose of that time.
+    /// Each ray of a moving camera is the ray of a static camera with the pose at the ray's time.
     #[test]
     fn a_camera_that_moves_is_where_its_track_is() {
         let ends = [
@@ -258,7 +257,8 @@ mod tests {
         }
         assert!((c.position() - Vec3::new(1.5, 0.0, 0.0)).length() < 1e-6, "the middle of its time");
         assert!(c.is_valid());
-        // A camera that does not move in its shutter time has the pose of that time.
+        // While the shutter is open, the track is constant: the camera is static, with the track's
+        // pose at that time.
         let later = still.clone().moving(track.clone(), [2.0, 5.0]);
         assert_eq!((later.motion, later.to_world), (None, ends[1]));
         for shutter in [[1.5, 1.0], [f64::NAN, 2.0], [1.0, f64::INFINITY]] {
@@ -292,7 +292,7 @@ mod tests {
     fn a_shifted_film_shows_what_a_larger_one_would() {
         let mut c = camera();
         let sample = |x, y| CameraSample { film: Vec2::new(x, y), lens: [0.5; 2], time: 0.5 };
-        // The right half of the upper half of a film of twice the size.
+        // A camera whose film is the upper right quarter of this film has the same rays.
         let large = c.ray(&sample(150.0, 20.0), [200, 100]).unwrap();
         c.projection = Projection::Perspective {
             vertical_fov: 2.0 * crate::math::elementary::atan2(0.5 * tan(0.5), 1.0),

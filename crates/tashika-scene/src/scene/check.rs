@@ -1,4 +1,4 @@
-//! Validation of the parts of a scene, on which later code relies.
+//! Validation of the parts of a scene. Later code relies on it.
 //!
 //! An error names the field, the value found and the values allowed. Checked by the tests of
 //! [`SceneBuilder`](super::SceneBuilder) and by the suites of damaged files.
@@ -14,7 +14,7 @@ use crate::bsdf::ConductorFresnel;
 use crate::color::Rgb;
 use crate::error::{Error, Location};
 
-/// Field and value as found, and the expected values.
+/// Field and value that were found, and the values that are expected.
 pub(super) struct Wrong {
     found: String,
     expected: String,
@@ -75,7 +75,7 @@ fn finite_transform(finite: bool) -> Checked {
     if finite { Ok(()) } else { Err(Wrong::new("a texture transform that is not finite", "finite numbers")) }
 }
 
-/// Checks all factors, references and the ranges of the BSDFs that the material becomes.
+/// Checks all factors and references, and the parameters of the BSDFs that the material has.
 pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked {
     surface(&material.surface)?;
     if let Some(e) = &material.emission {
@@ -119,10 +119,10 @@ pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked 
     }
     let look = Look { materials: &scene.materials, textures: scene.textures(), uv: Vec2::ZERO, cos: 1.0 };
     if matches!(material.surface, Surface::Boundary) {
-        // Its refractive index of 1 is not allowed for other surfaces.
+        // A boundary's BSDF has a refractive index of 1, which is not allowed for other surfaces.
         return Ok(());
     }
-    // A material has at most two parts; the ends of the range of `u` select them.
+    // A material has at most two parts, which the two ends of the range of `u` select.
     for u in [0.0, 1.0f32.next_down()] {
         look.part(material, u).bsdf.validate().map_err(|message| {
             let (found, expected) = message.split_once("; expected ").unwrap_or((&message, "another value"));
@@ -132,7 +132,7 @@ pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked 
     Ok(())
 }
 
-/// Returns the kind of a surface in or below `base` that cannot have this layer, if there is any.
+/// Returns the kind of a surface in `base` that cannot lie under this layer, if there is any.
 fn without_layer(base: MaterialId, layer: &Surface, scene: &Scene) -> Option<&'static str> {
     match &scene.materials[base.index()].surface {
         // A coat may lie over sheen.

@@ -1,21 +1,22 @@
 //! Meshes that deform while the shutter is open.
 //!
-//! Such a mesh has a shape when the shutter opens and one when it closes, with the same triangles.
-//! Vertices and normals are interpolated linearly in object space: after a share `s` of the time a
-//! vertex is at
+//! Such a mesh has one shape when the shutter opens and another when it closes, with the same
+//! triangles. Vertices and normals are interpolated linearly in object space: after a share `s` of
+//! the time, a vertex is at
 //!
 //! ```text
 //! p(s) = (1 − s) p₀ + s p₁
 //! ```
 //!
-//! All of its instances [move](super::motion): each has a [`Motion`](super::Motion), which may be
-//! constant. Functions without a time argument use the shape in the middle, `s = ½`.
+//! Its instances count as [moving](super::motion): each has a [`Motion`](super::Motion), which may
+//! be constant. Functions without a time argument use the shape in the middle, `s = ½`.
 //!
 //! # Guarantee
 //! `p(s)` is always computed by [`between`], in single precision, so that equal arguments give
-//! equal bits. The surface at a time consists of the triangles with these corners. [`Mesh::bounds`]
-//! contain it at all times. A triangle has an area at one of the ends or in the middle; at times
-//! without an area no ray meets it.
+//! equal bits. The surface at a time consists of the triangles with these corners, and
+//! [`Mesh::bounds`] contains it at all times. Every triangle has an area when the shutter opens, in
+//! the middle of the time, or when it closes. At times at which a triangle has no area, no ray
+//! meets it.
 //!
 //! # Held to this by
 //! The tests below; `accel::tests`; the suite's `deforming` and `gltf_shapes`.
@@ -47,10 +48,10 @@ pub(super) struct Deformation {
 }
 
 /// Bound on the rounding error of an interpolated position, relative to the largest coordinate:
-/// three roundings of weights and products and one of the sum.
+/// three roundings of weights and products, and one of the sum.
 const ROUNDING: f32 = 2.0 * f32::EPSILON;
 
-/// Returns the position after a share of the way, 0 to 1, from one point to another; exact at both
+/// Returns the point at a share, 0 to 1, of the distance from one point to another; exact at both
 /// ends.
 #[inline(always)]
 pub fn between(from: Vec3, to: Vec3, share: f32) -> Vec3 {
@@ -141,9 +142,9 @@ impl Mesh {
 }
 
 impl SceneBuilder {
-    /// Adds a mesh that deforms while the shutter is open: from `data` when the shutter opens to
-    /// the shape `closing`, relative to the same origin, when it closes. If both shapes are equal,
-    /// a static [mesh](Self::add_mesh) is added.
+    /// Adds a mesh that deforms while the shutter is open. `data` is its shape when the shutter
+    /// opens, `closing` its shape when it closes, relative to the same origin. If both shapes are
+    /// equal, a static [mesh](Self::add_mesh) is added.
     ///
     /// Wrong indices and counts are errors, as is a shutter that does not open at one finite time
     /// and close at a later one. Triangles that cannot be rendered are omitted; those that are not
@@ -264,7 +265,7 @@ mod tests {
         for _ in 0..20_000 {
             let mut place = || (Vec3::from(s.uniform_3()) - 0.5) * 3.0 + 1000.0;
             let (from, mut to) = (place(), place());
-            // Interpolating between equal coordinates is not exact.
+            // Equal coordinates are tested as well: their interpolation is not exact.
             to.y = from.y;
             let held = box_between(Aabb::of_points([from]), Aabb::of_points([to]));
             let share = s.uniform();
@@ -279,7 +280,7 @@ mod tests {
         let (mut b, material) = builder();
         let grown =
             b.add_deforming_mesh(data(&[Vec3::ONE; 3], &[]), shape(&CORNERS, &[]), [0.0, 1.0], material);
-        // Turned inside out, through a shape without area in the middle.
+        // This triangle is turned inside out; in the middle of the time it has no area.
         let turned = [Vec3::ZERO, Vec3::X, Vec3::NEG_Y];
         let turned = b.add_deforming_mesh(data(&CORNERS, &[]), shape(&turned, &[]), [0.0, 1.0], material);
         let line = [Vec3::ZERO, Vec3::X, Vec3::X * 2.0];
@@ -319,7 +320,8 @@ mod tests {
         let deforms = b.add_deforming_mesh(data(&CORNERS, &[]), other, [0.0, 1.0], material).unwrap();
         b.add_instance(same.unwrap(), Affine3A::IDENTITY).unwrap();
         assert!(!b.scene.moves());
-        // All instances of a mesh need its shutter, and a transform that can be inverted.
+        // Instances of a mesh that deforms need the shutter times of the mesh, and a transform that
+        // can be inverted.
         let track = Track::new([(0.0, DAffine3::IDENTITY)]).unwrap();
         let said = b.add_moving_instance(deforms, track, [0.0, 2.0]).unwrap_err().to_string();
         assert!(said.contains("0 to 2 s") && said.contains("0 to 1 s, as the mesh"), "{said}");

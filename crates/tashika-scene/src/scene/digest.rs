@@ -18,8 +18,9 @@ impl Write for Fnv {
 
 impl Scene {
     /// Returns the scene with a hash of its contents as its [`Self::digest`]. The hashed text is
-    /// the `Debug` output, which has every number to its last bit and includes fields added in the
-    /// future. Scenes that differ have different digests, accidental collisions excepted.
+    /// the `Debug` output. It distinguishes numbers that differ in any bit, and automatically
+    /// includes all fields. Scenes that differ have different digests, except by accidental
+    /// collisions.
     pub fn with_digest_of_contents(self) -> Self {
         let mut sum = Fnv(0xcbf2_9ce4_8422_2325);
         write!(sum, "{self:?}").expect("the sum takes any text");

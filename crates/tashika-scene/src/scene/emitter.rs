@@ -8,20 +8,21 @@ use crate::math::elementary::acos;
 /// Curve by which a spot light fades.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum FalloffShape {
-    /// Factor `s²`, with the cosine's share `s` (glTF, `KHR_lights_punctual`).
+    /// Factor `s²`, with `s` computed from the cosine (glTF, `KHR_lights_punctual`).
     Squared,
-    /// Factor `s² (3 − 2s)`, with the cosine's share `s` (pbrt-v4).
+    /// Factor `s² (3 − 2s)`, with `s` computed from the cosine (pbrt-v4).
     Smoothstep,
-    /// Factor `s⁴`, with the cosine's share `s` (pbrt-v3).
+    /// Factor `s⁴`, with `s` computed from the cosine (pbrt-v3).
     Fourth,
-    /// Factor `s`, with the angle's share `s` (Mitsuba).
+    /// Factor `s`, with `s` computed from the angle (Mitsuba).
     LinearInAngle,
 }
 
 /// Fading of a spot light from its axis to its rim.
 ///
-/// `s = clamp((x − x_outer) / (x_inner − x_outer), 0, 1)` with `x` the cosine of the angle from the
-/// axis, or the angle itself; the factor is a function of `s` given by the [`FalloffShape`].
+/// The factor is a function of `s = clamp((x − x_outer) / (x_inner − x_outer), 0, 1)`, where `x` is
+/// the cosine of the angle from the axis, or the angle itself. The [`FalloffShape`] specifies the
+/// function and `x`.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Falloff {
     /// Cosine of the angle up to which the intensity is at its maximum.
@@ -111,7 +112,7 @@ pub enum Emitter {
         /// Fading from the axis to the rim.
         falloff: Falloff,
     },
-    /// Intensity by direction, from a map of the scene; created by
+    /// Intensity by direction, from an intensity map of the scene. Created by
     /// [`SceneBuilder::add_image_light`](super::SceneBuilder::add_image_light).
     Image {
         /// Position in the world (m).

@@ -9,7 +9,7 @@ use super::{Image, SphereMap};
 use crate::color::Rgb;
 use crate::stats::Piecewise2d;
 
-/// Radiance by direction: a constant, or an image of one of the layouts of [`SphereMap`].
+/// Radiance by direction: a constant, or an image in one of the layouts of [`SphereMap`].
 #[derive(Clone, Debug)]
 pub struct Environment {
     radiance: Radiance,
@@ -52,8 +52,8 @@ impl Environment {
         for y in 0..h {
             let size = size_of_row(y);
             for x in 0..w {
-                // Invalid radiances are rejected by `is_valid`; here they must not break the
-                // tables.
+                // `is_valid` rejects invalid radiances later; here they count as black, so that the
+                // tables can be built.
                 let c = image.texel(x as u32, y as u32).0 * scale;
                 let c = if c.is_valid() { c } else { Rgb::BLACK };
                 luminance.push(f64::from(c.luminance()));
@@ -104,8 +104,8 @@ impl Environment {
         }
     }
 
-    /// Samples a direction to look along, in proportion to luminance; returns it with its density
-    /// (sr⁻¹).
+    /// Samples a direction of view in proportion to the luminance seen along it; returns the
+    /// direction with its density (sr⁻¹).
     pub fn sample(&self, u: [f32; 2]) -> (Vec3, f32) {
         match &self.radiance {
             Radiance::Constant(_) => (crate::warp::sphere(u), 1.0 / (4.0 * PI)),
@@ -118,8 +118,8 @@ impl Environment {
         }
     }
 
-    /// Returns the point of `[0, 1]²` of a unit direction in the image; for a constant, in the
-    /// equal-area layout.
+    /// Returns the point of `[0, 1]²` that represents a unit direction in the layout of the image.
+    /// For a constant environment the layout is equal-area.
     pub(super) fn place(&self, direction: Vec3) -> [f32; 2] {
         self.mapping().place(self.to_local * direction)
     }
@@ -221,8 +221,9 @@ mod tests {
         assert!(map(&[-1.0, 0.0]).is_black() && map(&[-1.0, 2.0]).is_valid(), "below zero counts as 0");
     }
 
-    /// E[radiance / pdf] is the integral over the sphere; the variance is small because the density
-    /// follows the luminance, so five standard errors are a sharp test.
+    /// The mean of radiance / pdf agrees with the integral over the sphere, to within five standard
+    /// errors. The variance is small because the density follows the luminance, so this test is
+    /// sharp.
     #[test]
     fn sampling_integrates_the_radiance() {
         sampling_integrates(&sky());
@@ -236,7 +237,7 @@ mod tests {
         let mut s = Stream::new(5, Purpose::Test, 0);
         for _ in 0..200_000 {
             let (d, pdf) = e.sample(s.uniform_2());
-            // Directions on a border between texels may be rounded to the other side.
+            // Rounding may move a direction across a border between texels.
             unequal += u32::from((e.pdf(d) / pdf - 1.0).abs() > 1e-3);
             by_density.push(f64::from(e.radiance(d).luminance() / pdf));
             let d = crate::warp::sphere(s.uniform_2());

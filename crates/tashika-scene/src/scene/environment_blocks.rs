@@ -1,4 +1,5 @@
-//! Partition of an environment's directions into blocks, each with its share of the light.
+//! Partition of an environment's directions into blocks, each with its probability of being
+//! sampled.
 
 use std::ops::Range;
 
@@ -6,7 +7,7 @@ use super::Environment;
 use crate::math::Vec3;
 use crate::stats::{Block, Piecewise2d};
 
-/// Blocks of an environment's image; most are about as wide as they are high.
+/// Blocks of texels of an environment's image, roughly square.
 #[derive(Clone, Debug)]
 pub struct EnvironmentBlocks {
     /// Columns and rows of blocks.
@@ -18,7 +19,7 @@ pub struct EnvironmentBlocks {
 }
 
 impl EnvironmentBlocks {
-    /// Divides an environment into about `most` blocks, and no more than that.
+    /// Divides an environment into nearly `most` blocks, never more.
     pub fn new(environment: &Environment, most: usize) -> Self {
         let even = environment.density().is_none().then(|| {
             let side = (most as f64).sqrt() as usize;
@@ -59,14 +60,14 @@ impl EnvironmentBlocks {
         let cells = self.density(environment).size();
         let [column, row] = [0, 1].map(|axis| {
             let cell = ((place[axis] * cells[axis] as f64) as usize).min(cells[axis] - 1);
-            // Inverse of the cut into blocks in `new`.
+            // Inverts the assignment of cells to blocks in `new`.
             ((cell + 1) * self.size[axis] - 1) / cells[axis]
         });
         row * self.size[0] + column
     }
 
-    /// Samples a direction of a block, which must not be dark, with the density of
-    /// [`Environment::sample`] within it.
+    /// Samples a direction within a block, in proportion to the density of [`Environment::sample`].
+    /// The block must not be dark.
     pub fn sample(&self, environment: &Environment, block: usize, u: [f32; 2]) -> Vec3 {
         let block = self.blocks[block].as_ref().expect("a block that is not dark");
         let (place, _) = self.density(environment).sample_in(block, u.map(f64::from));
@@ -85,12 +86,12 @@ mod tests {
     fn image() -> Image {
         let mut pixels = vec![[0.2, 0.3, 0.4]; 37 * 19];
         pixels[2 * 37 + 5] = [500.0, 400.0, 300.0];
-        // Large enough that whole blocks are dark.
+        // The dark part of the image is so large that it contains whole blocks.
         pixels[12 * 37..].fill([0.0; 3]);
         Image { name: "test".into(), width: 37, height: 19, pixels: Pixels::Float(pixels) }
     }
 
-    /// An image of a single row has no more blocks than other images.
+    /// For an image of a single row, the number of blocks is limited as for other images.
     #[test]
     fn there_are_no_more_blocks_than_were_asked_for() {
         let pixels = Pixels::Float(vec![[1.0; 3]; 4000]);
@@ -99,8 +100,8 @@ mod tests {
         assert_eq!(EnvironmentBlocks::new(&environment, 50).count(), 50);
     }
 
-    /// Each sampled direction lies in its block, and the frequency of blocks among samples of the
-    /// environment matches their probabilities.
+    /// Directions sampled in a block lie in that block. Among samples of the environment, the
+    /// frequency of each block agrees with its probability.
     #[test]
     fn blocks_share_the_directions_of_an_environment() {
         let turned = Mat3::from_rotation_x(0.4);

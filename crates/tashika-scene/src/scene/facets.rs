@@ -7,12 +7,12 @@
 //! t ∝ p_u − n (n·p_u)
 //! ```
 //!
-//! turned by [`TangentInput`] where a material has one. If the texture coordinates do not span the
-//! plane of a triangle, the tangent is that of [`Frame::about`] the geometric normal, as in
-//! Mitsuba.
+//! If the material has a [`TangentInput`], the tangent is then rotated by it. If the texture
+//! coordinates do not span the plane of a triangle, the tangent is that of [`Frame::about`] the
+//! geometric normal, as in Mitsuba.
 //!
-//! The tangent is computed for points of brushed materials only: the frames of all others are those
-//! of [`Frame::about`].
+//! The tangent is computed only for points of brushed materials. At all other points, the shading
+//! frame is that of [`Frame::about`].
 //!
 //! Checked by the tests below, and by the suite's `mitsuba_materials`, `formula_materials` and
 //! `brushed`.
@@ -101,8 +101,8 @@ pub(super) fn of_aspect(roughness: f32, anisotropic: f32) -> [f32; 2] {
 }
 
 impl Surface {
-    /// Returns true if the facets have a tangent, ignoring the parts of a mix and the base of a
-    /// layer.
+    /// Returns true if the facets have a tangent. The parts of a mix and the base of a layer are
+    /// not examined.
     pub(super) fn is_brushed(&self) -> bool {
         match self {
             Self::Plastic { facets, .. }
@@ -151,7 +151,7 @@ pub(super) fn tangent(
     };
     let Some(input) = input else { return du.normalize_or(Vec3::X) };
     let plane = Frame::along(normal, du);
-    // Texture coordinates run down; the second axis must run up.
+    // `v` runs down, but the second axis must run up.
     let up = plane.b * 1.0_f32.copysign(-plane.b.dot(dv));
     let direction = input.direction.map_or(Vec2::X, |texture| {
         let texel = textures.numbers(texture, uv).0;
@@ -170,7 +170,8 @@ mod tests {
     use crate::color::Rgb;
     use crate::scene::Texture;
 
-    /// A triangle in z = 0 seen from +z, `u` along +x, `v` along −y, as images lie.
+    /// A triangle in the plane z = 0. Seen from +z, `u` runs along +x and `v` along −y, as in an
+    /// upright image.
     fn corners() -> Corners {
         let uvs = [Vec2::new(0.0, 1.0), Vec2::new(1.0, 1.0), Vec2::new(0.0, 0.0)];
         let positions = [Vec3::ZERO, Vec3::new(2.0, 0.0, 0.0), Vec3::new(0.0, 2.0, 0.0)];
@@ -188,12 +189,12 @@ mod tests {
         let is = |found: Vec3, expected: Vec3| assert!((found - expected).length() < 1e-6, "{found}");
         is(of(None, &corners(), Vec3::Z), Vec3::X);
         is(of(turned(FRAC_PI_2), &corners(), Vec3::Z), Vec3::Y);
-        // From behind, where images are mirrored, it is the same line on the surface.
+        // Seen from behind, the image is mirrored, but the tangent is the same line on the surface.
         is(of(turned(FRAC_PI_2), &corners(), Vec3::NEG_Z), Vec3::Y);
         let textured = TangentInput { rotation: 0.0, direction: Some(TextureId(0)) };
         is(of(Some(textured), &corners(), Vec3::Z), Vec3::Y);
         is(of(Some(TangentInput { rotation: FRAC_PI_2, ..textured }), &corners(), Vec3::Z), Vec3::NEG_X);
-        // An image that lies mirrored on the surface.
+        // Texture coordinates for which the image is mirrored on the surface.
         let Corners { positions, mut uvs } = corners();
         uvs.iter_mut().for_each(|uv| uv.y = 1.0 - uv.y);
         is(of(turned(FRAC_PI_2), &Corners { positions, uvs }, Vec3::Z), Vec3::NEG_Y);

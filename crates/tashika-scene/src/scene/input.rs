@@ -10,7 +10,7 @@ use crate::color::Rgb;
 pub struct ColorInput {
     /// Constant factor of the texture, linear.
     pub factor: Rgb,
-    /// Texture; if `None`, it counts as 1.
+    /// Texture; `None` stands for a factor of 1.
     pub texture: Option<TextureId>,
 }
 
@@ -24,7 +24,7 @@ pub struct FloatInput {
 }
 
 impl ColorInput {
-    /// Returns the colour at `uv`; the contribution of the texture is at least 0.
+    /// Returns the colour at `uv`; values of the texture below 0 count as 0.
     pub fn at(&self, textures: Textures<'_>, uv: Vec2) -> Rgb {
         self.texture.map_or(self.factor, |t| self.factor * textures.lookup(t, uv).0)
     }

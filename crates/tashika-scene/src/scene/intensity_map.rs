@@ -4,15 +4,16 @@
 //! I(ω) = I₀ · t(ω)         t(ω) = image(u, v) · w(ω) / b      ≤ 1 in each channel
 //! ```
 //!
-//! with the brightest intensity `I₀` (W·sr⁻¹), the layout that takes a direction to `(u, v)`, its
-//! weight `w`, and the largest texel times the largest weight, `b`. Directions are sampled with a
-//! density that is constant over each texel of the image, in proportion to its mean luminance,
-//! weight and solid angle. The density is above zero wherever `t` is.
+//! `I₀` is the brightest intensity (W·sr⁻¹), `(u, v)` the place of the direction in the layout, `w`
+//! the weight of the layout, and `b` the largest texel times the largest weight. Directions are
+//! sampled with a density that is constant over each texel of the image, in proportion to its mean
+//! luminance, weight and solid angle. The density is above zero wherever `t` is.
 //!
 //! # Guarantee
-//! No channel of `t` exceeds 1, also in `f32`: a light of intensity `I₀` in all directions bounds
-//! it. Sampled light divided by its density is unbiased for every image. Checked by the tests below
-//! and by `suite::light_images`.
+//! No channel of `t` exceeds 1, also in `f32`: a light of intensity `I₀` in all directions is an
+//! upper bound. The intensity in a sampled direction, divided by the density, is an unbiased
+//! estimate of the integral for every image. Checked by the tests below and by
+//! `suite::light_images`.
 
 use std::sync::Arc;
 
@@ -44,7 +45,8 @@ pub enum Spread {
 pub enum SlideWeight {
     /// 1: texels are intensities.
     Even,
-    /// `1/cos³ θ`: the irradiance on a screen across the axis is as in the image.
+    /// `1/cos³ θ`: the irradiance on a screen at right angles to the axis is proportional to the
+    /// image.
     Screen,
     /// Falloff of a spot light.
     Spot(Falloff),
@@ -55,12 +57,12 @@ pub enum SlideWeight {
 pub struct Lookup {
     /// Interpolation between texels.
     pub sampling: Sampling,
-    /// Wrapping beyond the sides, and beyond top and bottom, for bilinear lookups at the edge.
-    /// Slides only; spheres use [`SphereMap`]'s own.
+    /// Wrapping beyond the sides, and beyond top and bottom, for bilinear lookups at the edge. For
+    /// slides only; the wrapping of spheres is that of their [`SphereMap`].
     pub wrap: [Wrap; 2],
 }
 
-/// Intensity by direction, in a frame of its own.
+/// Intensity by direction, in the local frame of the map.
 #[derive(Debug)]
 pub struct IntensityMap {
     image: Image,
@@ -88,7 +90,8 @@ impl IntensityMap {
         let (w, h) = (image.width as usize, image.height as usize);
         let texels: Vec<Rgb> = (0..w * h)
             .map(|i| image.texel((i % w) as u32, (i / w) as u32).0)
-            // Invalid radiances are rejected by the builder; here they must not break the tables.
+            // The builder rejects invalid texels later; here they count as black, so that the
+            // tables can be built.
             .map(|c| if c.is_valid() { c } else { Rgb::BLACK })
             .collect();
         let luminance: Vec<f64> = texels.iter().map(|c| f64::from(c.luminance())).collect();
@@ -107,7 +110,8 @@ impl IntensityMap {
             for (sum, c) in integral.iter_mut().zip(texel.to_array()) {
                 *sum += f64::from(c * here);
             }
-            // A texel at the rim of a spot may be lit only in part.
+            // A texel at the rim of a spot may be lit only in part. The density therefore uses the
+            // weight at the texel's point nearest to the axis.
             let nearest = |k: usize, n: usize| 0.5f32.clamp(k as f32 / n as f32, (k + 1) as f32 / n as f32);
             let lit = match spread {
                 Spread::Slide { weight: SlideWeight::Spot(_), .. } => {
@@ -140,7 +144,7 @@ impl IntensityMap {
         self.integral
     }
 
-    /// Cosine of the widest angle from `+z` into which the map emits, −1 for all directions.
+    /// Cosine of the largest angle from `+z` at which the map emits; −1 for all directions.
     pub fn cos_outer(&self) -> f32 {
         match self.spread {
             Spread::Sphere(_) => -1.0,
@@ -261,7 +265,7 @@ impl AimedMap {
     }
 
     /// Returns the numbers that [`AimedMap::sample`] maps to a unit direction; arbitrary numbers if
-    /// it is outside of the image.
+    /// the direction is outside of the image.
     pub fn inverse(&self, direction: Vec3) -> [f32; 2] {
         let place = self.map.spread.place(self.to_local * direction).unwrap_or_default();
         self.map.density.inverse(place.map(f64::from)).map(|u| (u as f32).min(1.0f32.next_down()))
@@ -276,7 +280,7 @@ mod tests {
     use crate::stats::Moments;
     use crate::warp;
 
-    /// Maps of every spread, weight and lookup, turned.
+    /// Rotated maps of every spread, weight and lookup.
     fn maps() -> Vec<AimedMap> {
         let pixels: Vec<[f32; 3]> = (0..42)
             .map(|i| if i % 5 < 2 { [0.0; 3] } else { [0.1 * i as f32, 3.0, f32::from(i % 7 == 0)] })
@@ -304,8 +308,8 @@ mod tests {
         maps
     }
 
-    /// The mean of sampled light is that over uniform directions, and the density is above zero at
-    /// every sample.
+    /// The mean of the intensity over the density, for sampled directions, agrees with the integral
+    /// by uniform directions. The density is above zero at every sample.
     #[test]
     fn drawn_directions_carry_the_whole_light() {
         for map in maps() {
@@ -326,7 +330,7 @@ mod tests {
             let error = drawn.standard_error().hypot(uniform.standard_error());
             let found = (drawn.mean(), uniform.mean());
             assert!((found.0 - found.1).abs() < 5.0 * error && error < 0.02 * found.1, "{found:?} ± {error}");
-            // The midpoint rule is coarse: its texels are up to a sixth of the image wide.
+            // The midpoint rule is coarse: a texel is up to a sixth of the image wide.
             let by_midpoints = f64::from(map.map().integral().luminance());
             assert!((integral.mean() / by_midpoints - 1.0).abs() < 0.3, "{} {by_midpoints}", integral.mean());
         }

@@ -1,8 +1,8 @@
 //! The lens of a camera: a round opening, or the polygon between the blades of a diaphragm.
 //!
-//! A point of light out of focus has the shape of the opening in the image. Points of the opening
-//! are sampled uniformly by area. The polygon of `n` blades has its corners on the circle of the
-//! radius, as in Blender's Cycles, so that its area is
+//! In the image, a point of light that is out of focus has the shape of the opening. Points of the
+//! opening are sampled uniformly by area. The opening between `n` blades is a regular polygon with
+//! its corners on the circle of the lens' radius, as in Blender's Cycles. Its area is
 //!
 //! ```text
 //! A = n/2 · sin(2π / n) · radius²          n = 5: 0.757 of the disk, 6: 0.827, 8: 0.900
@@ -52,8 +52,8 @@ impl Lens {
         Self { radius, focus_distance, blades: None }
     }
 
-    /// Samples a point of the opening (m; x to the right, y up), uniform by area, by two uniform
-    /// numbers.
+    /// Maps two uniform numbers to a point of the opening (m; x to the right, y up), uniform by
+    /// area.
     pub fn point(&self, u: [f32; 2]) -> Vec2 {
         match self.blades {
             None => warp::disk(u) * self.radius,
@@ -86,8 +86,8 @@ mod tests {
             for rotation in [0.0, 0.4] {
                 let lens = Lens { blades: Some(Blades { count, rotation }), ..Lens::round(0.2, 1.0) };
                 let mut s = Stream::new(1, Purpose::Test, 0);
-                // The opening extends to the radius towards a corner, and to cos(π/n) of it towards
-                // the middle of a blade.
+                // Towards a corner, the opening extends to the radius; towards the middle of a
+                // blade, to cos(π/n) times the radius.
                 let turn = |k: f32| {
                     let angle = rotation + std::f32::consts::TAU * k / count as f32;
                     Vec2::new(-sin_cos(angle).0, sin_cos(angle).1)

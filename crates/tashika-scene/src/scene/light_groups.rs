@@ -1,7 +1,7 @@
-//! Groups of a scene's lights by name, for images with the contribution of each group.
+//! Groups of a scene's lights by name, for images that show the contribution of each group.
 //!
-//! A light is an instance that emits, found by the name of its object or of its material; an
-//! emitter without surface, by its own name; or the `environment`.
+//! An instance that emits is selected by the name of its object or of its material, an emitter
+//! without surface by its own name, and the environment by the name `environment`.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -30,7 +30,7 @@ pub enum LightId {
 pub enum LightGrouping {
     /// One group for each name of lights.
     Each,
-    /// Groups with the names of their lights; all other lights form the group `rest`.
+    /// Names of groups, each with the names of its lights. All other lights form the group `rest`.
     Named(Vec<(String, Vec<String>)>),
 }
 
@@ -95,7 +95,8 @@ impl LightGroups {
     /// Largest number of groups.
     pub const MOST: usize = 32;
 
-    /// Forms the groups of a scene's lights, in the order of `grouping`, or in that of the lights.
+    /// Forms the groups of a scene's lights, in the order of `grouping`; with one group for each
+    /// name, in the order of the lights.
     ///
     /// # Errors
     /// [`Error::Option`] naming `groups`: a name that no light has, a light that is in two groups,

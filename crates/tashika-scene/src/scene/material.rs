@@ -1,5 +1,5 @@
-//! Materials: scattering and emission of surfaces, with textures. A [`Part`](super::Part) is a
-//! material at a point.
+//! Materials: scattering and emission of surfaces, with textures. The scattering at a point is a
+//! [`Part`](super::Part).
 
 use glam::Vec2;
 
@@ -14,8 +14,8 @@ pub enum CoatBase {
     /// by the base, which saturates colours.
     #[default]
     Saturating,
-    /// Reflectance to which the albedo is proportional: the albedo is `ρ T`, with `T` the share of
-    /// light that the coat lets in.
+    /// Reflectance to which the albedo of base and coat is proportional: that albedo is `ρ T`, with
+    /// `T` the share of light that the coat lets in.
     Proportional,
     /// Reflectance of the base alone. Light reflected by the inside of the coat is lost.
     Lossy,
@@ -47,8 +47,7 @@ pub enum Surface {
         /// Diffuse transmittance by channel, 0 to 1.
         transmittance: ColorInput,
     },
-    /// Diffuse part plus a lobe of facets with the Fresnel reflectance of a dielectric, side by
-    /// side.
+    /// Sum of a diffuse part and a lobe of facets with the Fresnel reflectance of a dielectric.
     Plastic {
         /// Diffuse reflectance, 0 to 1. If its sum with the factor on the lobe exceeds 1, both are
         /// scaled.
@@ -118,11 +117,11 @@ pub enum Surface {
         ior: f32,
         /// Share of the dielectric part's reflection that has the hue of the base colour, 0 to 1.
         specular_tint: FloatInput,
-        /// Light that cloth returns at grazing angles, 0 to 1.
+        /// Amount of the sheen, light that cloth reflects at grazing angles, 0 to 1.
         sheen: FloatInput,
         /// Share of the sheen that has the hue of the base colour, 0 to 1.
         sheen_tint: FloatInput,
-        /// Share of the diffuse part that resembles light scattered below the surface, 0 to 1.
+        /// Weight of the diffuse model that resembles light scattered below the surface, 0 to 1.
         flatness: FloatInput,
         /// Strength `s` of brushing, 0 to 1: with `a = √(1 − 0.9 s)`, `α` is divided by `a` along
         /// the tangent and multiplied by it across.
@@ -165,7 +164,7 @@ pub enum Surface {
         /// Facets of the boundary; it is smooth if their roughness is 0.
         facets: FacetInput,
     },
-    /// A pane of glass whose two faces are one surface; it transmits light straight.
+    /// A pane of glass: one surface represents both faces. A smooth pane transmits light straight.
     ThinGlass {
         /// Refractive index.
         ior: f32,
@@ -176,7 +175,7 @@ pub enum Surface {
         /// Facets that represent both faces.
         facets: FacetInput,
     },
-    /// Only the boundary of a medium: light passes straight through.
+    /// Only the boundary of a medium: light crosses it in a straight line.
     Boundary,
     /// One of two materials at each point, at random.
     Mix {
@@ -221,9 +220,9 @@ pub enum AlphaMode {
         /// Smallest value that is opaque.
         cutoff: f32,
     },
-    /// Fraction of light that is stopped.
+    /// The value is the fraction of light that is blocked.
     Blend,
-    /// Invisible for any value; the emission is not reduced.
+    /// Invisible to rays for any value; the emission is not reduced.
     Unseen,
 }
 
@@ -237,7 +236,7 @@ pub struct Alpha {
 }
 
 impl Alpha {
-    /// Fraction of light that is stopped at `uv`, 0 to 1.
+    /// Fraction of light that is blocked at `uv`, 0 to 1.
     pub fn at(&self, textures: Textures<'_>, uv: Vec2) -> f32 {
         let value = self.value.at(textures, uv);
         match self.mode {
@@ -302,7 +301,8 @@ pub struct Material {
     pub alpha: Option<Alpha>,
     /// Perturbation of the shading normal, if any.
     pub normal: Option<NormalInput>,
-    /// Rotation of the tangent of brushed facets, if any; for a mix, of both its parts.
+    /// Rotation of the tangent of brushed facets, if any. The rotation of a mix applies to both of
+    /// its parts.
     pub tangent: Option<TangentInput>,
 }
 

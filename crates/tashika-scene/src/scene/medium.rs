@@ -1,26 +1,26 @@
 //! Participating media between surfaces.
 //!
 //! A homogeneous medium of absorption `σ_a` and scattering `σ_s` (m⁻¹, by channel) has the
-//! extinction `σ_t = σ_a + σ_s`. Along `d` metres of it a share
+//! extinction `σ_t = σ_a + σ_s`. Over a distance of `d` metres, it transmits the share
 //!
 //! ```text
 //! T(d) = exp(−σ_t d)
 //! ```
 //!
-//! of the light is transmitted (Beer and Lambert). Of the extinguished light, `σ_s / σ_t` is
-//! scattered, by a phase function. Coefficients may vary from place to place, by a [`Variation`].
+//! of the light (Beer and Lambert). The share `σ_s / σ_t` of the extinguished light is scattered,
+//! according to a phase function. A [`Variation`] makes the coefficients vary from place to place.
 //!
-//! Surfaces and cameras define where a medium is: a mesh may have an [`Interface`], which names the
-//! medium on either side, and a camera names the one around it. A mesh without an interface does
-//! not change the medium, so that objects in fog need none. Space without a medium is vacuum. The
-//! sides are those of the geometric normal, which points outside. Holes of a surface do not change
-//! the medium.
+//! Surfaces and cameras define where a medium is. A mesh may have an [`Interface`], which names the
+//! medium on each of its two sides; the geometric normal points to the outside. A camera names the
+//! medium around it. A path that crosses a mesh without an interface stays in its medium, so that
+//! objects in fog need no interface. A path through a hole of a surface stays in its medium, too.
+//! Space without a medium is vacuum.
 //!
 //! # Guarantee
-//! Past [`SceneBuilder::build`](super::SceneBuilder::build) coefficients are finite and not
-//! negative, extinctions are at most [`MAX_EXTINCTION`], asymmetries below 1, albedos at most 1,
-//! and optical thicknesses of grids at most [`MAX_OPTICAL_THICKNESS`]. Every medium that is named
-//! exists.
+//! In a scene that [`SceneBuilder::build`](super::SceneBuilder::build) returns, coefficients are
+//! finite and not negative, extinctions are at most [`MAX_EXTINCTION`], absolute asymmetries are
+//! below 1, albedos are at most 1, and optical thicknesses of grids are at most
+//! [`MAX_OPTICAL_THICKNESS`]. Every medium that is named exists.
 //!
 //! # Held to this by
 //! The tests below; the suite's `media` and `grid_media`.
@@ -35,11 +35,11 @@ use crate::error::{Error, Location, Result};
 use crate::math::elementary::exp;
 use crate::math::{DVec3, Vec3};
 
-/// Largest extinction (m⁻¹), for a mean free path of a nanometre.
+/// Largest extinction (m⁻¹): the mean free path is a nanometre.
 pub const MAX_EXTINCTION: f32 = 1e9;
 
-/// Most mean free paths across the box of a varying medium, at its densest: a ray through it may
-/// need that many tentative collisions.
+/// Largest number of mean free paths across the box of a varying medium, at its largest density. A
+/// ray through the box may need that many tentative collisions.
 pub const MAX_OPTICAL_THICKNESS: f64 = 1e6;
 
 /// Medium that fills a space.
@@ -109,7 +109,7 @@ impl Medium {
     ///
     /// # Errors
     /// [`Error::Invalid`] at `at`: coefficients that are negative, not finite, or more than
-    /// [`MAX_EXTINCTION`]; an asymmetry of 1 or more; an albedo of more than 1; an optical
+    /// [`MAX_EXTINCTION`]; an absolute asymmetry of 1 or more; an albedo of more than 1; an optical
     /// thickness of more than [`MAX_OPTICAL_THICKNESS`] across the box.
     pub fn validate(&self, at: Location) -> Result<()> {
         self.validate_coefficients(at.clone())?;
@@ -198,8 +198,8 @@ impl SceneBuilder {
 }
 
 impl SceneBuilder {
-    /// Removes all media, for renderers without media. Returns true if any mesh or camera named
-    /// one.
+    /// Removes all media, for renderers that do not support them. Returns true if any mesh or
+    /// camera named a medium.
     pub fn leave_out_media(&mut self) -> bool {
         let interfaces = self.scene.meshes.iter_mut().filter_map(|mesh| mesh.interface.take());
         let of_meshes = interfaces.flat_map(|interface| interface.media().collect::<Vec<_>>()).count();
@@ -238,9 +238,9 @@ impl Scene {
         self.has_interfaces
     }
 
-    /// Lower bound on the extinction of all segments of the scene for a camera in a medium: the
-    /// least extinction of any channel (m⁻¹), if that medium has a constant extinction and fills
-    /// the whole scene; else zero.
+    /// Lower bound on the extinction (m⁻¹) along every segment of the scene, for a camera in the
+    /// medium `about`. If this medium has constant coefficients and fills the whole scene, the
+    /// bound is its least extinction in any channel; otherwise zero.
     pub fn least_extinction(&self, about: Option<MediumId>) -> f32 {
         match about.map(|medium| &self.media[medium.index()]) {
             Some(medium) if !self.has_interfaces && medium.density().is_none() => {
@@ -262,8 +262,8 @@ impl Scene {
         self.has_interfaces = !interfaces.is_empty();
     }
 
-    /// Returns the medium of a path that leaves a surface along `direction` after it arrived
-    /// through `before`.
+    /// Returns the medium of a path that leaves a surface along `direction`. `before` is the medium
+    /// through which the path arrived.
     #[inline]
     pub fn medium_beyond(
         &self,

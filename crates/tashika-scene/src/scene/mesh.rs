@@ -6,7 +6,7 @@ use super::deformation::Deformation;
 use super::{Interface, MaterialId, MeshId};
 use crate::math::{Aabb, LocalPlaces, gamma};
 
-/// Mesh as a loader passes it on, before any check.
+/// Mesh as a loader creates it, before any check.
 #[derive(Clone, Debug, Default)]
 pub struct MeshData {
     /// Name that identifies it in messages.
@@ -52,8 +52,8 @@ pub struct Mesh {
     pub(super) uvs: Vec<Vec2>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) bounds: Aabb,
-    /// Deformation while the shutter is open, if any; the vertices are those of the middle of that
-    /// time.
+    /// Deformation while the shutter is open, if any. `positions` and `normals` are then those in
+    /// the middle of that time.
     pub(super) deformation: Option<Box<Deformation>>,
     /// Material of all its triangles.
     pub material: MaterialId,
@@ -74,9 +74,9 @@ pub(super) struct MeshRepairs {
     pub uvs: u64,
 }
 
-/// Smallest `‖n‖ / (‖e₁‖·‖e₂‖)` (the sine of the angle at a corner) at which the normal `e₁ × e₂`
-/// of a triangle is still known to better than 60° in `f32`: its rounding error is below
-/// `8 γ₄ ‖e₁‖·‖e₂‖`.
+/// Smallest sine of the angle at a corner, `‖e₁ × e₂‖ / (‖e₁‖·‖e₂‖)`, at which the direction of the
+/// normal `e₁ × e₂`, computed in `f32`, is off by less than 60°. The rounding error of the normal
+/// is below `8 γ₄ ‖e₁‖·‖e₂‖`.
 const MIN_SINE: f32 = 16.0 * crate::math::GAMMA_4;
 
 /// Returns true if a triangle's normal is accurate enough to distinguish its sides.
@@ -85,7 +85,8 @@ pub fn has_normal(v: &[Vec3; 3]) -> bool {
     // Edges are scaled to lengths around 1, so that no square leaves the range of `f32`.
     let (m1, m2) = (e1.abs().max_element(), e2.abs().max_element());
     let (a, b) = (e1 / m1, e2 / m2);
-    // With other lengths, the tracer's products of three lengths would leave that range.
+    // The products of lengths that the tracer computes, of up to three factors, must be in that
+    // range.
     let in_range = (m1 * m2).is_normal() && (m1.max(m2) * m1 * m2).is_finite();
     in_range && a.cross(b).length() >= MIN_SINE * a.length() * b.length()
 }
@@ -136,14 +137,15 @@ impl Mesh {
         self.triangles[triangle as usize].map(|i| self.positions[i as usize])
     }
 
-    /// Takes over `data` without the triangles that cannot be rendered; indices must be in range.
+    /// Creates the mesh from `data` without the triangles that cannot be rendered; indices must be
+    /// in range.
     pub(super) fn repair(data: MeshData, material: MaterialId) -> (Self, MeshRepairs) {
         Self::repair_with(data, material, |_| [])
     }
 
-    /// Like [`Self::repair`], for triangles with other corners at other times, which `others`
-    /// returns for vertex indices. A triangle is omitted if any of its corners is not finite, or if
-    /// it has no area at any time.
+    /// Like [`Self::repair`], for a mesh that deforms: `others` returns the corners of a triangle
+    /// at other times, from its vertex indices. A triangle is omitted if a corner is not finite at
+    /// any of the times, or if it has no area at all of them.
     pub(super) fn repair_with<const N: usize>(
         data: MeshData,
         material: MaterialId,
@@ -174,8 +176,8 @@ impl Mesh {
         (Self { name, positions, normals, uvs, triangles, bounds, deformation, material, interface }, repairs)
     }
 
-    /// Normalises normals, sets those without direction to zero, and returns the number of the
-    /// latter.
+    /// Normalises all normals. Normals that are zero or not finite are set to zero; returns their
+    /// number.
     pub(super) fn repair_normals(normals: &mut [Vec3]) -> u64 {
         let mut lost = 0;
         for n in normals {
@@ -212,9 +214,9 @@ impl Instance {
         self.to_world == Affine3A::IDENTITY
     }
 
-    /// Returns true if its surface is made of world-space corners, each transformed and rounded
-    /// once, as for meshes that are placed once. Otherwise rays are transformed into the space of
-    /// the mesh.
+    /// Returns true if the surface is defined by corners in world space, each transformed and
+    /// rounded once. Otherwise rays are transformed into the space of the mesh. Static instances of
+    /// meshes that are placed once are always baked, and others if their copies are small.
     pub fn is_baked(&self) -> bool {
         self.baked
     }
@@ -228,12 +230,12 @@ impl Instance {
     /// Upper bound on the rounding error (m, by component) of points that are transformed to the
     /// world and back.
     ///
-    /// Rays are transformed into the space of an instance, so that its surface in the world is that
-    /// of the inverse transform. With `y = |M| size + |t|` for `x ↦ M x + t`, and `x ↦ M′ x + t′`
-    /// for the inverse, the bound is `γ₆ (y + |M| (|M′| y + |t′|))`: an entry of a matrix, a
-    /// product and three sums are at most six roundings.
+    /// Rays are transformed into the space of an instance, so that its surface in the world is
+    /// defined by the inverse transform. Let `x ↦ M x + t` be the transform, `x ↦ M′ x + t′` its
+    /// inverse, and `y = |M| size + |t|`. The bound is `γ₆ (y + |M| (|M′| y + |t′|))`: an entry of
+    /// a matrix, a product and three sums are at most six roundings.
     ///
-    /// * `size`: upper bounds of the absolute components of points of the object (m).
+    /// * `size`: upper bounds on the absolute components of the object's points (m).
     pub fn rounding(&self, size: Vec3) -> Vec3 {
         let absolute = |map: &Affine3A| {
             let [x, y, z] = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis].map(Vec3A::abs);

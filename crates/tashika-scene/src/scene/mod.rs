@@ -1,9 +1,9 @@
 //! The scene: geometry, materials, light sources and cameras.
 //!
-//! A [`Scene`] is immutable. It is put together by a [`SceneBuilder`], which validates its input
-//! and, where that is safe, repairs it: past [`SceneBuilder::build`] every number is finite, every
-//! index is in range and no triangle is degenerate. Repairs, approximations and additions are
-//! recorded as [`Note`]s, which the program reports.
+//! A [`Scene`] is immutable. It is assembled by a [`SceneBuilder`], which validates its input and,
+//! where that is safe, repairs it. In a scene that [`SceneBuilder::build`] returns, every number is
+//! finite, every index is in range and no triangle is degenerate. Repairs, approximations and
+//! additions are recorded as [`Note`]s, which the program reports.
 //!
 //! Units: lengths in metres, radiance in W·m⁻²·sr⁻¹, intensity in W·sr⁻¹, irradiance in W·m⁻².
 
@@ -84,8 +84,8 @@ macro_rules! id {
         pub struct $name(u32);
 
         impl $name {
-            /// Returns the id of the item at `index` in the scene's list, which must be longer than
-            /// that.
+            /// Returns the id of the item at `index` in the scene's list; `index` must be less than
+            /// the length of the list.
             #[inline]
             pub const fn at(index: u32) -> Self {
                 Self(index)
@@ -154,7 +154,7 @@ pub struct Scene {
     environment: Option<Environment>,
     cameras: Vec<Camera>,
     media: Vec<Medium>,
-    /// True if any medium is used, and absorbs or scatters light.
+    /// True if any medium that is used absorbs or scatters light.
     has_media: bool,
     /// True if any mesh with an instance has an interface.
     has_interfaces: bool,
@@ -165,7 +165,7 @@ pub struct Scene {
     triangles_without_area: u64,
     notes: Notes,
     digest: Option<u64>,
-    /// Changes by the user to the file's lights, in the words of the request.
+    /// Changes to the file's lights that the user requested, in the words of the request.
     changes: Vec<String>,
     has_default_light: bool,
     /// True if the file has lights that may be off at the time of the scene.
@@ -199,7 +199,7 @@ impl Scene {
         self.animated
     }
 
-    /// Returns the scene with a time (s) recorded as its own; nothing is moved.
+    /// Returns the scene with `seconds` recorded as its time (s); nothing is moved.
     pub fn with_time(self, seconds: f64) -> Self {
         Self { time: Some(seconds), ..self }
     }

@@ -1,18 +1,19 @@
 //! Motion of cameras and instances while the shutter is open.
 //!
-//! A camera or an instance that moves has a [`Motion`]. All times of the shutter have equal weight
-//! and are given as *shares*: 0 when it opens, 1 when it closes. A path has one time, at which it
-//! meets all instances, whatever the motion of the camera.
+//! A camera or an instance that moves has a [`Motion`]. All times at which the shutter is open have
+//! equal weight. They are given as *shares*: 0 when it opens, 1 when it closes. Each path has one
+//! time, at which it meets all instances, whether or not the camera moves.
 //!
-//! The surface of a moving instance is that of its mesh: rays are transformed by its motion at
-//! their time. Its corners are never stored in world space, unlike those of
+//! Rays are transformed into the space of a moving instance's mesh, by the motion at the time of
+//! the ray. The corners of the instance are never stored in world space, unlike those of
 //! [baked](Instance::is_baked) instances. Functions without a time argument use the middle of the
-//! time, except boxes, which hold all times. An instance of a mesh that
-//! [deforms](super::deformation) counts as moving even if its transform is constant.
+//! time, except those that return boxes, which contain the instance at all times. An instance of a
+//! mesh that [deforms](super::deformation) counts as moving even if its transform is constant.
 //!
 //! # Guarantee
-//! Past [`SceneBuilder::build`] all moving instances have the same shutter times, can be inverted
-//! at all times, and are inside [`Scene::bounds`] at all times.
+//! In a scene that [`SceneBuilder::build`] returns, all moving instances have the same shutter
+//! times, their transforms can be inverted at all times, and they are inside [`Scene::bounds`] at
+//! all times.
 //!
 //! # Held to this by
 //! The tests below; the suite's `moving_objects`.
@@ -50,7 +51,7 @@ impl Motion {
         open.is_finite() && close.is_finite() && open <= close && self.track.keeps_sides()
     }
 
-    /// Returns an instance with this motion, placed as after a share of the time.
+    /// Returns an instance that has this motion, in its pose after a share of the time.
     fn placed(&self, instance: &Instance, share: f32) -> Instance {
         if self.track.is_still() {
             return *instance;
@@ -69,13 +70,14 @@ pub(super) fn inverse(map: &Affine3A) -> Affine3A {
 }
 
 impl SceneBuilder {
-    /// Places a mesh that moves while the shutter is open; if the track is constant in that time,
-    /// the instance is [static](Self::add_instance). An instance that cannot be inverted at some
-    /// time, or is mirrored only at some times, is omitted and noted.
+    /// Adds an instance that moves while the shutter is open; if the track is constant in that
+    /// time, the instance is [static](Self::add_instance). An instance is omitted and noted if its
+    /// transform cannot be inverted at some time, or mirrors at some times only.
     ///
     /// # Errors
-    /// No such mesh; a shutter that is not open from one finite time to another, or whose times
-    /// differ from those of instances added before, or from those of a mesh that deforms.
+    /// No such mesh; a shutter that does not open at a finite time and close at a later one;
+    /// shutter times that differ from those of moving instances added before, or from those of the
+    /// mesh, if it deforms.
     pub fn add_moving_instance(
         &mut self,
         mesh: MeshId,
@@ -138,15 +140,15 @@ impl Scene {
         self.motions.first().map(|motion| motion.shutter)
     }
 
-    /// Returns a moving instance as placed after a share of the time that the shutter is open, 0 to
-    /// 1; `None` if it is static.
+    /// Returns a moving instance in its pose after a share of the time that the shutter is open, 0
+    /// to 1; `None` if the instance is static.
     #[inline]
     pub fn moved(&self, instance: InstanceId, share: f32) -> Option<Instance> {
         Some(self.motion_of(instance)?.placed(&self.instances[instance.index()], share))
     }
 
-    /// World box of an instance at all times (m); for a moving instance, with a margin for
-    /// rounding.
+    /// World box that contains an instance at all times (m); for a moving instance, with a margin
+    /// for rounding.
     pub fn box_of(&self, instance: &Instance) -> Aabb {
         let bounds = self.meshes[instance.mesh.index()].bounds();
         match instance.motion {

@@ -7,11 +7,12 @@
 //! bump:  n' ∝ p_u' × p_v'                p_u' = p_u + h_u n, p_v' = p_v + h_v n              (Blinn 1978)
 //! ```
 //!
-//! `h_u` and `h_v` are forward differences with the step [`STEP`].
+//! `h_u` and `h_v` are the derivatives of the height, by forward differences with the step
+//! [`STEP`].
 //!
 //! # Limits
-//! A normal that would turn away from the surface is pulled back to [`MIN_COSINE`] above it. The
-//! derivatives are those of the flat triangle.
+//! If the new normal would make an angle with the geometric normal whose cosine is below
+//! [`MIN_COSINE`], it is moved to that cosine. The derivatives are those of the flat triangle.
 
 use glam::{Vec2, Vec3};
 
@@ -58,7 +59,7 @@ pub(super) fn perturbed(
         NormalInput::Map { texture, scale } => {
             let t = textures.numbers(*texture, uv).0;
             let tangent = (du - normal * normal.dot(du)).normalize_or_zero();
-            // Texture coordinates run down; green of the map runs up.
+            // `v` runs down, but the green channel of the map runs up.
             let up = -dv;
             let bitangent = (up - normal * normal.dot(up) - tangent * tangent.dot(up)).normalize_or_zero();
             tangent * ((2.0 * t.r - 1.0) * scale)
@@ -70,8 +71,8 @@ pub(super) fn perturbed(
             let middle = at(Vec2::ZERO);
             let slope_u = (at(Vec2::new(STEP, 0.0)) - middle) / STEP;
             let slope_v = (at(Vec2::new(0.0, STEP)) - middle) / STEP;
-            // In the tangent plane of the shading normal, so that a constant height changes
-            // nothing.
+            // The derivatives are projected to the plane at right angles to the shading normal, so
+            // that a constant height changes nothing.
             let du = du - normal * normal.dot(du);
             let dv = dv - normal * normal.dot(dv);
             let turned = (du + normal * slope_u).cross(dv + normal * slope_v);
@@ -116,8 +117,8 @@ mod tests {
 
     #[test]
     fn a_slope_turns_the_normal_back_by_its_angle() {
-        // A ramp of two texels: between their centres the height rises by 0.75 m over half the
-        // image, 1 m.
+        // A ramp of two texels: between their centres, which are half the image or 1 m apart, the
+        // height rises by 0.75 m.
         let pixels = vec![[0.0; 3], [0.75; 3]];
         let image = Image { name: "ramp".into(), width: 2, height: 1, pixels: Pixels::Float(pixels) };
         let mut ramp = ImageTexture::new(ImageId(0));

@@ -1,4 +1,4 @@
-//! Notes of input that could not be used as it is.
+//! Notes of input that is missing, repaired, approximated, ignored or replaced by a default.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ pub enum NoteKind {
     Missing,
     /// Damaged data was removed or replaced.
     Repaired,
-    /// A feature was replaced by the nearest that exists here.
+    /// A feature was replaced by the nearest one that this renderer supports.
     Approximated,
     /// A feature was omitted.
     Ignored,
@@ -21,7 +21,7 @@ pub enum NoteKind {
     Defaulted,
 }
 
-/// Treatment of one kind of input, with the number of its occurrences.
+/// Report that input of one kind was treated in some way, with the number of occurrences.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
     /// Kind of difference in the image.

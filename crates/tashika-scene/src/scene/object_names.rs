@@ -1,8 +1,8 @@
-//! Names of the objects and lights of a scene. An object is one or several instances, as in the
-//! file.
+//! Names of the objects and lights of a scene. An object of the file corresponds to one or several
+//! instances.
 //!
-//! A name is stored once for all instances that are added consecutively, so that an object of many
-//! meshes, or with a million placements, costs one name.
+//! A name is stored once for all instances that are added consecutively. An object of many meshes,
+//! or with a million placements, therefore costs the memory of one name.
 //!
 //! # Held to this by
 //! The tests below; `object_names` of the suite, for the names that file readers pass on.
@@ -12,8 +12,8 @@ use std::collections::BTreeMap;
 
 use super::{InstanceId, Scene, SceneBuilder};
 
-/// Names, each with the index of the first of its instances, or lights, in rising order; an empty
-/// name stands for none.
+/// Names, each with the index of its first instance or light, in rising order of the indices. An
+/// empty name means that the instances or lights have no name.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ObjectNames(Vec<(u32, String)>);
 
@@ -39,8 +39,8 @@ impl ObjectNames {
 
 impl SceneBuilder {
     /// Sets the object name of all instances that are added until the next call. Objects with equal
-    /// names are one. If the name is empty, and before the first call, instances have the names of
-    /// their meshes.
+    /// names are the same object. Instances that are added after a call with an empty name, or
+    /// before the first call, have the names of their meshes.
     pub fn begin_object(&mut self, name: impl Into<String>) {
         let first = self.scene.instances.len() as u32;
         self.scene.object_names.begin(first, name.into());

@@ -1,24 +1,25 @@
 //! Origin of the coordinates of a scene.
 //!
 //! Files may place a room millions of metres from zero, where numbers of single precision are half
-//! a metre apart. A [`SceneBuilder`] therefore accepts positions in double precision. At the end it
-//! moves everything to an origin near the visible objects: coordinates of a [`Scene`] are those of
-//! its file less [`Scene::origin`].
+//! a metre apart. A [`SceneBuilder`] therefore accepts positions in double precision. When the
+//! scene is built, they are made relative to an origin near the visible objects: coordinates of a
+//! [`Scene`] are those of its file minus [`Scene::origin`].
 //!
-//! An object of half size `s` at a distance `d` from the origin is rounded by a share `ρ ε` of its
-//! size, `ρ = 1 + d/s`. The mean of `ρ`, weighted by the apparent size of the object,
+//! Rounding moves an object of half size `s` at a distance `d` from the origin by a share `ρ ε` of
+//! its size, with `ρ = 1 + d/s`. The loss of an origin is the mean of `ρ` over all objects,
+//! weighted by their apparent sizes:
 //!
 //! ```text
 //! w = Σ_cameras min(1, s / distance)²          loss(origin) = Σ w ρ / Σ w
 //! ```
 //!
-//! is compared for these origins: zero, the first cameras, the largest object that they see, and
-//! the middle of all objects. Zero is used unless another origin lowers the loss by a factor of
-//! [`WORTH`], so that the bits of scenes near zero do not change.
+//! The candidates are zero, the positions of the first cameras, the object with the largest
+//! apparent size, and the middle of all objects. Zero is used unless another origin lowers the loss
+//! by a factor of [`WORTH`], so that the coordinates of scenes near zero do not change.
 //!
 //! # Guarantee
-//! Distances from the origin are differences in double precision, rounded once. With an origin of
-//! zero nothing is changed.
+//! Coordinates relative to the origin are differences in double precision, rounded once. With an
+//! origin of zero, no coordinate is changed.
 //!
 //! # Held to this by
 //! The tests below; the suite's `far_from_zero`.
@@ -31,15 +32,16 @@ use super::motion::inverse;
 use super::{Instance, MeshData, MeshShape, NoteKind, Scene, SceneBuilder};
 use crate::math::{local_origin, origin_near, spacing_at};
 
-/// Factor by which an origin other than zero must lower the loss; chosen: a closed room whose
-/// distance from zero is 30 times its size is 0.03 % too bright.
+/// Factor by which an origin other than zero must lower the loss. Chosen by a measurement with the
+/// origin at zero: a closed room whose distance from zero is 30 times its size is 0.03 % too
+/// bright.
 const WORTH: f64 = 32.0;
 
 /// Largest number of cameras in the loss.
 const CAMERAS: usize = 8;
 
-/// Distance from the origin, in half sizes, from which an object is noted: neighbouring numbers
-/// there are more than a thousandth of the half size apart. Chosen.
+/// Distance from the origin, in half sizes of the object, from which a note reports the object:
+/// neighbouring numbers there are more than a thousandth of the half size apart. Chosen.
 const NOTED: f64 = 16384.0;
 
 /// Pose of an object in the world: an affine map of either precision.
@@ -89,7 +91,8 @@ impl Extent {
         1.0 + (self.center - place).abs().max_element() / self.half
     }
 
-    /// Returns the approximate share of the object in a view from a position.
+    /// Returns the squared ratio of the half size to the distance from a position, at most 1:
+    /// roughly the share of the view that the object covers.
     fn seen_from(&self, place: DVec3) -> f64 {
         let share = (self.half / (self.center - place).length()).min(1.0);
         share * share
@@ -205,7 +208,8 @@ impl SceneBuilder {
         self.scene.notes.push_many(NoteKind::Approximated, message, at, count);
     }
 
-    /// Returns the boxes of all instances that have a size, at mid-time for those that move.
+    /// Returns the boxes of all instances whose box is not a point. Moving instances are taken in
+    /// the middle of their motion.
     fn extents(&self) -> impl Iterator<Item = Extent> {
         self.scene
             .instances
@@ -261,9 +265,9 @@ impl Scene {
 }
 
 impl SceneBuilder {
-    /// Moves the positions of a mesh, and of a second shape of it, to an origin of their own if
-    /// they are far from zero. The positions are in single precision: if the distance between
-    /// neighbouring numbers there is large compared to the mesh, a note reports it.
+    /// If the positions of a mesh are far from zero, makes them, and those of its second shape,
+    /// relative to an origin near them. The positions are given in single precision: a note is
+    /// added if neighbouring numbers there are far apart compared to the size of the mesh.
     pub(super) fn localize(&mut self, data: &mut MeshData, other: Option<&mut MeshShape>) {
         if data.origin != DVec3::ZERO {
             return;

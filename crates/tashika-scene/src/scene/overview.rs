@@ -1,9 +1,10 @@
-//! Camera of a scene that has none: it shows the whole box of the scene, for images of any
-//! proportions.
+//! Camera for scenes without a camera. It shows the whole bounding box of the scene, in images of
+//! any proportions.
 //!
-//! It looks from the front, the right and above. Let `(x, y, z)` be the box's corners relative to
-//! its centre in the camera's axes, `z` towards the camera, and `s` the slopes of the film's sides,
-//! less the margin. All corners are inside if
+//! The camera looks from the front, the right and above. Let `(x, y, z)` be a corner of the box,
+//! relative to its centre and in the camera's axes, with `z` towards the camera. Let `s_x` and
+//! `s_y` be the slopes from the axis to the film's sides, less the margin. All corners are inside
+//! if
 //!
 //! ```text
 //! |x − a| ≤ s_x (d − z),   |y − b| ≤ s_y (d − z)
@@ -16,9 +17,9 @@
 //! d = max of (P + N) / 2s over both axes,   a = (P − N) / 2
 //! ```
 //!
-//! and the box touches the margin on both sides along the axis that decides. For the other axis,
-//! the smaller slope that needs the same `d` is found by bisection, since `(P + N) / 2s` falls with
-//! `s`. So the box is centred along both axes.
+//! Along the axis with the larger `(P + N) / 2s`, the box then touches the margin on both sides.
+//! Along the other axis, `s` is replaced by the smaller slope that needs the same `d`. It is found
+//! by bisection, since `(P + N) / 2s` falls with `s`. The box is then centred along this axis, too.
 //!
 //! # Held to this by
 //! `tests`; `request::framing` ensures that the program and the package call [`Camera::of_size`].
@@ -36,7 +37,7 @@ const FROM: Vec3 = Vec3::new(0.45, 0.35, 1.0);
 /// Vertical field of view (radians).
 const FOV: f32 = 0.7;
 
-/// Share of the film that stays free at each side.
+/// Width of the margin at each side, as a share of the film.
 const MARGIN: f32 = 0.025;
 
 /// Smallest distance from the centre (m), for boxes without extent.
@@ -46,14 +47,16 @@ impl Camera {
     /// Creates a camera that shows all of `bounds` in a square image; [`Camera::of_size`] adapts it
     /// to an image of any size.
     pub fn overview(bounds: Aabb) -> Self {
-        // Only the axes of this camera matter: `of_size` moves it. It looks at zero, since far from
-        // there both points of `look_at` would round to one.
+        // Only the orientation of this camera matters, since `of_size` moves it. It is placed near
+        // zero: far from zero, the two points passed to `look_at` would be rounded to the same
+        // point.
         let camera = Self::look_at("overview", FROM.normalize(), Vec3::ZERO, Vec3::Y, FOV);
         Self { shows: Some(bounds), ..camera }.of_size([1, 1])
     }
 
-    /// Returns the camera for an image of `size` pixels. A camera that is to show a box is moved to
-    /// where it sees all of the box; others stay. Only perspective cameras move.
+    /// Returns the camera for an image of `size` pixels. A perspective camera with a box in
+    /// [`Camera::shows`] is moved to the nearest position from which it sees the whole box. Other
+    /// cameras are returned unchanged.
     pub fn of_size(&self, size: [u32; 2]) -> Self {
         let (Some(bounds), Projection::Perspective { vertical_fov }) = (self.shows, self.projection) else {
             return self.clone();
@@ -62,14 +65,15 @@ impl Camera {
         let slopes = Vec2::new(free * size[0] as f32 / size[1] as f32, free);
         let axes = Mat3::from(self.to_world.matrix3);
         let half = 0.5 * bounds.size();
-        // P and N of an axis: a box is symmetric, so that the maximum over its corners is a sum.
+        // P or N of an axis. Since a box is symmetric, the maximum over its corners is a sum of
+        // absolute values.
         let reach = |axis: Vec3, slope: f32| half.dot((axis + slope * axes.z_axis).abs());
         let nearest = |axis: Vec3, slope: f32| 0.5 * (reach(axis, slope) + reach(-axis, slope)) / slope;
         let both = [(axes.x_axis, slopes.x), (axes.y_axis, slopes.y)];
         let distance = both.iter().fold(NEAREST, |d, (axis, slope)| d.max(nearest(*axis, *slope)));
         let aside = both.map(|(axis, slope)| {
-            // Bisection for the smallest slope for which the distance suffices, to 2⁻²⁴ of the
-            // largest.
+            // Bisection for the smallest slope for which the distance suffices, to within 2⁻²⁴ of
+            // the film's slope.
             let (mut low, mut high) = (0.0, slope);
             for _ in 0..24 {
                 let middle = 0.5 * (low + high);
@@ -99,8 +103,9 @@ mod tests {
         })
     }
 
-    /// Every corner is on the film, and no nearer to its edge than the margin. Along the axis that
-    /// decides, the box touches the margin on both sides.
+    /// Boxes and films of various proportions. Every corner of the box is on the film, and no
+    /// nearer to its edge than the margin. Along one axis, the box touches the margin on both
+    /// sides.
     #[test]
     fn the_box_fills_the_film_up_to_the_margin_in_any_proportions() {
         let boxes = [[3.0, 0.2, 0.1], [0.1, 90.0, 2.0], [1e-3, 1e-3, 5e-3], [2.0, 2.0, 2.0], [0.0, 4.0, 0.0]];

@@ -1,30 +1,31 @@
 //! Parts of a surface at a point: a path follows one of them, chosen at random.
 //!
-//! Some surfaces scatter in several ways that no single BSDF of [`bsdf`](crate::bsdf) combines:
-//! they reflect like a mirror *and* diffusely (a smooth coat), scatter to both sides (a leaf), or
-//! are one of two materials. Paths and gather points follow one part:
+//! The scattering of some surfaces is not a single BSDF of [`bsdf`](crate::bsdf): a smooth coat
+//! reflects like a mirror *and* diffusely, a leaf scatters to both sides, and a mix is one of two
+//! materials. Such a surface is divided into parts, and each path or gather point follows one of
+//! them:
 //!
 //! ```text
 //! f = Σ_k f_k     is estimated by     f_k / p_k     with probability p_k
 //! ```
 //!
-//! so that code outside of this file handles a plain [`Bsdf`] that is either specular or not.
+//! Code outside of this file therefore handles a plain [`Bsdf`] that is either specular or not.
 //!
 //! | surface | parts | `p_k` in proportion to |
 //! |---|---|---|
 //! | [`Surface::Coated`], `α = 0` | mirror `s F(c_o)`; the base under it | `s F(c_o)`; its albedo |
 //! | [`Surface::Plastic`], `α = 0` | mirror `s F(c_o)`; Lambert | `s F(c_o)`; reflectance |
 //! | [`Surface::Conductor`], `α = 0` | mirror `s F(c_o)` | 1 |
-//! | [`Surface::Translucent`] | Lambert on this side; on the other | reflectance; transmittance |
-//! | [`Surface::ThinGlass`], `α > 0` | reflecting facets; transmitting ones | their albedos |
+//! | [`Surface::Translucent`] | diffuse reflection; transmission | reflectance; transmittance |
+//! | [`Surface::ThinGlass`], `α > 0` | reflecting facets; transmitting facets | their albedos |
 //! | [`Surface::Mix`] | the two materials | `1 − amount`; `amount` |
-//! | [`Surface::Sheen`], [`Surface::Clearcoat`] | those of its base, under the layer | as for it |
-//! | others | themselves | 1 |
+//! | [`Surface::Sheen`], [`Surface::Clearcoat`] | parts of the base, layered | as for the base |
+//! | others | the surface itself | 1 |
 //!
 //! # Guarantee
-//! The parts' BSDFs, weighted by `1 / p_k`, average to the surface's. Parameters are in range
-//! whatever the values of the textures. For two parts that both reflect, `p_k` is at least 0.1, so
-//! that no weight exceeds 10. The weights of mixes are 1.
+//! The expectation of the chosen part's BSDF times its weight is the BSDF of the surface.
+//! Parameters are in range for any values of the textures. If both of two parts reflect light, each
+//! `p_k` is at least 0.1, so that no weight exceeds 10. The weights of mixes are 1.
 //!
 //! # Held to this by
 //! The tests below.
@@ -48,9 +49,9 @@ pub struct Part {
     pub bsdf: Bsdf,
     /// Reciprocal of the probability of the choice.
     pub weight: f32,
-    /// True if it scatters to the side opposite to the viewer: light arrives, or leaves, behind the
-    /// surface. The direction of that light is mirrored to the near side to evaluate
-    /// [`Part::bsdf`].
+    /// True if the part scatters between the side of the viewer and the other side: light arrives,
+    /// or leaves, behind the surface. To evaluate [`Part::bsdf`], the direction of that light is
+    /// mirrored to the side of the viewer.
     pub through: bool,
 }
 
@@ -63,7 +64,7 @@ impl Part {
 /// Point of a surface and its direction of view.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Look<'a> {
-    /// The scene's materials; those that a mix refers to are older than the mix.
+    /// The scene's materials; a mix refers only to materials that were added before it.
     pub materials: &'a [Material],
     /// Textures, with the scene's images.
     pub textures: Textures<'a>,
@@ -80,7 +81,7 @@ fn unit(c: Rgb) -> Rgb {
 /// Returns two fractions, scaled down if they sum to more than 1.
 fn limited(a: Rgb, b: Rgb) -> (Rgb, Rgb) {
     let sum = (a + b).max_channel();
-    // The next number below keeps rounded sums from exceeding one.
+    // The scale is rounded down, so that rounded sums do not exceed one.
     let scale = if sum > 1.0 { (1.0 / sum).next_down() } else { 1.0 };
     (a * scale, b * scale)
 }
@@ -103,7 +104,7 @@ impl<'a> Look<'a> {
 
     /// Returns the part of `material` that the uniform number `u` in `[0, 1)` selects.
     pub fn part(&self, mut material: &'a Material, mut u: f32) -> Part {
-        // Terminates: the materials of a mix are older than the mix.
+        // The loop ends, since a mix refers only to materials that were added before it.
         while let Surface::Mix { first, second, amount } = &material.surface {
             let amount = amount.at(self.textures, self.uv).clamp(0.0, 1.0);
             (material, u) = if u < amount {
@@ -215,7 +216,8 @@ impl<'a> Look<'a> {
                 let [metallic, roughness, specular_tint, sheen, sheen_tint, flatness, anisotropic] = inputs;
                 let hue = hue(base);
                 let opaque = 1.0 - metallic;
-                // Share with Schlick's approximation: the metal, and the tinted part of the rest.
+                // Share `schlick` of Schlick's approximation: the metal, and the tinted part of the
+                // dielectric.
                 let tinted = opaque * specular_tint;
                 let schlick = metallic + tinted;
                 let f0 = base * metallic + hue * (fresnel::dielectric(1.0, *ior) * tinted);
@@ -273,8 +275,9 @@ impl<'a> Look<'a> {
         Part { bsdf: Bsdf::Layered(layered), ..part }
     }
 
-    /// Returns a part of a pane whose facets reflect by Schlick's approximation of both faces, and
-    /// transmit the rest (`KHR_materials_transmission`, Khronos).
+    /// Returns the part of a rough pane that `u` selects. Its facets represent both faces: they
+    /// reflect by Schlick's approximation, with the reflectance of both faces at normal incidence,
+    /// and transmit the rest (`KHR_materials_transmission`, Khronos).
     fn rough_pane(
         &self,
         ior: f32,
@@ -297,13 +300,14 @@ impl<'a> Look<'a> {
         }
     }
 
-    /// Transmittance of a surface along a straight segment, outside of holes, 0 to 1 (luminance).
+    /// Transmittance of a surface along a straight segment, 0 to 1 (luminance). Holes are not
+    /// considered.
     ///
     /// * `solid`: true if solid glass transmits straight the light that it would refract.
     pub fn straight_through(&self, material: &Material, solid: bool) -> f32 {
         match &material.surface {
             Surface::Glass { .. } if !solid => 0.0,
-            // Rough glass transmits hardly any light straight.
+            // Rough glass counts as opaque, since it transmits hardly any light straight.
             Surface::Glass { facets, .. } if self.facets(facets).is_some() => 0.0,
             Surface::Glass { ior, transmittance, .. } => {
                 (1.0 - fresnel::dielectric(self.cos, *ior)) * unit(*transmittance).luminance()
@@ -360,8 +364,8 @@ mod tests {
         look.part(materials.last().unwrap(), u)
     }
 
-    /// Weighted share of `[0, 1)` that selects each part: 1 for each part if weights are one over
-    /// probabilities.
+    /// Share of the numbers in `[0, 1)` that select a part, times the weight of the part, for both
+    /// parts. Both products are 1 if weights are the reciprocals of probabilities.
     fn weighted_shares(surface: Surface, of: impl Fn(&Part) -> usize) -> [f64; 2] {
         let materials = [Material::new("m", surface)];
         let mut sums = [0.0; 2];
@@ -373,8 +377,8 @@ mod tests {
         sums
     }
 
-    /// Returns true if both parts count fully, to within the two intervals of the grid at the
-    /// border.
+    /// Returns true if both weighted shares are 1, to within two numbers of the grid at the largest
+    /// weight.
     fn both_whole(shares: [f64; 2]) -> bool {
         shares.iter().all(|s| (s - 1.0).abs() < 2.0 * 10.0 / 10_000.0)
     }
@@ -392,7 +396,8 @@ mod tests {
         let Bsdf::Mirror(mirror) = part(&[Material::new("m", plastic)], 0.7, 0.0).bsdf else { panic!() };
         let expected = Rgb::gray(0.2) * fresnel::dielectric(0.7, ior);
         assert!((mirror.reflectance.r / expected.r - 1.0).abs() < 1e-6);
-        // The base is like a coat of the smallest roughness away from its lobe.
+        // For directions away from the mirror lobe, the base under a smooth coat has the values of
+        // a coat of the smallest roughness.
         let base = part(&[Material::new("m", coated_with(0.0))], 0.7, 0.99).bsdf;
         let rough = part(&[Material::new("m", coated_with(MIN_ALPHA))], 0.7, 0.99).bsdf;
         let (wo, wi) = (glam::Vec3::new(0.6, 0.0, 0.8), glam::Vec3::new(0.8, 0.0, 0.6));
@@ -406,8 +411,8 @@ mod tests {
         Surface::Coated { reflectance: ORANGE.into(), base, specular, ior: 1.5, facets: alpha.into() }
     }
 
-    /// With a proportional base, the albedo below the coat is the reflectance times the
-    /// transmittance of the coat. A saturating base is darker.
+    /// A smooth coat over a proportional base: the albedo of the diffuse part is the reflectance
+    /// times the transmittance of the coat. A saturating base is darker.
     #[test]
     fn a_proportional_base_is_as_bright_as_its_reflectance_says() {
         let albedo = |base| {
@@ -434,7 +439,8 @@ mod tests {
         assert!(sum.max_channel() <= 1.0 && sum.r > 0.999);
     }
 
-    /// Rough panes reflect and transmit as much as smooth ones, apart from masking by the facets.
+    /// The albedos of the reflecting and of the transmitting part of a rough pane, without masking,
+    /// are those of a smooth pane.
     #[test]
     fn rough_panes_share_light_as_smooth_ones() {
         let pane = |alpha: f32| Surface::ThinGlass {

@@ -1,7 +1,8 @@
 //! Projections: the viewing direction of each film position, and the film position of a direction.
 //!
-//! With `x` to the right and `y` up from the film's centre, in film heights, the camera looks along
-//! `−z`, `+y` up and `+x` to the right:
+//! `(x, y)` is the position on the film, in film heights from its centre, `x` to the right and `y`
+//! up. In the frame of the camera, `−z` is the direction of view, `+y` is up and `+x` to the right.
+//! The ray through `(x, y)` has the direction
 //!
 //! ```text
 //! perspective     d ∝ (2 t x, 2 t y, −1)              t = tan(vertical_fov / 2)
@@ -11,7 +12,7 @@
 //! spherical       d by a [`SphereMap`] of the whole film
 //! ```
 //!
-//! A pixel of side `s` covers, at right angles to the ray at a distance `r` (m²),
+//! A pixel of side `s` covers, at the distance `r` and at right angles to the ray, the area (m²)
 //!
 //! ```text
 //! perspective     s² (2 t z)² cos θ                   z = r cos θ, s in film heights
@@ -33,12 +34,12 @@ use crate::math::elementary::{atan2, sin_cos, tan};
 /// Map from the world to the film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// Through a point.
+    /// All rays pass through one point, and the film is flat.
     Perspective {
         /// Vertical field of view of a film that is centred on the axis (radians), between 0 and π.
         vertical_fov: f32,
     },
-    /// Along the axis.
+    /// All rays are parallel to the axis.
     Orthographic {
         /// Height of the film (m).
         height: f32,
@@ -59,7 +60,7 @@ pub enum Projection {
     },
 }
 
-/// A film of `size` pixels, off the axis by `shift` (film widths and heights).
+/// A film of `size` pixels whose centre is off the axis by `shift` (film widths and heights).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FilmFrame {
     pub(super) size: Vec2,
@@ -67,8 +68,8 @@ pub(super) struct FilmFrame {
 }
 
 impl FilmFrame {
-    /// Returns a film position (pixels, from the top left) in film heights from the axis: x to the
-    /// right, y up.
+    /// Converts a film position (pixels, from the top left) to film heights from the axis, x to the
+    /// right and y up.
     fn off_axis(&self, film: Vec2) -> Vec2 {
         let Self { size, shift } = self;
         let x = (film.x - 0.5 * size.x + shift.x * size.x) / size.y;
@@ -89,13 +90,14 @@ impl FilmFrame {
 }
 
 impl Projection {
-    /// Returns true if a lens may have an extent; other projections are pinholes or parallel.
+    /// Returns true if the projection can have a lens with an extent. The others are pinholes or
+    /// parallel.
     pub(super) fn has_lens(self) -> bool {
         matches!(self, Self::Perspective { .. })
     }
 
-    /// Returns origin and direction of the ray from a film position (pixels), in the frame of the
-    /// camera. The direction has any length. `None` where the film shows nothing.
+    /// Returns origin and direction of the ray through a film position (pixels), in the frame of
+    /// the camera. The direction is not normalised. `None` where the film shows nothing.
     pub(super) fn ray(self, film: Vec2, frame: &FilmFrame) -> Option<(Vec3, Vec3)> {
         let p = frame.off_axis(film);
         Some(match self {
@@ -130,8 +132,8 @@ impl Projection {
                 if p.z >= 0.0 {
                     return None;
                 }
-                // Height of the film at the distance of the point (m), and cosine of the ray with
-                // the axis.
+                // Height of the area that the film shows at the depth of the point (m), and cosine
+                // of the angle between ray and axis.
                 let (height, cos) = match self {
                     Self::Perspective { vertical_fov } => {
                         (-p.z * 2.0 * tan(0.5 * vertical_fov), -p.z / p.length())
@@ -165,7 +167,8 @@ impl Projection {
         }
     }
 
-    /// Returns true if each direction has one film position; parallel rays share one direction.
+    /// Returns true if different directions have different film positions. The rays of an
+    /// orthographic camera all share one direction.
     pub(super) fn tells_directions_apart(self) -> bool {
         !matches!(self, Self::Orthographic { .. })
     }
@@ -191,7 +194,8 @@ impl Projection {
     }
 }
 
-/// Transforms from the frame of a layout to that of the camera, in which the pole is up.
+/// Transforms a direction from the frame of a layout to that of the camera. The pole of the layout
+/// becomes the camera's up direction.
 fn from_map(map: SphereMap, d: Vec3) -> Vec3 {
     match map {
         SphereMap::LatLong => d,
@@ -228,7 +232,8 @@ mod tests {
         assert_looks(LAT_LONG, [0.0, 50.0], Vec3::Z);
         assert_looks(LAT_LONG, [77.0, 0.0], Vec3::Y);
         assert_looks(LAT_LONG, [100.0, 25.0], Vec3::new(0.0, 1.0, -1.0));
-        // Beyond the top, as for wide filters: over the pole and down behind.
+        // Positions beyond the top edge, which wide filters use, continue over the pole and down on
+        // its other side.
         assert_looks(LAT_LONG, [100.0, -25.0], Vec3::new(0.0, 1.0, 1.0));
     }
 
@@ -254,7 +259,7 @@ mod tests {
         // At 360° the whole circle shows the direction behind; 0.01 pixels are 0.036°.
         let behind = at(2.0 * PI, 149.99, 50.0).expect("a ray").1;
         assert!((behind - Vec3::Z).length() < 1e-3, "{behind}");
-        // A film that is higher than wide has the circle of its width.
+        // On a film that is higher than wide, the diameter of the circle is the width.
         let high = FilmFrame { size: Vec2::new(100.0, 200.0), ..FRAME };
         let d = Projection::Fisheye { angle: PI }.ray(Vec2::new(75.0, 100.0), &high).unwrap().1;
         assert!(near(Some(d), Vec3::new(1.0, 0.0, -1.0)), "{d}");
@@ -267,8 +272,8 @@ mod tests {
         assert!((d - Vec3::NEG_Z).length() < 1e-6, "{d}");
     }
 
-    /// A point on a camera ray is projected to the ray's film position, with the area that a pixel
-    /// covers there by finite differences.
+    /// A point on the ray through a film position is projected back to that position. The area that
+    /// a pixel covers there agrees with finite differences of rays.
     #[test]
     fn places_are_projected_to_where_their_rays_come_from() {
         let cases = [
@@ -318,8 +323,8 @@ mod tests {
         }
     }
 
-    /// Pixels of a film that shows all directions cover the whole sphere, and those of a 180°
-    /// fisheye half of it.
+    /// The solid angles of all pixels of a film that shows all directions sum to the whole sphere,
+    /// and those of a 180° fisheye to half of it.
     #[test]
     fn pixels_cover_the_sphere_once() {
         let fisheye = |angle: f32| Projection::Fisheye { angle };

@@ -1,5 +1,5 @@
-//! Changes of a scene's light that its user requests: lights beside, or instead of, those of its
-//! file.
+//! Changes of a scene's light that the user requests: lights in addition to those of the file, or
+//! in their place.
 
 use std::sync::Arc;
 
@@ -12,9 +12,10 @@ use crate::error::{Location, Result};
 /// A light to add.
 #[derive(Clone, Debug)]
 pub enum Lamp {
-    /// Emitter without a map or other data; its position is rounded to single precision.
+    /// An emitter that refers to no other data, such as an intensity map. Its position is rounded
+    /// to single precision.
     Emitter(Emitter),
-    /// [`Emitter::Point`].
+    /// An [`Emitter::Point`] with a position in double precision.
     Point {
         /// Position (m, of the file).
         position: DVec3,
@@ -27,20 +28,20 @@ pub enum Lamp {
         map: Arc<IntensityMap>,
         /// Position (m, of the file).
         position: DVec3,
-        /// Intensity where the map has 1 (W·sr⁻¹).
+        /// Intensity where the map has the value 1 (W·sr⁻¹).
         intensity: Rgb,
         /// Rotation (or reflection) from the map to the world.
         to_world: Mat3,
     },
 }
 
-/// Default light of a scene without light: radiance of the sky (W·m⁻²·sr⁻¹) and irradiance of the
+/// Default light of a scene without light: radiance of the sky (W·m⁻²·sr⁻¹), and irradiance by the
 /// sun (W·m⁻²).
 const DEFAULT_LIGHT: [f32; 2] = [0.5, 3.0];
 
 impl Scene {
-    /// Returns the scene with these lights beside its own, and with this environment, if given,
-    /// instead of its own.
+    /// Returns the scene with `lamps` in addition to its lights. If an environment is given, it
+    /// replaces that of the scene.
     ///
     /// * `words`: the request, for [`Self::changes`]; `digest`: a hash of the request, which is
     ///   combined with [`Self::digest`].
@@ -98,9 +99,9 @@ impl Scene {
             || self.area_emitters().any(|(_, e)| !e.radiance.factor.is_black())
     }
 
-    /// Returns the scene unchanged if it has light, has lights that are off at its time, or was
-    /// given light changes. Otherwise adds a white sky and a sun, with a note at `at`. Programs
-    /// call this so that the image is not black.
+    /// Returns the scene unchanged if it has light, if lights of its file are off at the time of
+    /// the scene, or if the user requested light changes. Otherwise adds a white sky and a sun,
+    /// with a note at `at`. Programs call this so that the image is not black.
     #[must_use]
     pub fn with_default_light(mut self, at: Location) -> Self {
         let is_off = self.is_dark_now && self.animated.is_some();

@@ -7,21 +7,22 @@
 //! Y(θ, γ) = Y_z F(θ, γ) / F(0, θ_s)      F(θ, γ) = (1 + A e^(B / cos θ)) (1 + C e^(D γ) + E cos² γ)
 //! ```
 //!
-//! and likewise for `x` and `y`, with `θ` the angle from the zenith, `γ` that from the sun, `θ_s`
-//! the sun's angle from the zenith, and `A … E`, `Y_z`, `x_z`, `y_z` polynomials in the turbidity
-//! (appendix A.2 there). The sun is a black body of [`SUN_TEMPERATURE`] that fills
-//! [`SUN_SOLID_ANGLE`], seen through
+//! and likewise for `x` and `y`. `θ` is the angle of the direction from the zenith, `γ` its angle
+//! from the sun, and `θ_s` the angle of the sun from the zenith. `A … E`, `Y_z`, `x_z`, `y_z`
+//! depend on the turbidity, and the latter three on `θ_s` (appendix A.2 there). The sun is a black
+//! body of temperature [`SUN_TEMPERATURE`] that fills [`SUN_SOLID_ANGLE`]. The atmosphere transmits
+//! the share
 //!
 //! ```text
 //! e^(−0.008735 λ^(−4.08) m)  ·  e^(−β λ^(−1.3) m)      β = 0.04608 T − 0.04586      (λ in µm)
 //! ```
 //!
-//! (Rayleigh and aerosol extinction, appendix A.1), with the relative air mass
+//! of its light (Rayleigh and aerosol extinction, appendix A.1), with the relative air mass
 //! `m = 1 / (cos θ_s + 0.15 (93.885° − θ_s)^(−1.253))`.
 //!
-//! Frame: `+y` is up. Radiance is in W·m⁻²·sr⁻¹·nm⁻¹, averaged over the spectrum with the weights
-//! of the CIE's observer of 1931, which is the unit of Mitsuba's `sunsky`: 1 is `683 · 106.86`
-//! cd·m⁻².
+//! Frame: `+y` is up. Radiance is spectral radiance (W·m⁻²·sr⁻¹·nm⁻¹), averaged over the spectrum
+//! with the weights of the CIE's observer of 1931. This is also the unit of Mitsuba's `sunsky`; a
+//! radiance of 1 is a luminance of `683 · 106.86` cd·m⁻².
 //!
 //! # Assumption
 //! Turbidity from [`MIN_TURBIDITY`] to [`MAX_TURBIDITY`]; the sun at or above the horizon. No light
@@ -89,8 +90,8 @@ pub struct Sky {
 }
 
 impl Sky {
-    /// Creates the sky of a turbidity with the sun in a direction, `+y` up. Both are clamped to the
-    /// range of the model; a sun below the horizon is moved up to it.
+    /// Creates the sky for a turbidity and a direction to the sun, `+y` up. The turbidity is
+    /// clamped to the range of the model; a sun below the horizon is moved up to the horizon.
     pub fn new(turbidity: f32, to_sun: Vec3) -> Self {
         let t = turbidity.clamp(MIN_TURBIDITY, MAX_TURBIDITY);
         let to_sun = Vec3::new(to_sun.x, to_sun.y.max(0.0), to_sun.z).normalize_or(Vec3::Y);
@@ -120,7 +121,8 @@ impl Sky {
         rgb_of_chromaticity(at(0), at(1), at(2))
     }
 
-    /// Irradiance of a surface that faces the sun (W·m⁻²·nm⁻¹, averaged as radiances are).
+    /// Irradiance by the sun on a surface that faces it (W·m⁻²·nm⁻¹, averaged over the spectrum
+    /// like radiances).
     pub fn sun_irradiance(&self) -> Rgb {
         let degrees = self.sun_zenith.to_degrees();
         let air_mass = 1.0 / (self.to_sun.y.max(0.0) + 0.15 * powf(93.885 - degrees, -1.253));
@@ -195,8 +197,8 @@ mod tests {
         Vec3::new(sin, cos, 0.0)
     }
 
-    /// Zenith luminances by the formula of the paper's section A.2, worked out by hand for `T = 3`,
-    /// `θ_s = 45°`: `χ = (4/9 − 1/40) π/2 = 0.65886`,
+    /// The luminance of the zenith is that of the paper's formula (section A.2), worked out by hand
+    /// for `T = 3`, `θ_s = 45°`: `χ = (4/9 − 1/40) π/2 = 0.65886`,
     /// `Y_z = 7.1649 tan χ − 0.6465 + 2.4192 = 7.3276` kcd·m⁻².
     #[test]
     fn the_zenith_has_the_luminance_of_the_formula() {
@@ -221,8 +223,8 @@ mod tests {
         let (high, low) = (sky(3.0, 10.0).sun_irradiance(), sky(3.0, 85.0).sun_irradiance());
         assert!(low.luminance() < 0.4 * high.luminance(), "{low:?} {high:?}");
         assert!(low.r / low.b > 3.0 * high.r / high.b);
-        // Mitsuba 3.9's `sunsky` (Hosek and Wilkie's sun) at turbidity 2, sun 18.4° from the
-        // zenith: 1.54 1.30 1.02.
+        // Sun irradiance of Mitsuba 3.9's `sunsky` (Hosek and Wilkie's sun) at turbidity 2, with
+        // the sun 18.4° from the zenith.
         let other = [1.543, 1.304, 1.021];
         for (ours, theirs) in sky(2.0, 18.43).sun_irradiance().to_array().into_iter().zip(other) {
             assert!((ours / theirs - 1.0).abs() < 0.15, "{ours} for {theirs}");

@@ -1,4 +1,4 @@
-//! Layouts of all directions in a rectangle, for environment maps and spherical cameras.
+//! Maps between all directions and a rectangle, for environment maps and spherical cameras.
 //!
 //! A direction has a place `(u, v)`, `v` from the top:
 //!
@@ -34,11 +34,11 @@ pub enum SphereMap {
     EqualArea,
 }
 
-/// Smallest sine of the polar angle, so that solid angles at the poles are above zero.
+/// Lower limit of the sine of the polar angle, so that solid angles at the poles are above zero.
 const SMALLEST_SINE: f32 = 1e-5;
 
 impl SphereMap {
-    /// Continuation of an image beyond its sides, and beyond its top and bottom.
+    /// Wrapping of an image with this layout beyond its sides, and beyond its top and bottom.
     pub(super) fn wrap(self) -> [Wrap; 2] {
         match self {
             Self::LatLong => [Wrap::Repeat, Wrap::Clamp],
@@ -46,7 +46,7 @@ impl SphereMap {
         }
     }
 
-    /// Solid angle of the texels of a row of `rows`, up to a factor.
+    /// Solid angle of a texel in row `row` of `rows`, up to a factor that is equal for all rows.
     pub(super) fn size_of_row(self, row: usize, rows: usize) -> f64 {
         match self {
             Self::LatLong => f64::from(sin_cos(PI * (row as f32 + 0.5) / rows as f32).0),
@@ -59,12 +59,13 @@ impl SphereMap {
         match self {
             Self::LatLong => {
                 let u = atan2(d.x, -d.z) / (2.0 * PI) + 0.5;
-                // Near the poles the arc cosine of a rounded cosine would be noise.
+                // The arc tangent is precise near the poles, where the arc cosine of a rounded
+                // cosine is not.
                 [u.rem_euclid(1.0), atan2(horizontal(d), d.y) / PI]
             }
             Self::EqualArea => {
                 let (x, y) = (d.x.abs(), d.y.abs());
-                // √(1 − |z|) without its cancellation.
+                // √(1 − |z|), without a subtraction of nearly equal numbers.
                 let r = ((x * x + y * y) / (1.0 + d.z.abs())).sqrt();
                 let along = atan2(y, x) * (2.0 / PI);
                 let (mut u, mut v) = (r * (1.0 - along), r * along);
@@ -89,7 +90,8 @@ impl SphereMap {
                 let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
                 let inside = 1.0 - (x.abs() + y.abs());
                 let r = 1.0 - inside.abs();
-                // Within the square's half of this octant, or folded over its diagonal.
+                // The upper hemisphere is the inner half of each quadrant; the lower hemisphere is
+                // folded outwards over the quadrant's diagonal.
                 let (a, b) = if inside >= 0.0 { (x.abs(), y.abs()) } else { (1.0 - y.abs(), 1.0 - x.abs()) };
                 let along = if r > 0.0 { b / (a + b) } else { 0.0 };
                 let (sin, cos) = sin_cos(0.5 * PI * along);
@@ -122,7 +124,8 @@ impl SphereMap {
                 [u.rem_euclid(1.0), v.clamp(0.0, 1.0)]
             }
             Self::EqualArea => {
-                // Each edge is glued to itself, turned around its middle.
+                // Each edge is joined to itself: a point of the edge is the same direction as its
+                // mirror image about the middle of the edge.
                 if beyond(u) {
                     (u, v) = (mirrored(u), 1.0 - v);
                 }
@@ -169,14 +172,15 @@ mod tests {
         let near = |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs() + (a[1] - b[1]).abs() < 1e-6;
         assert!(near(place(Vec3::Z), [0.5, 0.5]) && near(place(Vec3::X), [1.0, 0.5]));
         assert!(near(place(Vec3::Y), [0.5, 1.0]) && near(place(-Vec3::X), [0.0, 0.5]));
-        // Equal areas: the upper hemisphere is the inner diamond, and 60° around the pole is half
-        // of it.
+        // By equal areas, the upper hemisphere is the inner diamond, and directions within 60° of
+        // the pole fill half of it.
         let diagonal = Vec3::new(0.5f32.sqrt() * 0.75f32.sqrt(), 0.5f32.sqrt() * 0.75f32.sqrt(), 0.5);
         let [u, v] = place(diagonal);
         assert!(((2.0 * u - 1.0 + 2.0 * v - 1.0) - 0.5f32.sqrt()).abs() < 1e-6);
     }
 
-    /// A step over an edge is a small step on the sphere, and does not lead back.
+    /// A small step over an edge of the rectangle is a small step on the sphere, and does not lead
+    /// back to where it came from.
     #[test]
     fn the_sphere_goes_on_beyond_the_edges() {
         const STEP: f32 = 1e-3;
@@ -195,7 +199,8 @@ mod tests {
                     let (inside, on, outside) = (at(-1.0), at(0.0), at(1.0));
                     let (before, after) = ((on - inside).length(), (outside - on).length());
                     assert!(after < 0.02, "{map:?} jumps at {edge:?}: {on} to {outside}");
-                    // The steps inside and outside add up where the map is smooth at the edge.
+                    // The step inside and the step outside have similar directions, so that their
+                    // lengths nearly add up.
                     assert!(
                         (outside - inside).length() > 0.6 * (before + after),
                         "{map:?} turns back at {edge:?}: {inside}, {on}, {outside}"

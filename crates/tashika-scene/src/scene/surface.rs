@@ -1,4 +1,4 @@
-//! Points on surfaces, with the error of their position.
+//! Points on surfaces, with a bound on the error of their position.
 
 use glam::{DVec3, Vec2, Vec3, Vec3A};
 
@@ -9,23 +9,23 @@ use super::{AlphaMode, Back, Instance, InstanceId, Material, Part, Scene};
 use crate::color::Rgb;
 use crate::math::{Frame, GAMMA_7, offset_from_surface};
 
-/// Replacement of a shading normal that faces away from the viewer, as at the silhouettes of coarse
-/// meshes with smooth normals.
+/// Replacement of a shading normal that faces away from the viewer. Such normals occur at the
+/// silhouettes of coarse meshes with smooth normals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TurnedAway {
     /// The geometric normal, as if the surface were flat.
     #[default]
     Flat,
-    /// The opposite of the shading normal. Only light from before the surface *and* behind its
-    /// shading normal is reflected, so the surface is nearly black. Renderers that use the shading
-    /// normal alone, as Mitsuba 3 and pbrt-v4 do, show this.
+    /// The opposite of the shading normal. Only light that arrives in front of the surface *and*
+    /// behind its shading normal is reflected, so the surface is nearly black. Renderers that use
+    /// the shading normal alone, such as Mitsuba 3 and pbrt-v4, have this result.
     Opposite,
 }
 
 /// A point on a triangle of an instance.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
-    /// Position in the world (m), within `error`.
+    /// Position in the world (m), exact to within `error`.
     pub position: Vec3,
     /// Bound on the absolute error of each component of `position` (m).
     pub error: Vec3,
@@ -34,8 +34,8 @@ pub struct SurfacePoint {
     pub geometric_normal: Vec3,
     /// Unit shading normal, in the hemisphere of the geometric one.
     pub shading_normal: Vec3,
-    /// Unit tangent of brushed facets, for the first of their roughnesses, roughly in the surface;
-    /// `None` if the material has no such facets.
+    /// Unit tangent of brushed facets: the direction of the first of their two roughnesses, roughly
+    /// in the surface. `None` if the material has no brushed facets.
     pub tangent: Option<Vec3>,
     /// Texture coordinates; zero if the mesh has none.
     pub uv: Vec2,
@@ -90,23 +90,25 @@ impl SurfacePoint {
 /// Share of the shutter time that functions without a time argument use.
 const MIDDLE: f32 = 0.5;
 
-/// Distance from its triangle's edges to which a point is moved inwards, in lengths of its error.
+/// Smallest distance of a point from the edges of its triangle, in multiples of the length of the
+/// point's error. Points nearer to an edge are moved inwards.
 ///
-/// Another wall may meet the triangle at its edge, at an angle `φ`; it is `δ sin φ` from a point at
-/// the distance `δ` from the edge. A point that leaves its surface moves by at most twice its error
-/// `ε`, hence towards the wall by at most `2 ε cos φ`; the point itself is wrong by up to `ε`. So
-/// it stays on its side of walls that meet its own at angles of 40° and more.
+/// Suppose that a wall meets the triangle at an edge, at the angle `φ`. A point at the distance `δ`
+/// from the edge is then `δ sin φ` from the wall. The origin of a ray is moved off the surface by
+/// at most twice the error `ε`, hence towards the wall by at most `2 ε cos φ`. The point itself is
+/// off by up to `ε`. So the origin stays in front of the wall if `δ sin φ ≥ 2 ε cos φ + ε`: with
+/// `δ = 4 ε`, for angles of 40° and more.
 const INSET: f32 = 4.0;
 
-/// Returns the barycentric weights `b`, increased where they are so small that the point is nearer
-/// to an edge of the triangle than [`INSET`] times its error, or than a quarter of the least height
-/// if that is less.
+/// Returns the barycentric weights `b` of a point that is moved away from the edges of its
+/// triangle: each weight is at least [`INSET`] times the length of the error, divided by the least
+/// height of the triangle, but need not exceed a quarter.
 #[inline]
 fn inset(w: &[Vec3; 3], b: [f32; 3], error: Vec3) -> [f32; 3] {
-    // Double precision, as the fourth power of a length leaves the range of `f32`.
+    // In double precision, since the fourth power of a length can leave the range of `f32`.
     let e = [w[2] - w[1], w[0] - w[2], w[1] - w[0]].map(Vec3::as_dvec3);
     let longest = e[0].length_squared().max(e[1].length_squared()).max(e[2].length_squared()).sqrt();
-    // Relative to the least height.
+    // Distance from the edges, relative to the least height of the triangle.
     let share = (f64::from(INSET * error.length()) * longest / e[0].cross(e[1]).length()) as f32;
     let least = if share < 0.25 { share } else { 0.25 };
     if b[0] >= least && b[1] >= least && b[2] >= least {
@@ -119,7 +121,7 @@ fn inset(w: &[Vec3; 3], b: [f32; 3], error: Vec3) -> [f32; 3] {
 }
 
 /// Returns the unit normal on the side on which the corners run anticlockwise. Computed in double
-/// precision, as the fourth power of a length leaves the range of `f32`.
+/// precision, since the fourth power of a length can leave the range of `f32`.
 #[inline]
 fn unit_normal(v: &[Vec3; 3]) -> Vec3 {
     let [v0, v1, v2] = v.map(Vec3::as_dvec3);
@@ -151,8 +153,9 @@ impl Scene {
     /// close to an edge is moved inwards, so that its error cannot put it behind a wall at that
     /// edge.
     ///
-    /// The error bound is `γ₇ Σ |bᵢ wᵢ|` for the sum over world corners `wᵢ`, and
-    /// [`Instance::rounding`] for the corners themselves if the instance is transformed.
+    /// The error bound is `γ₇ Σ |bᵢ wᵢ|` for the sum over world corners `wᵢ`. If the transform of
+    /// the instance is not the identity, [`Instance::rounding`] is added for the corners
+    /// themselves.
     pub fn surface_point(&self, instance: InstanceId, triangle: u32, b: [f32; 3]) -> SurfacePoint {
         self.point_on(&self.instances[instance.index()], MIDDLE, instance, triangle, b)
     }
@@ -172,8 +175,8 @@ impl Scene {
         }
     }
 
-    /// Returns a point of an instance, `placed` as after a share of the time. The share matters
-    /// only for meshes that deform.
+    /// Returns a point of an instance. `placed` is the instance in its pose after a share of the
+    /// time; the share itself matters only for meshes that deform.
     fn point_on(
         &self,
         placed: &Instance,
@@ -194,7 +197,8 @@ impl Scene {
         let position = at(inset(&w, b, error));
         // Normals transform with the transposed inverse.
         let normal_to_world = |n: Vec3| Vec3::from(placed.to_object.matrix3.transpose() * Vec3A::from(n));
-        // Mirroring reverses the cross product of corners, but not a transformed normal.
+        // A mirroring transform reverses the cross product of transformed corners, but not a
+        // transformed normal.
         let mut n = if placed.baked {
             unit_normal(&w) * if placed.mirrored { -1.0 } else { 1.0 }
         } else {
@@ -284,15 +288,15 @@ impl Scene {
         }
     }
 
-    /// Returns true if light may pass the material along a straight segment, through holes or
-    /// glass.
+    /// Returns true if light may pass straight through the surface, by holes or glass.
     #[inline]
     pub fn may_be_transparent(&self, instance: InstanceId) -> bool {
         let material = self.mesh_of(instance).material;
         self.materials[material.index()].has_holes() || self.glassy[material.index()]
     }
 
-    /// Returns true if the surface emits in full although no ray hits it.
+    /// Returns true if the surface is invisible to rays but emits its full radiance
+    /// ([`AlphaMode::Unseen`]).
     #[inline]
     pub fn shines_unseen(&self, instance: InstanceId) -> bool {
         self.material_of(instance).alpha.is_some_and(|alpha| alpha.mode == AlphaMode::Unseen)
@@ -307,11 +311,11 @@ impl Scene {
         }
     }
 
-    /// Fraction of the light along a straight segment that a surface stops at a point, 0 to 1.
+    /// Fraction of the light along a straight segment that a surface blocks at a point, 0 to 1.
     ///
     /// * `direction`: direction of the segment in the world, of any length.
     /// * `solid_glass`: true if solid glass transmits straight the light that it would refract;
-    ///   false if it stops all light.
+    ///   false if it blocks all light.
     pub fn stopped(
         &self,
         instance: InstanceId,

@@ -17,7 +17,7 @@ pub enum Pixels {
     Srgb16(Vec<[u16; 4]>),
     /// Sixteen bits a channel, RGBA, linear.
     Linear16(Vec<[u16; 4]>),
-    /// Linear floating point, RGB: radiance, or numbers of any sign.
+    /// Floating point, RGB, linear: radiance, or numbers of any sign.
     Float(Vec<[f32; 3]>),
 }
 
@@ -50,15 +50,16 @@ pub struct Image {
     pub pixels: Pixels,
 }
 
-/// Meaning of the values of an image or a texture; it decides how values below zero count.
+/// Meaning of the values of an image or a texture; it determines the treatment of values below
+/// zero.
 ///
-/// The meaning belongs to the use, not to the image: one image may be a colour in one place and a
+/// The meaning depends on the use: the same image may be read as a colour in one place and as a
 /// height in another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Values {
     /// Reflectances and radiances: floating-point texels below zero count as 0.
     Colors,
-    /// Heights, normals, roughnesses: texels as they are stored.
+    /// Heights, normals, roughnesses: texels keep their stored values.
     Numbers,
 }
 
@@ -203,11 +204,12 @@ impl Image {
     }
 }
 
-/// Means of the bilinear interpolation over each texel, row by row: a texel mixes in an eighth of
-/// each neighbour.
+/// Means of the bilinear interpolation over the area of each texel, row by row. Along each axis,
+/// the weights are an eighth for each of the two neighbours and three quarters for the texel
+/// itself.
 ///
-/// They are above zero wherever the interpolation is. A density in proportion to them therefore
-/// covers all of it.
+/// The mean over a texel is above zero if the interpolation is above zero anywhere in the texel. A
+/// density in proportion to the means is therefore above zero wherever the interpolation is.
 pub(super) fn means_of_bilinear(texels: &[f64], width: usize, wrap: [Wrap; 2]) -> Vec<f64> {
     let height = texels.len() / width;
     // Indices of the texels before and after; `None` beyond the end of the image.
@@ -240,7 +242,7 @@ pub(super) fn means_of_bilinear(texels: &[f64], width: usize, wrap: [Wrap; 2]) -
 fn neighbours(u: f32, n: u32, wrap: Wrap) -> (Option<u32>, Option<u32>, f32) {
     let size = n as f32;
     let u = if u.is_finite() { u } else { 0.0 };
-    // Whole periods carry no information and would cost precision.
+    // Whole periods are removed, since they would cost precision.
     let u = match wrap {
         Wrap::Repeat => u - u.floor(),
         Wrap::Mirror => u - 2.0 * (u * 0.5).floor(),
@@ -294,8 +296,8 @@ mod tests {
         assert_eq!([at(0.375, Wrap::Black), at(1.0, Wrap::Black), at(1.2, Wrap::Black)], [50.0, 75.0, 0.0]);
     }
 
-    /// Texels of −3 and 1 are 0 and 1 as colours, −3 and 1 as numbers, and are interpolated as
-    /// such.
+    /// An image with texels −3 and 1. Read as colours the texels are 0 and 1, read as numbers −3
+    /// and 1. Lookups interpolate between these values.
     #[test]
     fn texels_below_zero_are_zero_as_colours_and_themselves_as_numbers() {
         let pixels = Pixels::Float(vec![[-3.0, 0.5, -3.0], [1.0, 0.5, 1.0]]);
@@ -321,7 +323,7 @@ mod tests {
         assert_eq!([at(0.01), at(0.24), at(0.26), at(0.99), at(1.26)], [0.0, 0.0, 50.0, 150.0, 50.0]);
     }
 
-    /// Compared with a fine sum over each texel, for every wrapping.
+    /// For every wrapping, the means agree with a fine sum of interpolated values over each texel.
     #[test]
     fn means_of_texels_are_those_of_the_interpolation() {
         let (w, h) = (3, 2);
@@ -346,8 +348,9 @@ mod tests {
         }
     }
 
-    /// `257 v / 65535` is `v / 255`, so both depths must decode to equal bits. The values in
-    /// between are checked separately.
+    /// The 16-bit value `257 v` stands for the same number as the 8-bit value `v`, since
+    /// `257 v / 65535 = v / 255`. Both must be decoded to equal bits. Some other 16-bit values are
+    /// checked as well.
     #[test]
     fn sixteen_bits_are_eight_bits_and_what_lies_between() {
         let image = |pixels| Image { name: "i".into(), width: 256, height: 1, pixels };
@@ -363,7 +366,7 @@ mod tests {
                 assert_eq!(wide.texel(x, 0), narrow.texel(x, 0), "{x}");
             }
         }
-        // The lowest part of the curve is v / 12.92; 32768 / 65535 is decoded by its power.
+        // At its lower end the sRGB curve is v / 12.92; 32768 / 65535 is decoded by its power law.
         let pixels = vec![[1, 32768, 65535, 1]];
         let one = |pixels| Image { name: "i".into(), width: 1, height: 1, pixels }.texel(0, 0);
         let (c, a) = one(Pixels::Srgb16(pixels.clone()));

@@ -1,8 +1,8 @@
 //! Textures: a graph of images and simple operations, evaluated at texture coordinates.
 //!
 //! A texture is a function of `(u, v)` with a linear colour and an opacity. `u` runs to the right,
-//! `v` runs **down** from an image's top row; loaders of formats with `v` up flip the coordinates
-//! once.
+//! and `v` runs **down** from an image's top row. Loaders of formats with `v` up flip the
+//! coordinates once.
 //!
 //! | node | value |
 //! |---|---|
@@ -14,9 +14,10 @@
 //! | [`Texture::Checkerboard`] | `a` if `⌊u'⌋ + ⌊v'⌋` is even, else `b`; `(u', v') = T (u, v, 1)` |
 //! | [`Texture::Power`] | `max(a, 0)ᵏ` |
 //!
-//! All nodes work channel by channel, opacity included. A texture used as a colour reads images as
-//! colours, and is at least 0. A texture used as a number reads images as they are stored
-//! ([`Values`]). The operands of a node are older than the node, so that the graph has no cycles.
+//! All nodes are evaluated channel by channel, opacity included. If a texture is used as a colour,
+//! images are read as colours, and the result is at least 0. If it is used as a number, images are
+//! read as they are stored ([`Values`]). The operands of a node are added before the node, so that
+//! the graph has no cycles.
 
 use glam::{Mat3, Vec2};
 
@@ -24,7 +25,7 @@ use super::{Image, ImageId, Sampling, TextureId, TileSet, TiledTexture, Values, 
 use crate::color::Rgb;
 use crate::math::elementary::powf;
 
-/// A map of texture coordinates: rotation and scale, then offset.
+/// An affine map of texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UvTransform(pub Mat3);
 
@@ -106,7 +107,7 @@ pub enum Channel {
     G,
     /// Blue.
     B,
-    /// Opacity; 1 for images without.
+    /// Opacity; 1 for images without opacity.
     A,
     /// Luminance of red, green and blue.
     Luminance,
@@ -229,8 +230,9 @@ mod tests {
         assert_eq!(root, Rgb::new(0.5, 0.5f32.sqrt(), 1.0));
     }
 
-    /// A map with texels −1 and 1 yields 4 and −2 by `1 − 3 t` as a number. As a colour it yields 1
-    /// and 0: the texel −1 counts as 0, and the result is at least 0.
+    /// An image with texels `t` of −1 and 1 is the amount of a mix that yields `1 − 3 t`. As a
+    /// number, the mix is 4 and −2. As a colour it is 1 and 0: the texel −1 counts as 0, and the
+    /// result −2 is raised to 0.
     #[test]
     fn colours_are_at_least_zero_and_numbers_have_a_sign() {
         let pixels = Pixels::Float(vec![[-1.0; 3], [1.0; 3]]);

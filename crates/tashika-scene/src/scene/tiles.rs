@@ -1,15 +1,15 @@
 //! Textures in tiles (UDIM): one image for each unit square of the texture coordinates.
 //!
-//! The square in column `⌊u⌋`, 0 to 9, and row `⌊1 − v⌋`, 0 to 899, counted **up** (the scene's `v`
-//! runs down), has the number
+//! Columns are `⌊u⌋`, 0 to 9. Rows are `⌊1 − v⌋`, 0 to 899; they are counted **up**, whereas the
+//! scene's `v` runs down. The square in a column and a row has the number
 //!
 //! ```text
 //! 1001 + ⌊u⌋ + 10 ⌊1 − v⌋
 //! ```
 //!
-//! Lookups stay within the image of their square: beyond its edge the outermost texels continue, so
-//! that tiles do not bleed into each other. Squares without an image have the value [`NO_TILE`]; if
-//! a mesh uses one of them, a missing file is noted.
+//! A lookup uses only the image of its square. Beyond the edge of the image the outermost texels
+//! continue, so that tiles do not bleed into each other. Squares without an image have the value
+//! [`NO_TILE`]; if a mesh uses such a square, a note reports a missing file.
 //!
 //! # Held to this by
 //! The tests below; `suite::udim`.
@@ -76,11 +76,11 @@ impl TileSet {
     }
 }
 
-/// Largest number of missing tiles of a set that notes name one by one; chosen.
+/// Largest number of missing tiles of a set for which each has its own note; chosen.
 const MAX_NAMED: usize = 100;
 
 impl SceneBuilder {
-    /// Adds images of tiles; they must have been added as images before.
+    /// Adds a set of tiles, whose images must have been added before.
     ///
     /// # Errors
     /// Numbers outside 1001 to 9999, not in order, or repeated; images that are not of this scene.
@@ -109,7 +109,8 @@ impl SceneBuilder {
                 let (tiles, missing) = (&self.scene.tile_sets[set.index()], &mut missing[set.index()]);
                 for triangle in &mesh.triangles {
                     let middle = triangle.iter().map(|&i| mesh.uvs[i as usize]).sum::<Vec2>() / 3.0;
-                    // Squares without a number belong to no file.
+                    // Squares beyond the numbered columns and rows have no file that could be
+                    // missing.
                     let reached = tile(transform.0.transform_point2(middle));
                     missing.extend(reached.map(|t| t.0).filter(|n| tiles.picture(*n).is_none()));
                 }
@@ -162,7 +163,7 @@ mod tests {
 
     #[test]
     fn squares_are_numbered_from_the_lower_left_in_rows_of_ten() {
-        // With v running up: the first row is between 0 and 1.
+        // `number` takes `v` upwards, for which the first row is between 0 and 1.
         let number = |u: f32, up: f32| tile(Vec2::new(u, 1.0 - up)).map(|t| t.0);
         assert_eq!([number(0.5, 0.5), number(0.0, 0.0)], [Some(1001); 2]);
         assert_eq!([number(9.9, 0.5), number(0.5, 1.5), number(3.25, 2.75)], [1010, 1011, 1024].map(Some));
@@ -178,7 +179,8 @@ mod tests {
 
     #[test]
     fn every_tile_shows_its_own_picture_up_to_the_edge() {
-        // Two texels an image: the left is 10 times the number of the image, the right one more.
+        // Each image has two texels. The left one is 10 times the number of the image, the right
+        // one is larger by 1.
         let image = |k: u8| Image {
             name: "i".into(),
             width: 2,

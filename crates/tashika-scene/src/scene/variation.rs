@@ -5,15 +5,15 @@
 //! ```
 //!
 //! with `D = 0` outside of its box. In media that vary, free flights are sampled by tentative
-//! collisions, which need an upper bound on the extinction along the ray, a *majorant* (Woodcock et
-//! al. 1965). With one bound for the whole box, empty space would be as expensive as the densest
-//! place. A [`Density`] therefore has the least and the largest value of each block of cells, and a
-//! ray passes from block to block ([`Density::walk`]).
+//! collisions. These need an upper bound on the extinction along the ray, a *majorant* (Woodcock et
+//! al. 1965). With one bound for the whole box, a ray through empty space would have as many
+//! tentative collisions as one through the densest part. A [`Density`] therefore stores bounds for
+//! each block of cells, and a ray is followed from block to block ([`Density::walk`]).
 //!
 //! # Guarantee
 //! [`Density::at`] is within the bounds of the [`Span`] that contains its argument, rounding
-//! included. The spans of a walk follow each other without gaps, to the end of the box or of the
-//! walk.
+//! included. The spans of a walk follow each other without gaps, up to the end of the box or the
+//! given distance.
 //!
 //! # Held to this by
 //! The tests below; the suite's `grid_media`.
@@ -22,12 +22,12 @@ use super::volume_grid::{VolumeEdges, VolumeGrid};
 use crate::color::Rgb;
 use crate::math::{DVec3, Ray};
 
-/// Fewest cells along an edge of a block.
+/// Smallest number of cells along an edge of a block.
 const MIN_SIDE: u32 = 4;
-/// Most blocks along an axis.
+/// Largest number of blocks along an axis.
 const MAX_BLOCKS: u32 = 64;
-/// Share by which bounds are wider than the values: a blend of eight values is rounded by at most 7
-/// ε, and products with coefficients by another.
+/// Share by which bounds are wider than the values in the block. The rounding of an interpolation
+/// of eight values is at most 7 ε, that of a product with a coefficient at most one more.
 const ROUNDING: f32 = 12.0 * f32::EPSILON;
 
 /// Variation of a medium from place to place.
@@ -43,15 +43,16 @@ pub enum Scattered {
     /// The share `σ_s / σ_t` of the medium's coefficients.
     #[default]
     Evenly,
-    /// This share of the extinction, from 0 to 1; outside of the box by the grid's [`VolumeEdges`].
+    /// The share of the extinction by this grid, from 0 to 1. Outside of its box, the share is
+    /// defined by its [`VolumeEdges`].
     Albedo(VolumeGrid),
-    /// This scattering coefficient (m⁻¹), which must nowhere exceed the extinction.
+    /// The scattering coefficient by this grid (m⁻¹), which must nowhere exceed the extinction.
     Coefficient(VolumeGrid),
 }
 
 impl Variation {
-    /// Creates a variation by a factor on the coefficients and the scattered share. The factor is
-    /// zero outside of its box; without a grid it is 1 everywhere.
+    /// Creates a variation from `density`, a factor on the coefficients, and the scattered share.
+    /// The factor is zero outside of its box; without a grid it is 1 everywhere.
     pub fn new(density: Option<VolumeGrid>, scattered: Scattered) -> Self {
         Self { density: density.map(Density::new), scattered }
     }
@@ -127,7 +128,8 @@ impl Density {
         self.most
     }
 
-    /// Transforms a ray to cells; distances along it stay those of the world.
+    /// Transforms a ray to the coordinates of cells. Distances along the ray are unchanged, in
+    /// lengths of its world direction.
     #[inline]
     pub fn ray(&self, ray: &Ray) -> CellRay {
         let to_cells = self.grid.to_cells();
@@ -143,7 +145,7 @@ impl Density {
         self.grid.at(place)
     }
 
-    /// Returns the parts of a ray in the box, up to a distance that may be infinite.
+    /// Returns the spans of a ray in the box, up to `distance`, which may be infinite.
     #[inline]
     pub fn walk(&self, ray: &CellRay, distance: f64) -> Walk<'_> {
         Walk::new(&self.blocks, self.grid.bounds(), ray, distance)
@@ -185,7 +187,8 @@ impl Blocks {
     }
 }
 
-/// Bounds on the interpolated values in a block: over its cells and those around it.
+/// Bounds on the interpolated values in a block: the extremes of its own cells and of the cells
+/// around it.
 fn bounds_of(grid: &VolumeGrid, block: [u32; 3], side: u32) -> [Rgb; 2] {
     let [nx, ny, nz] = grid.counts();
     let reach =
@@ -238,7 +241,7 @@ impl<'a> Walk<'a> {
         let scale = f64::from(blocks.side).recip();
         let (origin, direction) = (ray.origin * scale, ray.direction * scale);
         let start = origin + direction * from;
-        // Rounded positions may be just outside.
+        // By rounding, the start may be just outside of the blocks.
         let block = [0, 1, 2].map(|axis| (start[axis].max(0.0) as u32).min(blocks.counts[axis] - 1));
         Self { blocks, origin, direction, block, from, end }
     }
@@ -251,7 +254,7 @@ impl Iterator for Walk<'_> {
         if self.from >= self.end {
             return None;
         }
-        // Face by which the ray leaves the block.
+        // Finds the face through which the ray leaves the block.
         let (mut exit, mut by) = (f64::INFINITY, 0);
         for axis in 0..3 {
             let d = self.direction[axis];
@@ -287,7 +290,7 @@ mod tests {
 
     fn random(stream: &mut Stream, counts: [u32; 3], edges: VolumeEdges, samples: VolumeSamples) -> Density {
         let len = counts.iter().product::<u32>();
-        // Half of the cells are empty, so that bounds differ from block to block.
+        // Half of the values are zero, so that bounds differ from block to block.
         let mut value = || (stream.uniform() - 0.5).max(0.0) * 4.0;
         let values = (0..len).map(|_| Rgb::new(value(), value(), 1.0)).collect();
         let to_world = Affine3A::from_scale_rotation_translation(
@@ -299,8 +302,9 @@ mod tests {
         Density::new(grid(VolumeData { counts, values, to_world: to_world.as_daffine3(), samples, edges }))
     }
 
-    /// For rays between random points, spans follow each other from the beginning of the box to its
-    /// end, and bound the values on them closely.
+    /// Rays between random points. The spans of a ray follow each other from the point at which it
+    /// enters the box to the one at which it leaves. The values along a span are within its bounds,
+    /// and often near the upper one.
     #[test]
     fn spans_cover_the_box_and_bound_what_is_in_them() {
         let mut stream = Stream::new(3, Purpose::Test, 0);
@@ -332,7 +336,7 @@ mod tests {
                         for Span { from, to, least, most } in density.walk(&ray, end) {
                             assert!(from >= 0.0 && to >= from && to <= end);
                             assert!(reached.is_none_or(|reached| reached == from), "a gap");
-                            // Before the first span, the ray is outside of the box.
+                            // Just before the first span, the ray is outside of the box.
                             assert!(reached.is_some() || from == 0.0 || !is_in(ray.at(from - 0.01)));
                             reached = Some(to);
                             spans += 1;
@@ -357,7 +361,8 @@ mod tests {
                 }
             }
         }
-        // Blocks hold 64 cells and more, of which a ray meets few.
+        // A block has at least 64 cells, of which a ray meets few: for a quarter of the spans, at
+        // least, the largest value on the ray must be near the bound.
         assert!(close * 4 > spans && spans > 5000, "{close} of {spans} are close");
     }
 
@@ -373,7 +378,8 @@ mod tests {
             [(1.0, 1.25, 0.0, 0.0), (1.25, 1.5, 0.0, 2.0), (1.5, 1.75, 2.0, 2.0), (1.75, 2.0, 2.0, 2.0)]
         );
         assert_eq!(density.most().r.round(), 2.0);
-        // Rays beside the box, away from it, and ending before it.
+        // A ray that passes beside the box, one that points away from it, and one that ends before
+        // it have no spans.
         for (from, to, end) in [
             (Vec3::Y * 2.0, Vec3::X, f64::INFINITY),
             (Vec3::X * 2.0, Vec3::X, 9.0),

@@ -1,8 +1,8 @@
-//! Numbers or colours on a lattice in a box, by which media vary.
+//! Numbers or colours on a lattice in a box, for media that vary from place to place.
 //!
-//! The box is the unit cube, placed by an affine map. It has `n` cells along each of its axes, and
-//! a sample in the middle of each ([`VolumeSamples::Centers`]); between samples values are
-//! trilinear. Places are counted in cells,
+//! An affine map places the unit cube in the world; its image is the box. Along each axis, the box
+//! has `n` cells, with a sample in the middle of each ([`VolumeSamples::Centers`]). Between
+//! samples, values are interpolated trilinearly. The coordinates of a place are counted in cells,
 //!
 //! ```text
 //! cell(x) = n · to_world⁻¹(x)          sample k is at k + ½          k = 0 … n − 1
@@ -12,7 +12,8 @@
 //! samples are defined by [`VolumeEdges`].
 //!
 //! # Guarantee
-//! Values are finite and at least 0; there is one for each sample. The map can be inverted.
+//! There is one value for each sample; all are finite and at least 0. The affine map can be
+//! inverted.
 //!
 //! # Held to this by
 //! The tests below.
@@ -62,8 +63,8 @@ pub enum VolumeSamples {
     /// In the middle of `n` cells.
     #[default]
     Centers,
-    /// At the corners of `n − 1` cells, so that the outermost samples lie on the faces of the box;
-    /// in the middle along axes that have only one.
+    /// At the corners of `n − 1` cells, so that the outermost samples lie on the faces of the box.
+    /// Along an axis with only one sample, the sample is in the middle.
     Corners,
 }
 
@@ -195,7 +196,7 @@ impl VolumeGrid {
         self.to_cells.translation = self.to_cells.transform_point3(origin);
     }
 
-    /// The value at a place in cells, which may be outside of the box.
+    /// Value at a place (in cells), which may be outside of the box.
     #[inline]
     pub fn at(&self, place: DVec3) -> Rgb {
         let corners = [0, 1, 2].map(|axis| self.neighbours(axis, place[axis]));
@@ -205,7 +206,7 @@ impl VolumeGrid {
         }
     }
 
-    /// The samples on either side along an axis, with their weights.
+    /// Indices of the two samples next to a place along an axis, with their weights.
     #[inline]
     fn neighbours(&self, axis: usize, place: f64) -> [(usize, f32); 2] {
         let below = (place - 0.5).floor();
@@ -261,8 +262,8 @@ pub(super) mod tests {
         grid.at(grid.to_cells().transform_point3(place.as_dvec3())).g
     }
 
-    /// A function that is linear in each coordinate is reproduced between samples for every
-    /// placement of the box.
+    /// A grid with the samples of a function that is linear in each coordinate. Between samples,
+    /// the grid reproduces the function, for every placement of the box.
     #[test]
     fn values_are_trilinear_between_the_samples_of_the_box() {
         let slope = |x: f32, y: f32, z: f32| 1.0 + 2.0 * x + 3.0 * y + 5.0 * z + x * y * z;
@@ -280,7 +281,7 @@ pub(super) mod tests {
                 };
                 let at = move |c: [u32; 3]| slope(unit(c[0], 4), unit(c[1], 3), unit(c[2], 5));
                 let grid = grid(VolumeData { to_world, samples, ..data(counts, at) });
-                // Places between samples of both kinds.
+                // These places are between samples for both kinds of sample positions.
                 for place in [[0.3, 0.4, 0.5], [0.2, 0.7, 0.15], [0.8, 0.5, 0.88]].map(Vec3::from) {
                     let found = value(&grid, to_world.transform_point3(place.as_dvec3()).as_vec3());
                     let expected = slope(place.x, place.y, place.z);

@@ -1,11 +1,11 @@
-//! Intervals and certificates on strata of known truth, many times over; and planted mistakes that
-//! these tests have to detect.
+//! Intervals and certificates for strata whose mean is known, in many runs; and deliberate mistakes
+//! that these tests must detect.
 
 use super::*;
 use crate::rng::{Purpose, Stream};
 
-/// Strata of skewed values: the largest value with some probability, else zero, like light that is
-/// mostly in shadow.
+/// Stratum of skewed values, like light that is mostly in shadow: a value is `upper` with
+/// probability `share`, else zero.
 #[derive(Clone, Copy, Debug)]
 struct Skewed {
     upper: f64,
@@ -23,8 +23,8 @@ impl Skewed {
         self.upper * self.upper * self.share * (1.0 - self.share) / f64::from(self.samples)
     }
 
-    /// Draws values and returns their mean and the summary of the stratum, its bound multiplied by
-    /// `told`.
+    /// Draws values and returns their mean and the summary of the stratum. The stated bound is the
+    /// true one times `told`.
     fn draw(&self, told: f64, s: &mut Stream) -> (f64, Stratum) {
         let lit = (0..self.samples).filter(|_| s.uniform_f64() < self.share).count() as f64;
         let n = f64::from(self.samples);
@@ -65,7 +65,7 @@ fn share(strata: &[Skewed], told: f64, runs: u32, fails: impl Fn(f64, &Spread) -
     failed.count() as f64 / f64::from(runs)
 }
 
-/// Share of `runs` in which the interval misses.
+/// Share of `runs` in which the interval does not contain the true sum.
 fn missed(strata: &[Skewed], runs: u32, half_width: impl Fn(&Spread) -> f64) -> f64 {
     let truth: f64 = strata.iter().map(Skewed::mean).sum();
     share(strata, 1.0, runs, |mean, spread| (mean - truth).abs() > half_width(spread))
@@ -95,8 +95,8 @@ fn certificates_hold() {
     }
 }
 
-/// Strata that are so rarely lit that their variance is `units` times `m ln(1/δ)`; in this unit `U`
-/// is 1 if all samples are zero.
+/// Strata whose share of lit values is chosen so that the variance is `units` times `m ln(1/δ)`. If
+/// all samples are zero, the bound `U` is 1 in this unit.
 fn hardly_lit(units: f64, delta: f64) -> Vec<Skewed> {
     let count = 400;
     // V = count · share (1 − share)/2, m = 1/4.
@@ -112,9 +112,9 @@ fn variance_missed(units: f64, delta: f64, told: f64) -> f64 {
     share(&strata, told, 30_000, |_, spread| spread.upper_variance(delta) < truth)
 }
 
-/// The bound of the variance is tight where it matters: it fails nearly as often as it may, so that
-/// bounds of samples that are 10 % too small are detected. 30,000 runs have a standard error of
-/// 0.0013 around 0.05.
+/// For some strata the bound of the variance fails nearly as often as it may. Therefore stated
+/// bounds of samples that are 10 % too small make it fail too often, and are detected. 30,000 runs
+/// have a standard error of 0.0013 around 0.05.
 #[test]
 fn the_bound_of_the_variance_holds_and_just_so() {
     let delta = 0.05;
@@ -127,8 +127,8 @@ fn the_bound_of_the_variance_holds_and_just_so() {
     assert!(planted > 1.3 * delta, "bounds that are 10 % too small go unnoticed: {planted}");
 }
 
-/// Probability that any of `looks` analyses fails, each on new samples and with the probability
-/// `delta`.
+/// Probability that at least one of `looks` analyses fails. Each uses new samples, and its bound
+/// allows a failure with probability `delta`.
 fn any_look_fails(looks: u32, delta: f64) -> f64 {
     1.0 - (1.0 - variance_missed(1.02 / ln_f64(1.0 / 0.05) * ln_f64(1.0 / delta), delta, 1.0))
         .powi(looks as i32)
@@ -155,8 +155,8 @@ fn variances_are_bounded_by_more_than_they_are_estimated_at() {
     }
 }
 
-/// Certificates without the bound of unseen values would miss where light is rare, as the plain
-/// interval of Student does.
+/// Light that is rarely sampled: the plain interval of Student misses the true sum in over 30 % of
+/// the runs. The certificate, which allows for values that no sample has met, does not.
 #[test]
 fn rare_light_is_what_intervals_miss() {
     let rare = same(1.0, 0.01, 2, 30);
@@ -165,16 +165,16 @@ fn rare_light_is_what_intervals_miss() {
     assert_eq!(missed(&rare, 4000, |spread| spread.certified(0.05)), 0.0);
 }
 
-/// Nine times of ten no sample of the large stratum is lit: only the term for rare and bright
-/// values keeps the interval honest.
+/// In nine of ten runs no sample of the large stratum is lit. The interval still misses in at most
+/// 5 % of the runs, owing to its term for rare, large values.
 #[test]
 fn calibrated_intervals_know_of_what_is_rare_and_bright() {
     let missed = missed(&one_rarely_lit(), 20_000, |spread| spread.calibrated(0.95));
     assert!(missed <= 0.05, "{missed}");
 }
 
-/// Hundreds of strata, each with a small chance of some light that no sample has met: the term for
-/// the largest of them ignores their sum.
+/// Hundreds of strata, each with a small chance of light that no sample has met. The term for the
+/// largest stratum does not grow with their number, so the interval needs the expected variance.
 #[test]
 fn calibrated_intervals_know_of_many_strata_in_shadow() {
     let visibility: f64 = 0.02;
@@ -186,7 +186,7 @@ fn calibrated_intervals_know_of_many_strata_in_shadow() {
         importance_variance: visibility * (1.0 - visibility),
     };
     let width = |count: usize| Spread::of(vec![dark; count]).calibrated(0.95);
-    // Widths grow with the root of the number of strata, once there are many.
+    // For many strata, the width grows with the square root of their number.
     assert!(width(40_000) > 1.8 * width(10_000) && width(10_000) > 2.0 * width(1));
 }
 
@@ -214,15 +214,16 @@ fn certificates_are_tight_where_strata_are_many() {
 fn many_strata_of_one_kind_have_the_calibrated_coverage() {
     for confidence in [0.5, 0.8, 0.95] {
         let missed = missed(&same(1.0, 0.5, 2, 300), 20_000, |spread| spread.calibrated(confidence));
-        // The term for rare values only widens the interval; the limit adds five standard errors.
+        // The interval may only be too wide, by the term for rare values. The limit adds five
+        // standard errors.
         let allowed = 1.0 - confidence + 5.0 * (confidence * (1.0 - confidence) / 20_000.0_f64).sqrt();
         assert!(missed <= allowed && missed > 0.5 * (1.0 - confidence), "{confidence}: {missed}");
     }
 }
 
-/// A row of terms, of which a tenth is lit, in runs. The row is halved 40 times as a cut is, with
-/// two samples in each part. Parts are split by their size, or by the variance of their own
-/// samples.
+/// A row of terms, a tenth of them lit, in runs of neighbours. 40 times, one part of the row is
+/// halved, as in the refinement of a cut; each part has two samples. The part to be halved is
+/// chosen by its size, or by the variance of its own samples.
 fn halved(s: &mut Stream, by_own_samples: bool) -> (f64, Spread) {
     const TERMS: usize = 4096;
     let lit = |term: usize| if (term / 37) % 10 == 3 { 1.0 } else { 0.0 };
@@ -273,8 +274,9 @@ fn halved(s: &mut Stream, by_own_samples: bool) -> (f64, Spread) {
     (told.iter().map(|(mean, _)| mean).sum::<f64>() / truth, Spread::of(told.iter().map(|(_, of)| *of)))
 }
 
-/// A mistake that inherited samples invite: parts whose samples differ are split until their
-/// variance vanishes, and parts whose samples are alike are never split.
+/// A mistake that is easily made if parts inherit samples: if splits are chosen by the samples that
+/// also give the estimate, parts whose samples differ are split until the variance vanishes, and
+/// parts whose samples are alike are never split. The test detects it.
 #[test]
 fn refining_by_ones_own_samples_is_noticed() {
     let runs = 4000;

@@ -97,7 +97,7 @@ fn assert_shows(shown: &dyn Shown, film: &Film) {
     assert!(matches!(shown.pixel(window.x, window.y + window.height), Err(Refusal::Outside(_))));
 }
 
-/// A window whose sides are no multiples of those of tiles and blocks.
+/// A window whose sides are not multiples of the sides of tiles and blocks.
 const WINDOW: Window = Window { x: 3, y: 5, width: 601, height: 333 };
 
 #[test]

@@ -1,8 +1,8 @@
 //! Stopping rule of path-traced truths, and the choice of pixels precise enough to judge by.
 //!
-//! A path-traced truth has errors of its own. With a standard error of `e` and a tolerance of `τ`,
-//! the judgement of an estimate is right unless the estimate is within about `2 e` of the border.
-//! Pixels with `e > τ/4` are omitted, whatever their estimates.
+//! A path-traced truth has errors too. With a standard error `e` of the truth and a tolerance `τ`,
+//! an estimate may be judged wrongly only if its distance from the truth is within about `2 e` of
+//! `τ`. Pixels with `e > τ/4` are omitted, whatever their estimates.
 //!
 //! Held to this by `experiment::tests`.
 
@@ -17,8 +17,8 @@ const ONE_SIGMA: f64 = 0.682_689_492;
 /// Fewest paths of a converged truth: fewer may not have met rare light.
 const FIRST_PATHS: u32 = 4096;
 
-/// Returns the rule by which a pixel's truth is precise enough to judge a promise: a standard error
-/// of a quarter of the tolerance, with at most `most` paths.
+/// Returns the stopping rule of a truth that is precise enough to judge a promise: path tracing
+/// stops at a standard error of a quarter of the tolerance, or after `most` paths.
 pub fn until_converged(promise: &ControlOptions, most: u32) -> PathStop {
     let options = ControlOptions {
         error: promise.error * SHARE,
@@ -29,8 +29,8 @@ pub fn until_converged(promise: &ControlOptions, most: u32) -> PathStop {
     PathStop::Until { options, first: FIRST_PATHS.min(most), most }
 }
 
-/// Returns the film without the pixels whose standard error is above a quarter of the tolerance:
-/// they count as not rendered.
+/// Returns the film with all pixels marked as not rendered whose standard error is above a quarter
+/// of the tolerance.
 ///
 /// # Panics
 /// If it is not a film of [`render`](crate::render) in luminance.

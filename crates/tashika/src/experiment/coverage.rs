@@ -1,7 +1,9 @@
-//! Shares of chosen pixels within the tolerance of a method, and of intervals that hold.
+//! Measurement of a method on chosen pixels: the share of pixels within the tolerance, and the
+//! share of intervals that cover the truth.
 //!
-//! For each seed `s = 1, …, n` the method renders all pixels with seed `s`; gather points and VPLs,
-//! and with them the truth, stay the same. The results are pooled over pixels and seeds ([`Pool`]).
+//! For each seed `s = 1, …, n` the method renders all pixels with seed `s`. Gather points and VPLs
+//! stay the same, and therefore the truth does too. The results are pooled over pixels and seeds
+//! ([`Pool`]).
 //!
 //! # Guarantee
 //! The same numbers for any number of threads.
@@ -27,7 +29,7 @@ pub struct Ground<'a> {
     pub pixels: &'a Pixels,
     /// Film of the exact sums of the pixels.
     pub reference: &'a Film,
-    /// Groups of the pixels that have pools of their own.
+    /// Groups of pixels whose results are also pooled separately.
     pub groups: &'a [Group],
 }
 
@@ -45,8 +47,8 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// One cell for each method, error and confidence; methods that state no interval take no
-    /// confidence.
+    /// One cell for each method, error and confidence. A method that states no interval has one
+    /// cell for each error.
     pub fn grid(methods: &[SumMethod], errors: &[f64], confidences: &[f64], common: &Self) -> Vec<Self> {
         let mut cells = Vec::new();
         for &method in methods {
@@ -90,8 +92,8 @@ pub struct Watch<'a> {
 }
 
 impl Ground<'_> {
-    /// Runs all seeds of a cell. Returns the pool of all pixels, then that of each group; and the
-    /// seconds that rendering took. `None` if cancelled.
+    /// Runs all seeds of a cell. Returns the pool of all pixels followed by the pool of each group,
+    /// and the seconds that rendering took. `None` if cancelled.
     ///
     /// # Errors
     /// As [`Pixels::render`] and [`Pool::add`].

@@ -1,4 +1,4 @@
-//! Pixels in groups, so that none hides behind the average of all.
+//! Pixels in groups, so that the average of all pixels cannot hide a group with bad results.
 //!
 //! | by | groups |
 //! |---|---|
@@ -44,7 +44,7 @@ pub struct Group {
     pub name: &'static str,
     /// Number of pixels in the group.
     pub pixels: u64,
-    /// Film of their exact sums; other pixels count as not rendered.
+    /// Film of the exact sums of these pixels; all other pixels are marked as not rendered.
     pub reference: Film,
 }
 
@@ -79,7 +79,7 @@ const BRIGHTNESS: &[&str] =
     &["black", "darkest quarter", "darker quarter", "brighter quarter", "brightest quarter"];
 const MATERIAL: &[&str] = &["nothing", "diffuse", "glossy", "diffuse and glossy"];
 
-/// The reference with these pixels only.
+/// Returns the reference with all other pixels marked as not rendered.
 fn only(reference: &Film, members: &[[u32; 2]]) -> Film {
     let mut film = reference.clone();
     let all: Vec<(u32, u32)> = film.window().pixels().collect();
@@ -105,7 +105,7 @@ fn by_brightness(reference: &Film, held: &[[u32; 2]]) -> Vec<usize> {
     sorted.sort_unstable_by(f32::total_cmp);
     let class = |l: f32| {
         if l > 0.0 {
-            // Equal luminances are in one group.
+            // Pixels of equal luminance get into the same group.
             1 + sorted.partition_point(|other| *other < l) * 4 / sorted.len()
         } else {
             0

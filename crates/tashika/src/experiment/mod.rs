@@ -1,23 +1,24 @@
 //! Experiments: methods compared with the exact sum of chosen pixels.
 //!
-//! The truth of every experiment is `L = B + Σ_j Σ_i w_j M_ji G_ji V_ji I_i` of one pixel: one
-//! given set of VPLs and one given set of gather points. It does not depend on a method's seed. So
-//! it is computed once ([`Pixels::render`] with the exact integrator), and any number of methods
-//! are compared with it.
+//! The truth of every experiment is `L = B + Σ_j Σ_i w_j M_ji G_ji V_ji I_i`, the exact sum of a
+//! pixel over one given set of VPLs and one given set of gather points. This sum does not depend on
+//! a method's seed. It is therefore computed once ([`Pixels::render`] with the exact integrator),
+//! and any number of methods are compared with it.
 //!
-//! * [`Pixels`]: all of a window, or some of it at random.
+//! * [`Pixels`]: all pixels of a window, or some at random.
 //! * [`Ground`]: setting, lights, pixels and their truth; it runs a [`Cell`], one method with one
 //!   setting and several seeds.
-//! * [`Group`]: pixels with a common property, judged by themselves.
-//! * [`converged()`]: the pixels of a path-traced truth that are precise enough to judge by, where
-//!   the truth is light transport.
-//! * [`OtherSet`]: differences between a picture and one by another set of VPLs.
+//! * [`Group`]: pixels with a common property, judged separately.
+//! * [`converged()`]: if the truth is light transport, the pixels whose path-traced truth is
+//!   precise enough to judge by.
+//! * [`OtherSet`]: differences between a picture and the same picture rendered with another set of
+//!   VPLs.
 //! * [`Pool`]: results of all seeds and pixels together.
-//! * [`Row`]: the stored form of a pool, and [`Table`] the shown one.
+//! * [`Row`]: the form in which a pool is stored, and [`Table`] the form in which it is shown.
 //! * [`Search`]: the setting at which a method just reaches a goal.
 //!
-//! Seconds come from a clock of the caller, since the library reads none; no other number depends
-//! on that clock.
+//! The library reads no clock: seconds come from a clock that the caller provides. No other number
+//! depends on it.
 //!
 //! # Held to this by
 //! `experiment::tests`.

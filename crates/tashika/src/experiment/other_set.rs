@@ -1,5 +1,5 @@
-//! Effect of the choice of one set of VPLs: differences to pixels by another set, traced with
-//! another seed.
+//! Effect of the choice of one set of VPLs: some pixels are rendered again with another set, traced
+//! with another seed, and compared.
 
 use std::sync::atomic::AtomicBool;
 
@@ -16,7 +16,7 @@ use crate::vpl::{VplOptions, VplSet};
 
 /// Pixels that are rendered with the other set.
 const PIXELS: u64 = 64;
-/// Offset of the seed of these pixels.
+/// Offset added to the seed for drawing these pixels.
 const SEED: u64 = 0x07e5;
 
 /// Differences of random pixels between two sets.
@@ -31,8 +31,8 @@ pub struct OtherSet {
 }
 
 impl OtherSet {
-    /// Renders random pixels of a finished film with as many VPLs by another seed; `None` if
-    /// cancelled.
+    /// Renders random pixels of a finished film with a set of equally many VPLs, traced with
+    /// another seed; `None` if cancelled.
     ///
     /// * `method`, `options`: the film's; `lights`: options by which its VPLs were traced.
     ///

@@ -6,8 +6,8 @@ use crate::report::{Images, Measured, Page, Plot, Shown, count, percent_of_error
 /// Returns the page of an experiment.
 ///
 /// * `above`, `below`: sentences about the rows.
-/// * `images`: one for each method, with its reference, all of the same window; none where only
-///   some pixels were rendered.
+/// * `images`: one for each method, with its reference, all of the same window. Empty if only some
+///   pixels of the window were rendered.
 pub fn page<'a>(
     title: &str,
     above: Vec<String>,

@@ -7,15 +7,16 @@
 //! within = #(e ≤ ε) / #trials          kept = #(claims whose interval holds L_r) / #claims
 //! ```
 //!
-//! with the Clopper–Pearson interval of each share; quantiles of `e` are of the nearest rank.
-//! [`report::compare`](crate::report::compare()) makes the errors and judges the claims. A trial
+//! Each share has its Clopper–Pearson interval. Quantiles of `e` use the nearest rank.
+//! [`report::compare`](crate::report::compare()) computes the errors and judges the claims. A trial
 //! whose estimate is not finite has an infinite error.
 //!
 //! # Assumption
-//! The interval takes trials for independent. With one seed it is about the image from which the
-//! pixels were drawn. With more seeds it is about *these pixels*: their trials are independent, and
-//! different difficulties only make the interval too wide. The other pixels of the image may differ
-//! from these by about as much as the interval of a pool of one seed shows.
+//! The interval assumes that trials are independent. With one seed, the trials are pixels drawn at
+//! random, and the interval applies to the whole image. With more seeds, it applies to *these
+//! pixels* only: their trials are independent, and pixels of different difficulty only make the
+//! interval too wide. The interval of a pool with one seed shows how far the drawn pixels may
+//! differ from the rest of the image.
 //!
 //! # Held to this by
 //! `experiment::tests`.
@@ -75,7 +76,7 @@ impl Pool {
         }
     }
 
-    /// Adds the pixels that both films have. Returns their comparison.
+    /// Adds the pixels that are rendered in both films. Returns the comparison of the films.
     ///
     /// # Errors
     /// As [`compare`](crate::report::compare()).
@@ -118,12 +119,13 @@ impl Pool {
         Share { count, of: self.trials() }
     }
 
-    /// Trials within the tolerance, of those that claim something within their budget.
+    /// Number of trials within the tolerance, among the trials that claim something within their
+    /// budget.
     pub fn claiming_within(&self) -> Share {
         self.claiming
     }
 
-    /// Claims whose interval holds the reference, of the claims made.
+    /// Number of claims whose interval covers the reference, among all claims.
     pub fn claims(&self) -> Share {
         self.claims
     }

@@ -15,7 +15,7 @@ pub struct Subject {
     pub gather: u32,
     /// Number of pixels compared with their exact sums.
     pub pixels: u64,
-    /// Common property of the pixels, if they are not all.
+    /// Common property of the pixels, if they are a group.
     pub group: Option<&'static str>,
 }
 
@@ -27,7 +27,7 @@ pub struct Row {
     pub method: &'static str,
     /// Name of the scene that was rendered.
     pub scene: String,
-    /// Common property of the pixels, if they are not all.
+    /// Common property of the pixels, if they are a group.
     pub group: Option<&'static str>,
     /// Number of VPLs in the sum.
     pub vpls: u64,
@@ -47,9 +47,9 @@ pub struct Row {
     pub seeds: u64,
     /// Share of the trials within the tolerance.
     pub within_tolerance: f64,
-    /// Lower end of its Clopper–Pearson interval at 95 %.
+    /// Lower end of the Clopper–Pearson interval of `within_tolerance`, at 95 %.
     pub low: f64,
-    /// Upper end of that interval.
+    /// Upper end of the interval of `within_tolerance`.
     pub high: f64,
     /// Mean of the finite errors.
     pub mean: f64,
@@ -63,9 +63,9 @@ pub struct Row {
     pub claims: u64,
     /// Share of the claims whose interval covers the exact sum; `None` without claims.
     pub claims_kept: Option<f64>,
-    /// Lower end of its Clopper–Pearson interval at 95 %.
+    /// Lower end of the Clopper–Pearson interval of `claims_kept`, at 95 %.
     pub claims_low: Option<f64>,
-    /// Upper end of that interval.
+    /// Upper end of the interval of `claims_kept`.
     pub claims_high: Option<f64>,
     /// Number of trials that ran out of budget.
     pub budget_hit: u64,

@@ -1,21 +1,21 @@
 //! Search for the largest setting with which a method reaches a goal.
 //!
 //! The goal is a share of the pixels within the tolerance. The setting is the error `ε` that the
-//! method receives. The search begins with the tolerance itself, doubles `ε` while that succeeds or
-//! halves it until it does, and then bisects:
+//! method receives. The search begins with the tolerance itself. While the goal is reached it
+//! doubles `ε`; otherwise it halves `ε` until the goal is reached. Then it bisects:
 //!
 //! ```text
 //! ε = √(ε_reached · ε_missed)          until ε_missed ≤ 1.1 ε_reached
 //! ```
 //!
 //! # Assumption
-//! A smaller `ε` does better. Where that holds only approximately, the result is *a* setting that
-//! succeeded, close to a larger one that failed.
+//! A smaller `ε` never lowers the share of the pixels within the tolerance. If this holds only
+//! approximately, the result is *a* setting that succeeded, close to a larger one that failed.
 //!
 //! # Held to this by
 //! `experiment::tests`.
 
-/// A search that receives the outcome of each trial.
+/// State of a search. The caller runs each trial and reports its outcome.
 #[derive(Clone, Debug)]
 pub struct Search {
     start: f64,
@@ -23,7 +23,8 @@ pub struct Search {
     missed: Option<f64>,
 }
 
-/// Ratio of missed to reached at which the search ends: three bisections of a factor of two.
+/// Ratio of missed to reached setting at which the search ends. It takes three bisections from a
+/// ratio of two.
 const CLOSE: f64 = 1.1;
 /// Halvings after which the search gives up.
 const MOST_HALVINGS: i32 = 10;

@@ -1,15 +1,15 @@
 //! Choice of the pixels of an experiment.
 //!
-//! `n` of the `N` pixels of a window, every subset of that size equally probable. Pixels are
-//! visited row by row, and each is taken with the probability that the rest of the quota requires
-//! (selection sampling):
+//! Draws `n` of the `N` pixels of a window; every subset of `n` pixels is equally probable. Pixels
+//! are visited row by row. Each is taken with the probability `(pixels still to take)/(pixels still
+//! to visit)` (selection sampling):
 //!
 //! ```text
 //! P(pixel t is taken) = (n − taken)/(N − t)        t = 0, 1, …, N − 1
 //! ```
 //!
 //! # Guarantee
-//! Exactly `n` different pixels, in row order; a function of count, window and seed.
+//! Exactly `n` different pixels, in row order. They are a function of count, window and seed.
 //!
 //! # Held to this by
 //! `experiment::tests`.

@@ -1,4 +1,5 @@
-//! Rows as a table, for people: Markdown that is aligned as plain text, or a sheet for a page.
+//! Rows as a table for people: as Markdown, aligned so that it reads as plain text, or as a sheet
+//! for a page.
 
 use std::fmt::Write;
 
@@ -122,7 +123,7 @@ impl Table {
         Self { lines: std::iter::once(head).chain(cells).collect() }
     }
 
-    /// Table as Markdown: the first column to the left, numbers to the right.
+    /// Table as Markdown: the first column is aligned left, all others right.
     pub fn markdown(&self) -> String {
         let columns = self.lines[0].len();
         let width = |column: usize| {

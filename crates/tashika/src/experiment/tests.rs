@@ -1,4 +1,5 @@
-//! Subsets by counting, pools against numbers made by hand, runs against single renders.
+//! Tests of subsets by counting, of pools by numbers computed by hand, and of runs by comparison
+//! with single renders.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -72,7 +73,7 @@ const SPECS: &[PlaneSpec] = &[
     plane("rays", &["n"], SampleKind::F32),
 ];
 
-/// One pixel: gray, half-width, claim, stop, pairs, rays.
+/// One pixel: gray value, half-width, claim, stop, pairs, rays.
 type Made = (f32, f32, u32, u32, f32, f32);
 
 fn film(pixels: &[Made]) -> Film {
@@ -129,7 +130,7 @@ fn trials_of_all_seeds_are_pooled() {
     let subject = Subject { scene: "made".to_owned(), vpls: 1234, gather: 4, pixels: 4, group: None };
     let row = Row::new(&subject, (&cell).into(), &pool, 1.5);
     assert_eq!((row.within_tolerance, row.claims_kept, row.claims), (3.0 / 7.0, Some(4.0 / 6.0), 6));
-    // Ends by an independent program, to four digits.
+    // Ends of the intervals as computed by an independent program, to four digits.
     let ends = [row.low, row.high, row.claims_low.unwrap(), row.claims_high.unwrap()];
     let expected = [0.0990, 0.8159, 0.2228, 0.9567];
     assert!(ends.iter().zip(expected).all(|(end, e)| (end - e).abs() < 5e-5), "{ends:?}");
@@ -162,8 +163,8 @@ fn methods_without_intervals_have_no_confidence() {
     }
 }
 
-/// The tiny scene, with few lights and a loose tolerance, so that single methods are quick and miss
-/// the tolerance now and then.
+/// Calls `work` with the tiny scene. There are few lights and the tolerance is loose, so that
+/// methods are quick and some trials miss the tolerance.
 fn on_ground<T>(pixels: &Pixels, work: impl FnOnce(&Ground<'_>) -> T) -> T {
     let tracer = Tracer::new(Arc::new(builtin::tiny()));
     let lights = VplOptions { count: 300, ..VplOptions::default() };
@@ -241,8 +242,8 @@ fn the_exact_method_is_always_within() {
     });
 }
 
-/// Share of the trials within, of all pixels and of each group, for pixels of a box surrounded by
-/// sky.
+/// The pixels show a box surrounded by sky. Each is in one group, and the trials within the
+/// tolerance in all groups add up to those of all pixels.
 #[test]
 fn groups_hold_every_pixel_once_and_are_judged_by_themselves() {
     let all = Pixels::of(Window::full([24, 16]), None, 5).unwrap();
@@ -268,7 +269,7 @@ fn groups_hold_every_pixel_once_and_are_judged_by_themselves() {
     });
 }
 
-/// Searches with a method that succeeds up to `limit`. Returns the result, and the settings that
+/// Runs a search in which settings up to `limit` succeed. Returns its result and the settings that
 /// were tried.
 fn searched(start: f64, limit: f64) -> (Option<f64>, Vec<f64>) {
     let (mut search, mut tried) = (Search::new(start), Vec::new());
@@ -333,7 +334,8 @@ fn pixels_whose_truth_is_not_known_well_enough_are_left_out() {
         spec("stop", &["id"], SampleKind::U32),
     ];
     let mut film = Film::new([4, 1], Window::full([4, 1]), &specs).unwrap();
-    // A quarter of 10 % is 0.025 of the luminance; of 0.04 it is 0.01, however dark.
+    // The largest standard error is a quarter of the tolerance: 0.025 for a luminance of 1, and
+    // 0.01 for dark pixels, where the absolute tolerance 0.04 applies.
     for (x, (luminance, error)) in (0..).zip([(1.0, 0.024), (1.0, 0.026), (0.1, 0.009), (0.1, 0.011)]) {
         film.plane_mut("").unwrap().set_f32(x, 0, &[luminance; 3]);
         film.plane_mut("standard_error").unwrap().set_f32(x, 0, &[error]);

@@ -1,4 +1,4 @@
-//! Finished tiles that a render stores in a checkpoint while it goes on, if requested.
+//! Optional checkpoint, in which a render stores its finished tiles while it runs.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -8,8 +8,8 @@ use crate::error::Result;
 use crate::film::Film;
 use crate::render::{Begun, Finished};
 
-/// An optional checkpoint. Without a path, or after a failed write, no tiles are stored and the
-/// render goes on.
+/// An optional checkpoint. Without a path, or after a failed write, the render continues and no
+/// further tiles are stored.
 #[derive(Debug, Default)]
 pub struct KeptTiles {
     path: Option<PathBuf>,
@@ -28,7 +28,8 @@ impl KeptTiles {
     }
 
     /// Opens the checkpoint of the render that begins with this film. Returns the finished tiles
-    /// from which the render goes on, and a description of any damage to the rest of the file.
+    /// with which the render continues. If the rest of the file is damaged, also returns a
+    /// description of the damage.
     ///
     /// # Errors
     /// As [`Checkpoint::open`].
@@ -42,8 +43,8 @@ impl KeptTiles {
     /// Stores a finished tile.
     ///
     /// # Errors
-    /// As [`Checkpoint::add`], once: after an error no tiles are stored, and those in the file
-    /// stay.
+    /// As [`Checkpoint::add`]. After the first error, no further tiles are stored and no error is
+    /// returned; tiles that are already in the file stay there.
     pub fn add(&self, done: &Finished<'_>) -> Result<()> {
         let mut checkpoint = self.checkpoint.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(Err(trouble)) = checkpoint.as_mut().map(|c| c.add(done.film, done.tile)) else {
@@ -58,7 +59,7 @@ impl KeptTiles {
         self.checkpoint.lock().unwrap_or_else(PoisonError::into_inner).is_some()
     }
 
-    /// Removes the file of a render that is complete and written.
+    /// Removes the checkpoint, once the render is complete and its image is written.
     ///
     /// # Errors
     /// As [`Checkpoint::remove`].

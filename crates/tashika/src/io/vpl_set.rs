@@ -1,15 +1,17 @@
 //! VPL sets as files, so that all methods and machines render the same lights.
 //!
-//! Little-endian: the magic `TASHIKAV`, version (u32), length of the provenance (u32) and the
-//! provenance as JSON, number of VPLs (u64), then 48 bytes each, instant by instant: position,
-//! direction, intensity (3 × f32), kind (u32: 0 omni, 1 oriented, 2 spot, 3 directional, 4, 5 and 7
-//! spots with other fall-offs, 6 image, 8 in a medium), cosines of the inner and outer cone (f32,
-//! zero unless spot; for an image the number of its map as u32, and the cosine; in a medium the
-//! asymmetry of its phase function, and zero). The maps are those of the scene: a set belongs to
-//! the scene in which it was traced. Positions are in the coordinates of the scene's file less
-//! `origin` of the provenance, three numbers (m) that default to zero. The length must be exact.
-//! Version 1 belongs to a static scene. In version 2 the provenance also has `instants`: for each
-//! its share of the time and its number of VPLs.
+//! All numbers are little-endian. The file holds the magic `TASHIKAV`, the version (u32), the
+//! length of the provenance (u32), the provenance as JSON, the number of VPLs (u64), and 48 bytes
+//! for each VPL, instant by instant. A VPL has position, direction, intensity (3 × f32 each), kind
+//! (u32) and two parameters (4 bytes each). The kinds are 0 omni, 1 oriented, 2 spot, 3
+//! directional, 4, 5 and 7 spots with other fall-offs, 6 image, 8 in a medium. The parameters of a
+//! spot are the cosines of its inner and outer cone (f32); of an image, the number of its map (u32)
+//! and the cosine of its cone (f32); in a medium, the asymmetry of the phase function (f32) and
+//! zero; of other kinds, zeros. The maps are those of the scene, so a set belongs to the scene in
+//! which it was traced. Positions are in the coordinates of the scene's file minus the provenance's
+//! `origin`, three numbers (m) that default to zero. The length of the file must be exact. Version
+//! 1 is for static scenes. In version 2 the provenance also has `instants`: the share of the time
+//! and the number of VPLs of each instant.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -27,7 +29,7 @@ use crate::scene::{Beam, Falloff, FalloffShape};
 use crate::vpl::{Provenance, Vpl, VplKind, VplSet};
 
 const MAGIC: &[u8; 8] = b"TASHIKAV";
-/// Versions of sets with one instant, and with several.
+/// Version of a set with one instant, and version of a set with several.
 const VERSIONS: [u32; 2] = [1, 2];
 const RECORD: usize = 48;
 /// Longest provenance that is read (bytes).
@@ -38,12 +40,12 @@ const MAX_PROVENANCE: u32 = 1 << 20;
 struct Head {
     #[serde(flatten)]
     provenance: Provenance,
-    /// Share of the time, and number of VPLs.
+    /// Share of the time and number of VPLs of each instant; empty if there is only one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     instants: Vec<(f32, u64)>,
 }
 
-/// Writes a VPL set; the file appears whole or not at all.
+/// Writes a VPL set. The file appears as a whole or not at all.
 ///
 /// # Errors
 /// [`Error::Io`] if the file cannot be written.
@@ -178,7 +180,7 @@ fn record(l: &Vpl) -> [u8; RECORD] {
         VplKind::Omni => (0u32, 0.0, 0.0),
         VplKind::Oriented => (1, 0.0, 0.0),
         VplKind::Spot(f) => (spot_code(f.shape), f.cos_inner, f.cos_outer),
-        // Bits of the number of the map, unchanged.
+        // The index of the map is an integer; its bits are stored unchanged.
         VplKind::Image(beam) => (6, f32::from_bits(beam.map), beam.cos_outer),
         VplKind::Directional => (3, 0.0f32, 0.0f32),
         VplKind::Volume(phase) => (8, phase.asymmetry, 0.0),
@@ -195,7 +197,7 @@ fn record(l: &Vpl) -> [u8; RECORD] {
     bytes
 }
 
-/// The VPL of a record; `None` if there is no such VPL.
+/// Reads the VPL of a record; `None` if its values are not those of a valid VPL.
 fn light(bytes: &[u8; RECORD]) -> Option<Vpl> {
     let word = |i: usize| [bytes[4 * i], bytes[4 * i + 1], bytes[4 * i + 2], bytes[4 * i + 3]];
     let number = |i: usize| f32::from_le_bytes(word(i));
@@ -244,7 +246,7 @@ mod tests {
         )
     }
 
-    /// The same lights at three instants, of which one has none.
+    /// The lights of `set`, divided among three instants; the second instant has none.
     fn moving() -> VplSet {
         let (lights, provenance) = (set().lights().to_vec(), set().provenance().clone());
         let instants = Instants::new(vec![0.1, 0.5, 0.75]).unwrap();
@@ -301,8 +303,8 @@ mod tests {
             let mut bytes = whole.clone();
             bytes[i] ^= 0xff;
             std::fs::write(&path, &bytes).unwrap();
-            // Some bytes may hold any value; only a panic, or a number that is not finite, is a
-            // fault.
+            // Some bytes may hold any value, so a changed file may be valid. Loading must not panic
+            // or return numbers that are not finite.
             if let Ok(set) = load_vpls(&path) {
                 assert!(
                     set.lights().iter().all(|l| l.position.is_finite() && l.intensity.is_valid()),

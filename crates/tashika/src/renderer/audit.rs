@@ -1,4 +1,5 @@
-//! Audit of a render: the truth of random pixels, and the number of pixels within the tolerance.
+//! Audit of a render: computes the truth of random pixels, and counts the pixels within the
+//! tolerance.
 
 use serde::Serialize;
 
@@ -14,7 +15,7 @@ use crate::report::{Claims, Tolerance};
 pub struct Audit {
     /// Number of audited pixels within the tolerance.
     pub within: u64,
-    /// Equal to `within`: its name in earlier versions.
+    /// Equal to `within`, under the name of earlier versions.
     pub kept: u64,
     /// Number of pixels that were audited.
     pub of: u64,
@@ -30,13 +31,13 @@ pub struct Audit {
     pub claiming: u64,
     /// Number of claiming pixels within the tolerance.
     pub claiming_within: u64,
-    /// True if the claiming pixels within the tolerance are fewer than the confidence of the claims
-    /// allows: the whole interval of their share is below it. False if nothing is claimed.
+    /// True if too few claiming pixels are within the tolerance: the whole Clopper–Pearson interval
+    /// of their share is below the confidence of the claims. False if nothing is claimed.
     pub contradicts: bool,
 }
 
 impl Audit {
-    /// Number of paths after which the truth of a pixel is given up.
+    /// Largest number of paths for the truth of one pixel.
     pub const MOST_PATHS: u32 = 1 << 20;
 
     /// Writes the result to a film's metadata.
@@ -56,7 +57,8 @@ pub(super) fn of(
     promise: &ControlOptions,
     observer: &dyn Observer,
 ) -> Result<Option<Audit>> {
-    // For a small image all pixels are enough: a refusal would come after the work.
+    // In an image of fewer pixels, all are audited: an error would come after the work of
+    // rendering.
     let count = count.min(film.window().area());
     // The draw of the pixels is independent of all random numbers of the render.
     let pixels = Pixels::of(film.window(), Some(count), promise.seed.wrapping_add(0x5eed))?;
@@ -69,7 +71,7 @@ pub(super) fn of(
     }
     let tolerance = Tolerance { relative: promise.error, absolute: promise.absolute_error };
     let mut pool = Pool::new(tolerance);
-    // The truth is a film of the whole image.
+    // The truth is a film of the whole image, so it is cropped to the window.
     pool.add(film, &converged(&known.film.cropped(film.window())?, &tolerance))?;
     let (share, claiming) = (pool.within(), pool.claiming_within());
     let interval = share.interval();

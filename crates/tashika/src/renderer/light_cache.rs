@@ -8,8 +8,9 @@ use crate::integrator::{GuidedLights, Truth};
 use crate::scene::Camera;
 use crate::vpl::VplOptions;
 
-/// Guided VPLs of the last render. The next render with the same options, truth, camera, size and
-/// filter uses them without tracing, to the same bits. For one scene only.
+/// Guided VPLs of the last render. A later render with the same options, truth, camera, size and
+/// filter reuses them instead of tracing, and gives the same bits. A cache must be used for one
+/// scene only, since scenes are not compared.
 #[derive(Debug, Default)]
 pub struct LightCache(Mutex<Option<Traced>>);
 
@@ -23,7 +24,7 @@ struct Traced {
 type Key = (VplOptions, Truth, Camera, [u32; 2], Filter);
 
 impl LightCache {
-    /// Returns the stored lights for these inputs, or those of `trace`.
+    /// Returns the stored lights for these inputs, or else calls `trace` and stores its lights.
     pub(super) fn lights(
         &self,
         options: &VplOptions,

@@ -2,7 +2,7 @@
 //!
 //! [`Renderer`] holds the request, [`Renderer::prepare`] traces the lights of one view, and
 //! [`Prepared`] renders the view and judges the film. The program, the Python package, experiments
-//! and benchmarks translate into these calls and do none of the work themselves.
+//! and benchmarks only make these calls; all of the work is done here.
 //!
 //! ```text
 //! Renderer ── prepare ─► Prepared ── render ─► Rendered { film, totals }
@@ -11,12 +11,12 @@
 //! ```
 //!
 //! # Guarantee
-//! A film is a function of scene, camera, size and [`Request`], bit for bit: neither threads, nor
-//! the window, nor the share of tiles, nor an [`Observer`] enters.
+//! A film is a function of scene, camera, size and [`Request`], bit for bit. The number of threads,
+//! the window, the share of tiles and the [`Observer`] do not change a pixel.
 //!
 //! # Held to this by
-//! `renderer::tests`; the program's tests `parts`, and the package's `test_program.py`, which holds
-//! planes from Python to those of the program.
+//! `renderer::tests`; the program's tests `parts`, and the package's `test_program.py`, which
+//! compares planes from Python with those of the program.
 
 mod audit;
 mod audited;
@@ -54,9 +54,9 @@ use crate::vpl::{Clamp, VplSet};
 
 /// A scene, and the options of its render.
 ///
-/// Unset options have the defaults of [`Request`]: a picture of light transport in minutes, by our
-/// own method, without a requested error. [`prepare`](Self::prepare) checks all values at once.
-/// Work runs on the current thread pool ([`with_threads`](crate::render::with_threads) makes
+/// Unset options have the defaults of [`Request`]: a picture of light transport that takes minutes,
+/// by our own method, without a requested error. [`prepare`](Self::prepare) checks all values at
+/// once. Work runs on the current thread pool ([`with_threads`](crate::render::with_threads) makes
 /// another).
 ///
 /// ```
@@ -173,17 +173,17 @@ impl<'a> Renderer<'a> {
         Self { mattes: Some(ranks), ..self }
     }
 
-    /// Adds the plane `motion`: displacement on the film of the surfaces that a pixel shows, while
-    /// the shutter is open; see [`add_motion`](crate::render::add_motion). Default: none.
+    /// Adds the plane `motion`: displacement on the film, while the shutter is open, of the
+    /// surfaces that a pixel shows; see [`add_motion`](crate::render::add_motion). Default: none.
     #[must_use]
     pub fn motion_vectors(self) -> Self {
         Self { motion: true, ..self }
     }
 
     /// Adds planes of the radiance of each group of lights, by path tracing (see
-    /// [`PathTracer::with_groups`](crate::integrator::PathTracer::with_groups)). The planes use the
-    /// paths of the pixels or, with the default method, [paths of their
-    /// own](Request::paths_of_groups). Default: none.
+    /// [`PathTracer::with_groups`](crate::integrator::PathTracer::with_groups)). Path tracing uses
+    /// the paths of the pixels for these planes; the default method traces [separate
+    /// paths](Request::paths_of_groups). Default: none.
     #[must_use]
     pub fn light_groups(self, grouping: LightGrouping) -> Self {
         Self { groups: Some(grouping), ..self }
@@ -224,22 +224,22 @@ impl<'a> Renderer<'a> {
         self
     }
 
-    /// Sets the claim: about each pixel, by measurement or by a theorem, or about the picture as a
-    /// whole.
+    /// Sets the kind of claim: about each pixel, justified by measurement or by a theorem, or about
+    /// the picture as a whole.
     #[must_use]
     pub fn claim(mut self, claim: impl Into<ClaimName>) -> Self {
         self.request.claim = Some(claim.into());
         self
     }
 
-    /// Fills the unset claim and error from a quality; given options stay.
+    /// Sets the claim and the error to those of a quality preset, unless they are set already.
     #[must_use]
     pub fn quality(mut self, quality: Quality) -> Self {
         self.request = self.request.of_quality(quality);
         self
     }
 
-    /// Sets the quantity that the error is measured from.
+    /// Sets the truth, the quantity from which errors are measured.
     #[must_use]
     pub fn truth(mut self, truth: Truth) -> Self {
         self.request.truth = Some(truth);
@@ -267,7 +267,8 @@ impl<'a> Renderer<'a> {
         self
     }
 
-    /// Sets given VPLs. The default truth is then the sum over these.
+    /// Sets the VPLs to render with, instead of tracing them. The default truth is then the sum
+    /// over them.
     #[must_use]
     pub fn lights(self, lights: impl Into<Arc<LightSet>>) -> Self {
         Self { lights: Some(lights.into()), ..self }
@@ -311,8 +312,8 @@ impl<'a> Renderer<'a> {
     /// Prepares the camera, the lights, and the light trees of a render.
     ///
     /// # Errors
-    /// [`Error::Option`] naming an option that is out of range or contradicts the others or the
-    /// scene, as a method without motion in a scene that moves; lights of another scene.
+    /// [`Error::Option`] naming an option that is out of range or contradicts other options or the
+    /// scene, such as a method without motion in a scene that moves; lights of another scene.
     pub fn prepare(&self) -> Result<Prepared<'a>> {
         let (resolved, framed) = self.resolve()?;
         let Resolved { method, gather, unused } = resolved;
@@ -353,11 +354,11 @@ impl<'a> Renderer<'a> {
         self.prepare()?.render()
     }
 
-    /// Traces the set of VPLs of [`prepare`](Self::prepare) alone, which the parts of a picture can
-    /// share as a file.
+    /// Traces the set of VPLs that [`prepare`](Self::prepare) would trace, and does nothing else.
+    /// Stored as a file, the set can be shared by the parts of a picture.
     ///
     /// # Errors
-    /// As [`prepare`](Self::prepare), and for a method that traces no VPLs.
+    /// As [`prepare`](Self::prepare); also a method that traces no VPLs.
     pub fn trace_lights(&self) -> Result<VplSet> {
         let (Resolved { method, gather, .. }, Framed { camera, size, .. }) = self.resolve()?;
         let view = View { camera: &camera, size, gather, seed: self.request.seed };

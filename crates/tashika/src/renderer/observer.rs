@@ -45,8 +45,8 @@ pub enum Phase {
     OtherSet,
 }
 
-/// Receives the progress of the work, from any thread, one call at a time except for
-/// [`cancel`](Self::cancel).
+/// Receives the progress of the work. Calls may come from any thread. Only [`cancel`](Self::cancel)
+/// is called by several threads at the same time.
 ///
 /// The library reads no clock: to measure the duration of a phase, observers read a clock at its
 /// beginning and end.
@@ -54,10 +54,11 @@ pub trait Observer: Sync {
     /// Called when a phase begins. Phases do not nest.
     fn begin(&self, _phase: &Phase) {}
 
-    /// Called when a phase has ended, even by an error.
+    /// Called when a phase has ended, whether it succeeded or failed.
     fn end(&self, _phase: &Phase) {}
 
-    /// Called when a tile is finished. Other threads wait with their tiles meanwhile.
+    /// Called when a tile is finished. Until this call returns, other threads cannot deliver their
+    /// tiles.
     fn tile(&self, done: &Finished<'_>) {
         self.progress(&done.progress);
     }
@@ -65,14 +66,14 @@ pub trait Observer: Sync {
     /// Called with the progress of the phase.
     fn progress(&self, _progress: &Progress) {}
 
-    /// Seconds left for the work, if there is a time limit; read between parts of the work of
-    /// audited pictures. Without a limit, the number of their paths is limited.
+    /// Seconds left for the work, if there is a time limit. Audited pictures read this between
+    /// parts of the work; without a time limit, the number of their paths is limited instead.
     fn seconds_left(&self) -> Option<f64> {
         None
     }
 
-    /// Becomes true when the work is to end. No work is begun after that, and the finished part is
-    /// returned.
+    /// Flag that becomes true when the work is to end. No work is begun after that, and the
+    /// finished part is returned.
     fn cancel(&self) -> &AtomicBool {
         static NEVER: AtomicBool = AtomicBool::new(false);
         &NEVER

@@ -50,7 +50,8 @@ impl Lights {
 pub(super) struct Grouped {
     pub grouping: LightGrouping,
     pub groups: LightGroups,
-    /// Paths a pixel for these planes, unless they use the paths of the pixel.
+    /// Number of separate paths a pixel for these planes; `None` if they use the paths of the
+    /// pixels.
     pub paths: Option<u32>,
 }
 
@@ -114,8 +115,8 @@ impl Prepared<'_> {
         &self.unused
     }
 
-    /// Returns the view with another tracer of this scene: one with a
-    /// [listener](Tracer::with_listener), or the [scalar twin](Tracer::plain).
+    /// Returns this view with another tracer for the same scene, such as one with a
+    /// [listener](Tracer::with_listener) or the [scalar twin](Tracer::plain).
     #[must_use]
     pub fn on(&self, tracer: &Tracer) -> Self {
         Self { tracer: tracer.clone(), ..self.clone() }
@@ -154,15 +155,16 @@ impl Prepared<'_> {
         })
     }
 
-    /// Returns the rule with the absolute error for this view, if our own interval decides.
+    /// Returns the stopping rule. If it stops at our own interval, its absolute error is replaced
+    /// by the one for this view.
     fn in_view(&self, stop: PathStop) -> Result<PathStop> {
         let PathStop::Calibrated { options, most } = stop else { return Ok(stop) };
         let brightness = self.path_tracer(PathStop::Count(1))?.importance_brightness(&self.setting());
         Ok(PathStop::Calibrated { options: options.in_view_of(brightness), most })
     }
 
-    /// Stopping rule by which single pixels of an audited picture would meet the tolerance by path
-    /// tracing.
+    /// Stopping rule with which path tracing would bring each single pixel of an audited picture
+    /// within the tolerance.
     pub(super) fn of_audited(&self, options: &ControlOptions) -> Result<PathStop> {
         const MOST_PATHS: u32 = 1 << 17;
         self.in_view(PathStop::Calibrated { options: *options, most: MOST_PATHS })
@@ -180,8 +182,8 @@ impl Prepared<'_> {
         self.render_from(|film| Ok(Begun { film, tiles: Vec::new() }))
     }
 
-    /// Renders the tiles that are not finished. `begin` receives the film with which the render
-    /// begins, identified by its metadata, and returns that film with the finished tiles, as
+    /// Renders the tiles that are not finished. `begin` receives the empty film, whose metadata
+    /// identifies the render. It returns the film and the tiles that are finished already, as
     /// [`KeptTiles::begin`](crate::io::KeptTiles::begin) does.
     ///
     /// # Errors
@@ -213,8 +215,8 @@ impl Prepared<'_> {
         Ok(rendered)
     }
 
-    /// Number of camera samples of a pixel's mattes, time and transmittance: those of its gather
-    /// points, if the method has any.
+    /// Number of camera samples a pixel for mattes, times and transmittances. These are the samples
+    /// of the gather points, if the method has any.
     fn seen_samples(&self) -> u32 {
         const OF_PATHS: u32 = 64;
         match self.method {
@@ -275,8 +277,9 @@ impl Prepared<'_> {
         audit::of(film, count, &setting, truth.as_ref(), &promise, self.observer)
     }
 
-    /// Compares a finished film of this view with one by another set of as many VPLs. `None` if the
-    /// VPLs were given or stand for all sets, if only a part was rendered, or if cancelled.
+    /// Compares a finished film of this view with one rendered with another set of equally many
+    /// VPLs. `None` if the VPLs were given, if the truth does not depend on one set, if only a part
+    /// was rendered, or if cancelled.
     ///
     /// # Errors
     /// A film of another view.
@@ -294,7 +297,7 @@ impl Prepared<'_> {
         rendered.complete && self.share.is_whole()
     }
 
-    /// Returns the promised distance from the truth, if there is one.
+    /// Returns the options that state the promised distance from the truth, if there is a promise.
     ///
     /// * `absolute`: absolute error that suffices in dark pixels, if a film states one
     ///   (W·m⁻²·sr⁻¹).
@@ -310,7 +313,7 @@ impl Prepared<'_> {
     /// Returns an integrator and a setting for the truth of this view, accurate enough to judge the
     /// promise.
     pub(super) fn truth(&self, promise: &ControlOptions) -> Result<(Box<dyn Integrator + '_>, Setting<'_>)> {
-        /// Offset of the seed if the film itself is made of paths.
+        /// Offset added to the seed if the film itself is path-traced.
         const OTHER_PATHS: u64 = 0x7a_a0d1_7000;
         let mut setting = self.setting();
         if let (Method::Sum { .. }, Lights::Set(lights)) = (&self.method, &self.lights) {

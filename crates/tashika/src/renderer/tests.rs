@@ -1,4 +1,5 @@
-//! The pipeline against its parts put together by hand, its observer, and its judges.
+//! Tests of the pipeline: films compared with those of its parts combined by hand, observers, and
+//! audits.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -72,7 +73,8 @@ impl Observer for Witness {
     }
 }
 
-/// The pipeline renders the film of its parts put together by hand.
+/// The same film is rendered by the pipeline and by its parts, combined by hand. Both have the same
+/// samples.
 #[test]
 fn films_are_those_of_the_parts() {
     let tracer = Tracer::new(Arc::new(builtin::tiny()));
@@ -101,7 +103,8 @@ fn films_are_those_of_the_parts() {
     assert_eq!(tiny().error(0.3).render().unwrap().film, transport);
 }
 
-/// Only a whole without a requested error is reconstructed.
+/// A whole picture without a requested error is reconstructed. With a requested error, or if only a
+/// share is rendered, it is not.
 #[test]
 fn pictures_are_reconstructed() {
     let has =
@@ -137,7 +140,8 @@ fn observers_are_told_of_every_phase_and_can_end_it() {
     assert!(share.other_set(&share.render().unwrap()).unwrap().is_none(), "of a share");
 }
 
-/// Finished tiles are not rendered again, and the film is the same.
+/// A render is cancelled after one tile and then resumed. Finished tiles are not rendered again,
+/// and the film is that of an uninterrupted render.
 #[test]
 fn renders_go_on_from_finished_tiles() {
     let renderer = tiny().size([64, 40]).method(SumMethod::Exact).vpls(50);
@@ -169,7 +173,8 @@ fn renders_go_on_from_finished_tiles() {
     assert!(failed.unwrap_err().to_string().contains("expected another"));
 }
 
-/// Lights of a view are stored for the next render of that view, and of no other.
+/// The second render of a view takes its lights from the cache. With another seed, size or number
+/// of VPLs, lights are traced again.
 #[test]
 fn cached_lights_are_those_of_the_view() {
     let (cache, told) = (LightCache::default(), Witness::default());
@@ -187,7 +192,8 @@ fn cached_lights_are_those_of_the_view() {
     }
 }
 
-/// A set that was traced alone gives the same image.
+/// A set from `trace_lights` is passed to a second render. It gives the same image as a render that
+/// traces its own set.
 #[test]
 fn lights_alone_are_those_of_the_render() {
     let transport = tiny().error(0.5);
@@ -204,7 +210,8 @@ fn lights_alone_are_those_of_the_render() {
     assert!(none.contains("method = path; expected one that traces lights"), "{none}");
 }
 
-/// An audit finds claims that do not hold, and judges nothing where nothing is claimed.
+/// The radiance of all pixels is doubled after the render, and the audit contradicts the claims. A
+/// film without claims is not audited.
 #[test]
 fn audits_find_false_claims() {
     let prepared = tiny().truth(Truth::Vpl).error(0.1).max_pairs(1 << 20).prepare().unwrap();
@@ -217,15 +224,15 @@ fn audits_find_false_claims() {
         plane.set_f32(x, y, &doubled);
     }
     let audit = prepared.audit(&rendered.film, 60).unwrap().unwrap();
-    // Black stays black.
+    // Doubling leaves black pixels black, and therefore within the tolerance.
     assert!(audit.contradicts && audit.within < audit.of / 2, "{audit:?}");
 
     let path = tiny().method(MethodName::Path).paths(4).prepare().unwrap();
     assert!(path.audit(&path.render().unwrap().film, 5).unwrap().is_none());
 }
 
-/// Films by path tracing with a claim are audited by other paths; a fixed number of paths claims
-/// nothing.
+/// A path-traced film with claims is audited by other paths. With a fixed number of paths there is
+/// no claim and no audit.
 #[test]
 fn paths_are_audited_by_other_paths() {
     let paths = tiny().method(MethodName::Path).size([6, 4]);

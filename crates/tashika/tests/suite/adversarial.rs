@@ -1,8 +1,8 @@
-//! Scenes made to break the published rule, and the claims of our own method on them.
+//! Claims of our method in scenes that are constructed to break the published rule.
 //!
-//! Light is rare here: most pairs of a gather point and a light carry nothing, and a few of them
-//! carry the pixel. Samples that are all dark agree with each other, and an interval from their
-//! spread alone is narrow around the wrong value.
+//! In these scenes, most pairs of a gather point and a light contribute nothing, and a few pairs
+//! contribute nearly all of a pixel's radiance. If all samples happen to be dark, their spread is
+//! small, and an interval from the spread alone is narrow around a wrong value.
 
 use std::sync::Arc;
 
@@ -24,14 +24,15 @@ const CALIBRATED: SumMethod = SumMethod::Tashika(Promise::Calibrated);
 const CERTIFIED: SumMethod = SumMethod::Tashika(Promise::Certified);
 /// Number of gather points a pixel.
 const POINTS: u32 = 4;
-/// Distance below which lights grow no brighter (m), as in traced sets.
+/// Distance below which the contribution of a light is clamped (m), as in traced sets.
 const CLAMP: f32 = 0.05;
-/// 95 % less five standard errors of 160 trials: there are 210 to 480 pixels, and neighbours and
-/// seeds share the difficulty of a pixel.
+/// Least share of calibrated intervals that must hold: 95 % minus five standard errors of 160
+/// trials. There are 210 to 480 trials, but the seeds of a pixel and its neighbours are correlated.
 const LEAST: f64 = 0.95 - 5.0 * 0.0172;
 
-/// Limit of the share of intervals that hold by the published rule, at 95 %, where it breaks: 39 to
-/// 62 % hold, which is below the limit by more than four standard errors of 160 trials.
+/// Upper limit of the share of intervals of 95 % that hold by the published rule, in scenes in
+/// which it breaks. 39 to 62 % hold, which is below the limit by more than four standard errors of
+/// 160 trials.
 const BROKEN: f64 = 0.8;
 
 /// A scene and its lights.
@@ -44,7 +45,7 @@ struct World {
 impl World {
     fn new(mut b: SceneBuilder, eye: [f32; 3], target: [f32; 3], fov: f32, lights: Vec<Vpl>) -> Self {
         b.add_camera(Camera::look_at("main", eye.into(), target.into(), Vec3::Y, fov)).unwrap();
-        // The scene itself is dark: all light is in the set.
+        // The scene has no emitters; all light comes from the set.
         Self::lit(Arc::new(Tracer::new(Arc::new(b.build().unwrap()))), lights, CLAMP)
     }
 
@@ -76,12 +77,12 @@ struct Judged {
     truth: Vec<f64>,
 }
 
-/// Shares of the lit pixels of some seeds.
+/// Shares among the lit pixels, over several seeds.
 #[derive(Clone, Copy, Debug, Default)]
 struct Kept {
     /// Share of pixels whose interval holds.
     holds: f64,
-    /// Share of pixels whose error is within the requested one.
+    /// Share of pixels whose error is at most the requested error.
     within: f64,
     /// Mean number of rays of a pixel.
     rays: f64,
@@ -94,7 +95,8 @@ impl Judged {
         Self { world, truth }
     }
 
-    /// Pixels without light have to be estimated at zero, and do not count.
+    /// Computes the shares. Pixels whose truth is zero must be estimated as zero, and are not
+    /// counted.
     fn kept(&self, method: SumMethod, options: &ControlOptions, seeds: u64) -> Kept {
         let mut kept = Kept::default();
         let mut lit = 0.0;
@@ -108,7 +110,8 @@ impl Judged {
                     assert_eq!(found, 0.0, "{method}: {e:?}");
                     continue;
                 }
-                // Sums of 10⁴ terms, each rounded to `f32` a dozen times.
+                // Allows for rounding: a sum has 10⁴ terms, each rounded to `f32` about a dozen
+                // times.
                 let rounding = 1e-5 * truth;
                 let distance = (found - truth).abs();
                 kept.holds += f64::from(distance <= half_width + rounding);
@@ -120,16 +123,17 @@ impl Judged {
         Kept { holds: kept.holds / lit, within: kept.within / lit, rays: kept.rays / lit }
     }
 
-    /// Certificates hold on any scene, and every inequality in them is conservative: not one of the
-    /// 2600 lit pixels below misses, so that misses are as rare as one in a thousand, or rarer (the
-    /// rule of three). A rate ten times as high would not be bad luck.
+    /// Asserts that certified intervals hold. Every inequality in a certificate is conservative:
+    /// none of the 2600 lit pixels below misses, so the rate of misses is at most about one in a
+    /// thousand (rule of three). The assertion permits ten times that rate, which chance would not
+    /// reach.
     fn certificates_hold(&self) {
         let options = ControlOptions { error: 0.1, confidence: 0.8, ..ControlOptions::default() };
         let kept = self.kept(CERTIFIED, &options, 2);
         assert!(kept.holds >= 0.99 && kept.within >= 0.99, "{kept:?}");
     }
 
-    /// Shares at 95 %, for errors of 5 %.
+    /// Shares of the calibrated method at a confidence of 95 %, for a requested error of 5 %.
     fn calibrated(&self) -> Kept {
         let options = ControlOptions { error: 0.05, confidence: 0.95, ..ControlOptions::default() };
         self.kept(CALIBRATED, &options, 3)
@@ -140,7 +144,7 @@ impl Judged {
         assert!(kept.holds >= LEAST && kept.within >= LEAST, "{kept:?}");
     }
 
-    /// The scene is a hard one: the published rule's intervals of 95 % hold far less often.
+    /// Asserts that the scene is hard: intervals of 95 % by the published rule hold far less often.
     fn published_intervals_do_not_hold(&self) {
         let options = ControlOptions { error: 0.05, confidence: 0.95, ..ControlOptions::default() };
         let kept = self.kept(SumMethod::Iwasaki2019, &options, 2);
@@ -171,7 +175,7 @@ fn stream(index: u64) -> Stream {
     Stream::new(17, Purpose::Test, index)
 }
 
-/// Lights of one intensity, in all directions, inside a box.
+/// Returns omnidirectional lights of equal intensity at random positions inside a box.
 fn omni(count: usize, lo: [f32; 3], hi: [f32; 3], intensity: f32, s: &mut Stream) -> Vec<Vpl> {
     let (lo, hi) = (Vec3::from(lo), Vec3::from(hi));
     let at = |s: &mut Stream| lo + Vec3::from(s.uniform_3()) * (hi - lo);
@@ -204,8 +208,8 @@ fn on_walls(count: usize, lo: [f32; 3], hi: [f32; 3], intensity: f32, s: &mut St
         .collect()
 }
 
-/// A room of 2 m whose ceiling has a hole of 12 cm. Each point of the room sees a few of 3000
-/// lights of a sky, and a small patch sees the sun.
+/// A room of 2 m whose ceiling has a hole of 12 cm. Through the hole, each point of the room sees
+/// only a few of the sky's 3000 lights, and only a small patch sees the sun.
 fn pinhole() -> World {
     let mut b = builder();
     slab(&mut b, [-0.1, -0.1, -0.1], [2.1, 0.0, 2.1]);
@@ -233,8 +237,8 @@ fn pinhole() -> World {
     World::new(b, [0.2, 1.2, 1.8], [1.1, 0.2, 0.6], 1.0, lights)
 }
 
-/// Two rooms, and an opening of 20 cm × 30 cm between them. The lights are in one, the eye in the
-/// other.
+/// Two rooms with an opening of 20 cm × 30 cm between them. The lights are in one room, the camera
+/// in the other.
 fn keyhole() -> World {
     let mut b = builder();
     put(&mut b, cuboid(Vec3::ZERO, Vec3::new(4.0, 2.0, 2.0), true));
@@ -248,8 +252,8 @@ fn keyhole() -> World {
     World::new(b, [1.7, 1.2, 1.6], [0.2, 0.8, 0.7], 1.1, lights)
 }
 
-/// Slivers of 50 cm × 2 cm, along two axes, in many layers between lights and a floor: visibility
-/// at a point is unrelated to that at its neighbour.
+/// Many layers of slivers of 50 cm × 2 cm, along two axes, between lights and a floor. The
+/// visibilities of neighbouring points are unrelated.
 fn wires() -> World {
     let mut b = builder();
     slab(&mut b, [-2.0, -0.1, -2.0], [2.0, 0.0, 2.0]);
@@ -267,7 +271,7 @@ fn wires() -> World {
     World { size: [12, 8], ..World::new(b, [0.0, 0.6, 1.8], [0.0, 0.0, 0.2], 1.0, lights) }
 }
 
-/// Half of the light comes from one of 20,000 lights, behind slats.
+/// One of 20,000 lights, behind slats, gives half of the light.
 fn one_of_many() -> World {
     let mut b = builder();
     put(&mut b, cuboid(Vec3::ZERO, Vec3::splat(2.0), true));
@@ -281,7 +285,8 @@ fn one_of_many() -> World {
     World { size: [12, 8], ..World::new(b, [1.0, 1.0, 1.95], [1.0, 0.3, 0.5], 1.2, lights) }
 }
 
-/// A floor with a lobe of 2π/20,000 sr, in which a few of its 10,000 lights are mirrored.
+/// A floor with a glossy lobe of 2π/20,000 sr, lit by 10,000 lights. The lobe contains the mirror
+/// directions of only a few of them.
 fn glossy_peak() -> World {
     let mut b = builder();
     let floor = parallelogram(Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0);
@@ -296,8 +301,8 @@ fn glossy_peak() -> World {
     World::new(b, [0.0, 1.0, 2.0], [0.0, 0.0, 0.2], 0.7, lights)
 }
 
-/// A thin wall in view hides 5000 of 5020 lights: near ones, so that their bounds are the largest,
-/// and all in shadow.
+/// A thin wall in view hides 5000 of 5020 lights. The hidden lights are close, so they have the
+/// largest bounds, but all of them are in shadow.
 fn hidden() -> World {
     let mut b = builder();
     put(&mut b, cuboid(Vec3::ZERO, Vec3::splat(2.0), true));
@@ -316,9 +321,10 @@ fn light_through_a_pinhole_is_not_overlooked() {
     scene.published_intervals_do_not_hold();
 }
 
-/// Hundreds of strata are all in shadow and might each have some light. The calibrated interval
-/// includes a small part of their sum: 87 % of the intervals hold, though 98 % of the errors are as
-/// small as requested. The limit is four standard errors of 160 trials below that.
+/// All samples of hundreds of strata are in shadow, but each stratum might have some light. The
+/// calibrated interval includes only a small part of that possible light: 87 % of the intervals
+/// hold, although 98 % of the errors are as small as requested. The limit on the first share is
+/// four standard errors of 160 trials below 87 %.
 #[test]
 fn behind_a_keyhole_errors_are_as_asked_for_but_calibrated_intervals_are_too_narrow() {
     let scene = Judged::new(keyhole());
@@ -336,8 +342,8 @@ fn shadows_of_thousands_of_wires_are_no_surprise() {
     scene.published_intervals_do_not_hold();
 }
 
-/// The published rule finds this light, too, and 92 % of its intervals hold: it refines first where
-/// bounds are large.
+/// The published rule also finds this light, since it first refines where bounds are large; 92 % of
+/// its intervals hold.
 #[test]
 fn one_bright_light_of_very_many_is_found() {
     let scene = Judged::new(one_of_many());
@@ -386,7 +392,8 @@ fn pixels_that_see_the_sky_alone_are_exact_and_cost_nothing() {
     let mut b = floor(0.6);
     b.set_environment(Environment::constant(Rgb::gray(0.5))).unwrap();
     let lights = omni(500, [-1.0, 1.0, -1.0], [1.0, 2.0, 1.0], 1.0, &mut stream(7));
-    // Straight ahead: the upper half is sky. Its height is that of whole cells of the pilot.
+    // The camera looks straight ahead, so the upper half of the image is sky. This half consists of
+    // whole cells of the pilot.
     let world = World { size: [16, 64], ..World::new(b, [0.0, 0.6, 1.8], [0.0, 0.6, 0.2], 1.0, lights) };
     let options = ControlOptions { error: 0.2, ..ControlOptions::default() };
     for method in [CALIBRATED, CERTIFIED] {
@@ -396,8 +403,8 @@ fn pixels_that_see_the_sky_alone_are_exact_and_cost_nothing() {
                 sky += 1;
                 assert_eq!((e.radiance, e.pairs, e.standard_error), (Rgb::gray(0.5), 0, 0.0), "{method}");
                 assert_eq!((e.claim, e.stop), (Claim::Exact, Stop::Complete), "{method}");
-                // A pixel pays its share of the pilot of its cell, wherever the pilot looks; cells
-                // of sky have none.
+                // The rays of a cell's pilot are shared by all pixels of the cell, including pixels
+                // of sky. A cell of sky alone has no pilot.
                 assert!(e.rays == 0 || (method == CALIBRATED && number >= 16 * 32), "{method}: {e:?}");
             }
         }
@@ -416,8 +423,9 @@ fn black_surfaces_are_exact_and_cost_nothing() {
     }
 }
 
-/// Bounds are of the largest channel, and ignore colours: they are positive where every term is
-/// zero.
+/// A green floor is seen in a red mirror, so every term is zero. Bounds ignore colours and use the
+/// largest channel, so they are positive. Both methods must still find that each pixel is exactly
+/// black.
 #[test]
 fn a_green_floor_in_a_red_mirror_is_found_to_be_black() {
     let mut b = builder();
@@ -427,7 +435,7 @@ fn a_green_floor_in_a_red_mirror_is_found_to_be_black() {
     place(&mut b, quad(0.0), Material::new("green", green));
     place(&mut b, quad(3.0), Material::new("red", red));
     let lights = omni(2000, [-1.0, 1.0, -1.0], [1.0, 2.0, 1.0], 1.0, &mut stream(9));
-    // Narrow enough that the mirror shows nothing but floor.
+    // The field of view is so narrow that the mirror shows only the floor.
     let world = World::new(b, [0.0, 1.0, 0.0], [0.0, 3.0, 0.1], 0.4, lights);
     for method in [CALIBRATED, CERTIFIED] {
         for e in world.estimate(method, &ControlOptions::default()) {
@@ -449,8 +457,8 @@ fn lights_all_at_one_place_are_no_trouble() {
     }
 }
 
-/// Some of the lights are gather points themselves, as where a light path ends at a visible point.
-/// Without a clamp nothing bounds their contribution.
+/// Some lights are at the positions of gather points, as happens if a light path ends at a visible
+/// point. Without a clamp, their contribution has no bound.
 #[test]
 fn lights_where_light_is_gathered_are_no_trouble() {
     let scene = World::new(barred(), ABOVE[0], ABOVE[1], 1.0, Vec::new());

@@ -1,4 +1,4 @@
-//! The direction in which brushed materials are brushed, by the rules of each format.
+//! Direction of brushed (anisotropic) materials, by the rules of each format.
 
 use serde_json::json;
 use tashika::math::Vec3;
@@ -11,8 +11,8 @@ use crate::pbrt;
 const BRUSHED: &str = "<bsdf type=\"roughconductor\"><float name=\"alpha_u\" value=\"0.1\"/>\
     <float name=\"alpha_v\" value=\"0.4\"/></bsdf>";
 
-/// Position in the middle of a triangle, and the first axis of the frame around the shading normal
-/// there; none where the surface needs no tangent.
+/// Returns a position inside a triangle, and the first axis of the frame around the shading normal
+/// there. `None` if the surface needs no tangent.
 fn tangent(scene: &Scene, triangle: u32) -> Option<(Vec3, Vec3)> {
     let point = scene.surface_point(scene.instance_ids().next().unwrap(), triangle, [0.3, 0.3, 0.4]);
     point.tangent.map(|_| (point.position, point.frame(point.shading_normal).t))
@@ -22,7 +22,7 @@ fn mitsuba(shape: &str) -> Scene {
     load_in(&[("scene.xml", xml("3.0.0", shape).as_bytes())]).1.unwrap()
 }
 
-/// Along the first texture coordinate, whatever the transformation.
+/// A rectangle is brushed along its first texture coordinate, with and without a transformation.
 #[test]
 fn rectangles_of_mitsuba_are_brushed_along_u() {
     let turned =
@@ -34,7 +34,7 @@ fn rectangles_of_mitsuba_are_brushed_along_u() {
     }
     let even = BRUSHED.replace("0.4", "0.1");
     assert!(tangent(&mitsuba(&format!("<shape type=\"rectangle\">{even}</shape>")), 0).is_none());
-    // A mix needs a tangent if a part does.
+    // A mix of materials needs a tangent if one of them does.
     let mix = format!(
         "<shape type=\"rectangle\"><bsdf type=\"blendbsdf\"><float name=\"weight\" value=\"0.5\"/>\
          <bsdf type=\"diffuse\"/>{BRUSHED}</bsdf></shape>"
@@ -42,7 +42,8 @@ fn rectangles_of_mitsuba_are_brushed_along_u() {
     assert!(tangent(&mitsuba(&mix), 0).is_some());
 }
 
-/// Spheres around the axis, disks along the radius, to half a step of their meshes.
+/// Spheres are brushed around their axis, disks along the radius, within half a step of their
+/// meshes.
 #[test]
 fn round_shapes_of_mitsuba_are_brushed_along_u() {
     let of = |shape: &str| mitsuba(&format!("<shape type=\"{shape}\">{BRUSHED}</shape>"));
@@ -59,7 +60,8 @@ fn round_shapes_of_mitsuba_are_brushed_along_u() {
     }
 }
 
-/// Without texture coordinates, in the frame that Mitsuba builds around the geometric normal.
+/// A mesh without texture coordinates is brushed along the first axis of the frame that Mitsuba
+/// builds around the geometric normal.
 #[test]
 fn meshes_without_texture_coordinates_have_some_direction() {
     let ply =
@@ -79,13 +81,13 @@ fn meshes_of_pbrt_are_brushed_along_u() {
         |more: &str| tangent(&pbrt::scene(&format!("WorldBegin {material} {mesh} {more}")), 0).unwrap().1;
     let t = of("\"point2 uv\" [0 0  0 1  1 0]");
     assert!((t - Vec3::NEG_X).length() < 1e-6, "{t}");
-    // Without, along the first edge of each triangle.
+    // Without texture coordinates, a triangle is brushed along its first edge.
     let t = of("");
     assert!((t - Vec3::Y).length() < 1e-6, "{t}");
 }
 
-/// glTF's rotation is counter-clockwise from the tangent, and needs texture coordinates, not
-/// textures.
+/// In glTF, the rotation is counter-clockwise from the tangent. It needs texture coordinates, but
+/// no texture.
 #[test]
 fn primitives_of_gltf_are_brushed_along_their_rotation() {
     let load = |has_uvs: bool, rotation: f32| {
@@ -98,8 +100,8 @@ fn primitives_of_gltf_are_brushed_along_their_rotation() {
         d.json["extensionsUsed"] = json!(["KHR_materials_anisotropy"]);
         d.load().unwrap()
     };
-    // The coordinates are the positions: in their image, whose second coordinate runs down, the
-    // surface lies mirrored.
+    // The texture coordinates equal the positions. Since the second coordinate runs down, the
+    // mapping is mirrored, and the rotation appears clockwise.
     for (rotation, expected) in [(0.0, Vec3::X), (0.6435011, Vec3::new(0.8, -0.6, 0.0))] {
         let scene = load(true, rotation);
         let (_, t) = tangent(&scene, 0).unwrap();

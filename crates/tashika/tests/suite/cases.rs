@@ -42,7 +42,7 @@ pub fn parallelogram(corner: Vec3, a: Vec3, b: Vec3) -> MeshData {
     }
 }
 
-/// The box from `lo` to `hi`, normals outward, or inward.
+/// The box from `lo` to `hi`, with its normals inward or outward.
 pub fn cuboid(lo: Vec3, hi: Vec3, inward: bool) -> MeshData {
     let positions = (0..8)
         .map(|k| Vec3::new(pick(k & 1, lo.x, hi.x), pick(k & 2, lo.y, hi.y), pick(k & 4, lo.z, hi.z)))
@@ -63,7 +63,7 @@ fn pick(bit: u32, lo: f32, hi: f32) -> f32 {
     if bit == 0 { lo } else { hi }
 }
 
-/// Adds a mesh at its own place.
+/// Adds a mesh with the identity as its transformation.
 pub fn place(b: &mut SceneBuilder, mesh: MeshData, material: Material) {
     let material = b.add_material(material).unwrap();
     let mesh = b.add_mesh(mesh, material).unwrap();
@@ -137,8 +137,8 @@ pub fn luminances(film: &Film) -> Vec<f64> {
     film.colors().unwrap().map(|c| f64::from(c.luminance())).collect()
 }
 
-/// In a scene with media or motion, path tracing makes the claims of the default method, except
-/// certificates, which are about sums.
+/// Asserts that path tracing is the default method of a scene with media or motion, and that an
+/// audited picture of it uses no VPLs.
 pub fn paths_keep_what_the_default_promises(tracer: &Tracer) {
     let renderer = || Renderer::on(tracer).size([4, 4]);
     let image = renderer().paths(1).render().unwrap();

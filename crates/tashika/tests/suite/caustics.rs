@@ -1,5 +1,5 @@
-//! Light of small lamps over a mirror and through water, against closed forms: it is found, claims
-//! about it hold, and the account of light paths has it.
+//! Light of small lamps that arrives by a mirror or through water, compared with closed forms. The
+//! light is found, claims about it hold, and the account of light paths includes it.
 
 use std::f64::consts::PI;
 
@@ -18,8 +18,8 @@ use crate::cases::{builder, cuboid, glowing, lambert, luminances, parallelogram,
 use crate::light_transport::transport_agrees;
 
 const SIZE: [u32; 2] = [6, 6];
-/// Reflectance of the floor: low, since the closed forms ignore light that the floor sends back to
-/// itself.
+/// Reflectance of the floor. It is low, because the closed forms ignore light that returns to the
+/// floor after it was reflected there.
 const REFLECTANCE: f64 = 0.02;
 /// Relative error requested for each pixel.
 const ERROR: f64 = 0.1;
@@ -77,8 +77,8 @@ fn assert_radiance(scene: SceneBuilder, expected: f64) {
     assert!((of_audited / expected - 1.0).abs() < 0.5 * ERROR, "audited: {of_audited} of {expected}");
 }
 
-/// A lamp of two millimetres that shines at a mirror: its image is three metres above the floor.
-/// One in seven million directions drawn by the BSDF meets it.
+/// A lamp of two millimetres shines up at a mirror. The mirror image of the lamp is three metres
+/// above the floor. Only one in seven million directions that the BSDF samples meets the image.
 #[test]
 fn a_lamp_over_a_mirror_is_found() {
     let mut b = floor(Vec3::new(0.0, 0.8, 0.0), Vec3::ZERO);
@@ -90,8 +90,8 @@ fn a_lamp_over_a_mirror_is_found() {
     assert_radiance(b, REFLECTANCE / PI * intensity() * height * height / (squared * squared));
 }
 
-/// A lamp above water. The light in a small cone around the vertical covers an area `(h + s/n)²`
-/// times its solid angle at the depth `s`, and radiance that leaves the water is `n²` times less.
+/// A lamp at height `h` above water of depth `s`. On the bottom, a narrow vertical cone of light
+/// covers `(h + s/n)²` times its solid angle. Radiance that leaves the water is divided by `n²`.
 #[test]
 fn a_lamp_above_water_is_found() {
     const IOR: f64 = 1.33;
@@ -113,7 +113,8 @@ fn a_lamp_above_water_is_found() {
     assert_radiance(b, passed * REFLECTANCE / PI * irradiance / (IOR * IOR));
 }
 
-/// The account of a floor that is lit over a mirror alone has all of its light, by way and emitter.
+/// A floor is lit only by way of a mirror. The account of light paths has all of its light, by
+/// route and by emitter, and agrees with a path-traced picture.
 #[test]
 fn the_account_of_light_paths_is_that_of_the_picture() {
     let mut b = builder();
@@ -137,8 +138,8 @@ fn the_account_of_light_paths_is_that_of_the_picture() {
     assert!((account.luminance / mean - 1.0).abs() < 0.05, "{account:?} for {mean}");
 }
 
-/// Lamps just below a mirror: directions to their image meet the lamps themselves, which are also
-/// drawn.
+/// Lamps are just below a mirror. Rays toward the mirror image of a lamp hit the lamp itself, which
+/// is sampled directly as well. Each contribution must be counted once.
 #[test]
 fn lamps_before_their_own_image_are_counted_once() {
     let mut b = builder();
@@ -156,7 +157,8 @@ fn lamps_before_their_own_image_are_counted_once() {
     transport_agrees(b, 0.02, "lamps before their image");
 }
 
-/// Returns a paraboloid above the origin with the focus at `(0, focal, 0)`, as seen from there.
+/// Returns a paraboloid above the origin whose focus is at `(0, focal, 0)`. Its front faces the
+/// origin.
 fn paraboloid(focal: f32, radius: f32) -> MeshData {
     const SIDE: u32 = 64;
     let at = |k: u32| radius * (2.0 * k as f32 / SIDE as f32 - 1.0);
@@ -176,9 +178,9 @@ fn paraboloid(focal: f32, radius: f32) -> MeshData {
     MeshData { positions, normals, triangles, ..MeshData::default() }
 }
 
-/// A lamp over a concave mirror, whose image of five millimetres lies on a tile and fills less than
-/// a thousandth of the pixel. Most choices of camera samples miss it. The account does not, so that
-/// no pixel claims without it.
+/// A concave mirror forms an image of a lamp on a tile. The image is five millimetres wide and
+/// fills less than a thousandth of the pixel, so most sets of camera samples miss it. The account
+/// of light paths includes it, so that no pixel makes a claim that ignores this light.
 #[test]
 fn a_focus_that_camera_samples_miss_is_known_to_be_missing() {
     const SEEDS: u64 = 8;
@@ -199,7 +201,7 @@ fn a_focus_that_camera_samples_miss_is_known_to_be_missing() {
         parallelogram(corner, side * Vec3::X, side * Vec3::Z),
         glowing("lamp", lambert(0.0), radiance),
     );
-    // Its only pixel is a square of 0.28 m on the tile.
+    // The image has one pixel, which shows a square of 0.28 m on the tile.
     let pixel = 0.28;
     let fov = 2.0 * (0.5 * pixel / (image - 0.3)).atan();
     b.add_camera(Camera::look_at("main", eye, Vec3::Y, Vec3::Z, fov as f32)).unwrap();

@@ -1,4 +1,4 @@
-//! The exact sum against formulas: one light over a plane, for every kind of light.
+//! The exact sum compared with formulas, for one light of each kind over a plane.
 
 use std::f32::consts::PI;
 
@@ -128,7 +128,8 @@ fn shadows_fall_where_geometry_says() {
         let mut counts = [0; 2];
         for (x, e) in pixels(&tracer, vec![l], 0.0) {
             let towards = if l.kind == VplKind::Directional { -l.direction } else { l.position - x };
-            // Points where the segment passes the block's layers.
+            // `x` at the heights of the block's bottom and top, 1.0 and 1.2 m, on the way to the
+            // light.
             let at = |y: f32| x.x + towards.x / towards.y * y;
             let (a, b) = (at(1.0), at(1.2));
             if a.min(b) > 1e-4 || (a.max(b) < -1e-4) {

@@ -1,4 +1,4 @@
-//! Claims of our method, on lights that are kind and on lights that are not.
+//! Claims of our method, with ordinary lights and with lights that mislead intervals.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ struct World {
 }
 
 impl World {
-    /// Lit by its own VPLs, changed by `change`.
+    /// Returns the box lit by VPLs that are traced in it and then modified by `change`.
     fn new(vpls: u64, change: impl FnOnce(&mut Vec<Vpl>)) -> Self {
         let tracer = Tracer::new(Arc::new(builtin::tiny()));
         let options = VplOptions { count: vpls, seed: 4, ..VplOptions::default() };
@@ -59,7 +59,8 @@ fn the_finest_cut_is_the_whole_sum_and_says_so() {
         let mut complete = 0;
         for (a, b) in world.estimate(method, &options, 3).iter().zip(&world.exact(3)) {
             assert_eq!(a.stop == Stop::Complete, a.claim == Claim::Exact, "{method}");
-            // Where the remaining bounds are nearly zero, the rule is met before.
+            // If the remaining bounds are nearly zero, the rule may be met before the cut is
+            // complete.
             assert_ne!(a.stop, Stop::Budget, "{method}");
             complete += u32::from(a.stop == Stop::Complete);
             let allowed = 8.0 * f64::from(f32::EPSILON) * luminance(b);
@@ -69,8 +70,9 @@ fn the_finest_cut_is_the_whole_sum_and_says_so() {
     }
 }
 
-/// Inherited samples, at a cut that is stopped by its size alone. Five standard errors of 160
-/// pixels and 2 methods: a false alarm once in 5000 sets of seeds.
+/// A cut is stopped by its size alone, so that nodes inherit samples and the stop cannot bias them.
+/// The mean over seeds agrees with the exact sum within five standard errors, in 160 pixels and by
+/// 2 methods: a false alarm once in 5000 sets of seeds.
 #[test]
 fn inherited_samples_are_unbiased() {
     let world = World::new(600, |_| ());
@@ -97,7 +99,8 @@ fn inherited_samples_are_unbiased() {
     }
 }
 
-/// Share of pixels of several seeds whose interval holds, and whose error is within `error`.
+/// Over all pixels and seeds: share of intervals that hold, and share of errors within the
+/// requested error.
 fn kept(world: &World, method: SumMethod, options: &ControlOptions, seeds: u64) -> [f64; 2] {
     let exact = world.exact(4);
     let (mut holds, mut within, mut all) = (0, 0, 0);
@@ -138,7 +141,7 @@ fn certificates_hold_whatever_the_lights() {
     for (name, world) in worlds {
         let options = ControlOptions { error: 0.1, confidence: 0.8, ..ControlOptions::default() };
         let [holds, within] = kept(&world, CERTIFIED, &options, 3);
-        // 480 pixels at 80 %: proven intervals hardly ever miss, since every inequality is
+        // Of 480 intervals at 80 %, hardly any misses, since every inequality of the proof is
         // conservative.
         assert!(holds >= 0.97 && within >= 0.97, "{name}: {holds} hold, {within} within");
     }
@@ -152,22 +155,23 @@ fn calibrated_intervals_hold_as_often_as_they_say() {
         for confidence in [0.8, 0.95] {
             let options = ControlOptions { error: 0.05, confidence, ..ControlOptions::default() };
             let [holds, within] = kept(&world, CALIBRATED, &options, 4);
-            // 640 pixels; neighbours and seeds share the difficulty of the pixel: five standard
-            // errors of 160 trials.
+            // There are 640 trials, but the seeds of a pixel and its neighbours are correlated. The
+            // limit allows five standard errors of 160 trials.
             let allowed = confidence - 5.0 * (confidence * (1.0 - confidence) / 160.0_f64).sqrt();
             assert!(holds >= allowed && within >= allowed, "{name}, {confidence}: {holds}, {within}");
         }
     }
 }
 
-/// The largest error of the three channels, relative to the largest channel.
+/// Returns the largest channel of the truth, and the largest error of the three channels.
 fn worst_channel(e: &PixelRecord, truth: &PixelRecord) -> (f64, f64) {
     Controlled::Channels.size_and_distance(truth.radiance, e.radiance)
 }
 
 #[test]
 fn every_channel_is_kept_where_all_are_controlled() {
-    // Lights of one channel each: their luminances differ ten times, and blue hardly counts in any.
+    // Each light has only one channel. The luminances of the channels differ by a factor of ten,
+    // and blue contributes least.
     let mut world = World::new(1500, |_| ());
     let pure = |(number, light): (usize, &Vpl)| {
         let mut channels = [0.0; 3];
@@ -230,7 +234,7 @@ fn what_is_tolerated_in_the_dark_is_not_worked_for() {
             assert!(f64::from(e.half_width) <= absolute_error * (1.0 + 1e-5), "{method}: {e:?}");
             distance <= absolute_error
         });
-        // 95 % of 160, less five standard errors of as many.
+        // 95 % of 160 pixels, minus five standard errors of 160 trials.
         assert!(good.count() >= 138, "{method}");
     }
 }

@@ -1,4 +1,4 @@
-//! The published methods against the exact sum of the same lights and gather points.
+//! The published methods compared with the exact sum over the same lights and gather points.
 
 use std::sync::Arc;
 
@@ -69,30 +69,31 @@ fn the_finest_cut_is_the_whole_sum() {
         let mut complete = 0;
         for (a, b) in finest.iter().zip(&exact) {
             assert_ne!(a.stop, Stop::Budget, "{method}");
-            // An interval of zero width, where all samples are alike, does not make a whole sum; a
-            // bound of zero does.
+            // If all samples are equal, an interval has zero width and stops the method, but its
+            // estimate is not the whole sum. A method that stops at a bound of zero has the whole
+            // sum.
             if a.stop == Stop::RuleMet && WITH_INTERVAL.contains(&method) {
                 continue;
             }
             complete += 1;
-            // Pair by pair terms are rounded to f32, after their probability was divided out and
-            // multiplied in again.
+            // Each term is divided by its probability, multiplied by it again, and rounded to f32.
             let allowed = 8.0 * f64::from(f32::EPSILON) * luminance(b);
             assert!((luminance(a) - luminance(b)).abs() <= allowed, "{method}: {a:?} {b:?}");
-            // Variances that were added and subtracted again leave a rounding, 10⁻¹⁶ of the
-            // largest; as an error, its root. Methods without samples state none.
+            // Variances that were added and subtracted again leave a rounding error of 10⁻¹⁶ of the
+            // largest variance. The standard error is its square root. Methods without samples
+            // state no standard error.
             let is_unknown = a.standard_error.is_nan() && !WITH_INTERVAL.contains(&method);
             assert!(is_unknown || f64::from(a.standard_error) <= 1e-6 * luminance(b), "{method}: {a:?}");
         }
-        // A pixel of three points is complete only if all of them are.
+        // A pixel of three gather points is complete only if each of the three is.
         assert!(complete > 20, "{method}: {complete} of 96");
     }
     assert!(exact.iter().map(luminance).sum::<f64>() > 0.0);
 }
 
-/// Means over many seeds of a cut that is stopped by its size alone, so that the stop cannot bias
-/// them; and the strata's estimates of their own variance. Five standard errors of 96 pixels and 5
-/// methods: false alarms once in 3000 sets of seeds.
+/// A cut is stopped by its size alone, so that the stop cannot bias the estimate. The mean over
+/// many seeds agrees with the exact sum within five standard errors, in 96 pixels and by 5 methods:
+/// a false alarm once in 3000 sets of seeds. The stated variances agree with the measured ones.
 #[test]
 fn estimates_of_a_fixed_cut_are_unbiased() {
     let world = World::new(400);
@@ -118,7 +119,8 @@ fn estimates_of_a_fixed_cut_are_unbiased() {
         }
         if WITH_INTERVAL.contains(&method) {
             let measured: f64 = moments.iter().map(tashika::stats::Moments::variance).sum();
-            // Sums over 96 pixels of 400 runs each: heavy tails leave a few percent.
+            // With heavy tails, sums over 96 pixels of 400 runs each are uncertain by a few
+            // percent.
             assert!((said / measured - 1.0).abs() < 0.1, "{method}: says {said}, is {measured}");
         }
     }
@@ -161,7 +163,8 @@ fn an_interval_is_stated_only_where_the_rule_is_met() {
     }
 }
 
-/// Lower tolerances and higher confidences never make a method cheaper on the whole.
+/// With a lower tolerance or a higher confidence, the sum of the pairs of all pixels is not
+/// smaller.
 #[test]
 fn promising_more_costs_more() {
     let world = World::new(1000);
@@ -178,8 +181,8 @@ fn promising_more_costs_more() {
     }
 }
 
-/// Intensities times a power of two change no mantissa: the same terms are drawn, and every number
-/// is doubled.
+/// All intensities are doubled, which changes no mantissa. The same terms are drawn, and every
+/// result is exactly doubled.
 #[test]
 fn twice_the_light_is_twice_the_picture_to_the_bit() {
     let world = World::new(500);
@@ -188,7 +191,7 @@ fn twice_the_light_is_twice_the_picture_to_the_bit() {
     let lights = VplSet::new(doubled, world.lights.provenance().clone()).into();
     let all = Window::full(SIZE);
     let bright = World { tracer: Arc::clone(&world.tracer), lights };
-    // Directly visible light is not doubled; the film's background is subtracted.
+    // Directly visible light is not doubled, so only pixels whose background is black are compared.
     let lights = VplSet::new(Vec::new(), world.lights.provenance().clone()).into();
     let dark = World { tracer: Arc::clone(&world.tracer), lights };
     let options = ControlOptions::default();
@@ -200,7 +203,7 @@ fn twice_the_light_is_twice_the_picture_to_the_bit() {
         for ((a, b), seen) in once.iter().zip(&twice).zip(&background) {
             if seen.radiance.is_black() {
                 assert_eq!(a.radiance * 2.0, b.radiance, "{method}");
-                // Compared by bits, since an unknown error is NaN.
+                // Errors are compared by their bits, since an unknown error is NaN.
                 let errors = [a.standard_error * 2.0, b.standard_error].map(f32::to_bits);
                 assert_eq!((errors[0], a.pairs, a.rays), (errors[1], b.pairs, b.rays), "{method}");
                 assert_eq!(a.half_width * 2.0, b.half_width, "{method}");
@@ -219,7 +222,7 @@ fn a_pixel_is_the_same_in_any_tile() {
         let all = world.estimate(method, &options, 2, Window::full(SIZE));
         for (x, y) in [(0, 0), (7, 3), (11, 7)] {
             let alone = world.estimate(method, &options, 2, Window { x, y, width: 1, height: 1 });
-            // Compared as texts, in which NaN equals itself.
+            // Records are compared as texts, since NaN does not equal itself as a number.
             let texts = [alone[0], all[(y * SIZE[0] + x) as usize]].map(|record| format!("{record:?}"));
             assert_eq!(texts[0], texts[1], "{method}");
         }

@@ -1,8 +1,9 @@
-//! Damaged and hostile glTF files: an error that names the fault and its place, or a note; never a
-//! panic, never more memory than the file's own size justifies.
+//! Damaged and hostile glTF files. Loading gives an error that names the fault and its place, or a
+//! scene with a note. It never panics, and never takes more memory than the size of the file
+//! justifies.
 //!
-//! A mutated file may well be valid, so the mutation tests require only that loading returns. They
-//! do not prove that no other bytes make it panic.
+//! A mutated file may still be valid, so the mutation tests only require that loading returns. They
+//! do not prove that no other bytes cause a panic.
 
 use serde_json::{Value, json};
 use tashika::error::{Error, Result};
@@ -13,7 +14,7 @@ use super::gltf::{CORNERS, Document, glb, load, load_in, notes, only_note, png, 
 
 use crate::cases::lenient;
 
-/// A file that uses a bit of every feature that is read.
+/// A file that uses every feature that the loader reads.
 fn rich() -> Document {
     let mut d = Document::triangle();
     d.add_uvs("TEXCOORD_0");
@@ -122,13 +123,14 @@ fn exposed() -> LoadOptions {
     LoadOptions { shutter: Some([-0.25, 0.25]), ..moving() }
 }
 
-/// The opaque surface of the first mesh, below all layers.
+/// Returns the opaque surface of the first mesh, below all of its layers.
 fn opaque(scene: &Scene) -> Surface {
     let mut material = scene.meshes()[0].material;
     loop {
         material = match scene.materials()[material.index()].surface {
             Surface::Mix { first, second, .. } => {
-                // A weaker reflection is a mix with the same surface without any.
+                // A surface with a weaker reflection is read as a mix: with the same surface
+                // without reflection.
                 let is_below = matches!(scene.materials()[first.index()].surface, Surface::Lambert { .. });
                 if is_below { second } else { first }
             }
@@ -175,7 +177,8 @@ fn the_undamaged_file_is_sound() {
     let folder = tempfile::tempdir().unwrap();
     let scene = load_in(folder.path(), "m.glb", &rich().glb(), &moving()).unwrap();
     assert_eq!(scene.time(), Some(0.5));
-    // Three instances of the second mesh; an image each for colours, numbers, red and opacity.
+    // The second mesh has three instances. There is one image each for colours, numbers, red and
+    // opacity.
     assert_eq!((scene.meshes().len(), scene.instances().len(), scene.images().len()), (2, 4, 4));
     assert_eq!((scene.cameras().len(), scene.emitters().len(), scene.area_emitters().count()), (2, 1, 1));
     let exposed = load_in(folder.path(), "m.glb", &rich().glb(), &exposed()).unwrap();
@@ -194,7 +197,7 @@ fn truncated_at_every_length() {
         let said = result.expect_err("the header promises more bytes than are there").to_string();
         // Files shorter than the signature have no known format.
         assert!(length < 4 || said.contains("truncated"), "{length} of {} bytes: {said}", whole.len());
-        // With a corrected header, the chunks are short, or the JSON is.
+        // If the length in the header is corrected, a chunk or the JSON is truncated.
         if length >= 12 {
             let mut corrected = whole[..length].to_vec();
             corrected[8..12].copy_from_slice(&(length as u32).to_le_bytes());
@@ -410,7 +413,8 @@ fn counts_beyond_the_bytes_present_are_refused() {
     d = rich();
     d.json["bufferViews"][0]["byteStride"] = json!(8);
     assert!(invalid(d.load()).contains("each 8 after the last"));
-    // Zeros need no bytes; a file could claim any number of them.
+    // An accessor without a buffer view is all zeros and needs no bytes, so a file could claim any
+    // number of elements.
     let mut d = rich();
     d.json["accessors"][0].as_object_mut().unwrap().remove("bufferView");
     d.json["accessors"][0]["count"] = json!(4_000_000_000_u64);
@@ -588,7 +592,7 @@ fn bytes_that_are_no_gltf_are_refused() {
     assert!(matches!(load("b.glb", b"glTF\x01\0\0\0\x14\0\0\0"), Err(Error::Unsupported { .. })));
     let text = invalid(load("b.gltf", b"{\n\"asset\": 3\n}"));
     assert!(text.contains("b.gltf:2: JSON that is no glTF"), "{text}");
-    // The least there can be.
+    // The smallest valid files.
     assert!(load("b.gltf", b"{\"asset\":{\"version\":\"2.0\"}}").is_ok());
     let scene = load("b.glb", &glb(b"{\"asset\":{\"version\":\"2.0\"}}", b"")).unwrap();
     assert_eq!(scene.instanced_triangles(), 0);
@@ -609,7 +613,7 @@ fn a_buffer_that_is_missing_or_short_is_an_error() {
     assert!(invalid(load(&d)).contains("buffers[0]: a data: URI with damaged base64"));
     d.json["buffers"][0].as_object_mut().unwrap().remove("uri");
     assert!(invalid(load(&d)).contains("buffers[0]: no uri"));
-    // A buffer without references may be missing.
+    // A buffer that nothing refers to may be missing.
     let mut d = Document::triangle();
     d.push("buffers", json!({ "byteLength": 8, "uri": "nobody-needs-it.bin" }));
     assert!(d.load().is_ok());
@@ -692,7 +696,7 @@ fn references_out_of_the_folder_are_refused() {
         let free = LoadOptions { allow_outside: true, ..LoadOptions::default() };
         assert!(load_in(&inside, "s.gltf", &d.text(), &free).is_ok(), "{reference}");
     }
-    // An image there is not read either, as if it were missing.
+    // An image outside the folder is not read either; it counts as missing.
     let mut d = rich();
     std::fs::write(folder.path().join("secret.png"), png([[255; 4]; 2])).unwrap();
     d.json["images"][0] = json!({ "uri": "../secret.png" });

@@ -1,8 +1,9 @@
-//! Damaged and hostile Mitsuba files: an error that names the fault and its place, or a note; never
-//! a panic, never more memory or time than the files' own size justifies.
+//! Damaged and hostile Mitsuba files. Loading gives an error that names the fault and its place, or
+//! a scene with a note. It never panics, and never takes more memory or time than the size of the
+//! files justifies.
 //!
-//! A mutated file may well be valid, so the mutation tests require only that loading returns, and
-//! that errors name the file. They do not prove that no other bytes make it panic.
+//! A mutated file may still be valid, so the mutation tests only require that loading returns, and
+//! that errors name the file. They do not prove that no other bytes cause a panic.
 
 use tashika::error::{Error, Result};
 use tashika::scene::{NoteKind, Scene};
@@ -11,7 +12,7 @@ use super::mitsuba::{Files, four_colours, load_in, serialized, vol, xml};
 
 use crate::cases::lenient;
 
-/// A scene that uses a bit of every feature that is read.
+/// A scene that uses every feature that the loader reads.
 const RICH: &str = r##"<default name="spp" value="4"/><default name="kind" value="volpath"/>
 <integrator type="$kind"><integer name="max_depth" value="8"/></integrator>
 <sensor type="thinlens" id="view"><float name="fov" value="40"/><float name="aperture_radius" value="0.1"/>
@@ -144,7 +145,7 @@ fn mutated_bytes_and_values_do_not_panic() {
                 };
             }
         } else {
-            // One attribute's value.
+            // Replaces the value of one attribute.
             let quotes: Vec<usize> =
                 mutated.iter().enumerate().filter(|(_, b)| **b == b'"').map(|(i, _)| i).collect();
             let pair = 2 * numbers.below(quotes.len() / 2);
@@ -179,7 +180,7 @@ fn errors_name_line_column_value_and_what_is_expected() {
         let text = invalid(body);
         assert!(text.contains(part) && text.contains("scene.xml:2:"), "{text}");
     }
-    // A mesh must not be read from there; it counts as missing.
+    // A mesh outside the folder is not read; it counts as missing.
     let outside = "<shape type=\"obj\"><string name=\"filename\" value=\"../m.obj\"/></shape>";
     let scene = load(outside).unwrap();
     let note = scene.notes().iter().find(|note| note.kind == NoteKind::Missing).unwrap();
@@ -229,7 +230,7 @@ fn nesting_is_limited_and_sharing_does_not_multiply() {
     }
     let text = invalid(&format!("{chain}<shape type=\"cube\"><ref id=\"m4999\"/></shape>"));
     assert!(text.contains("deep in each other"), "{text}");
-    // Each refers twice to the one before: 2⁴⁰ paths.
+    // Each texture refers twice to the previous one, which makes 2³⁹ paths.
     let mut doubled = String::from("<texture type=\"checkerboard\" id=\"t0\"/>");
     for i in 1..40 {
         doubled += &format!(
@@ -240,7 +241,8 @@ fn nesting_is_limited_and_sharing_does_not_multiply() {
     let body = format!(
         "{doubled}<shape type=\"cube\"><bsdf type=\"diffuse\"><ref id=\"t39\" name=\"reflectance\"/></bsdf></shape>"
     );
-    // The builder decides if such a texture is accepted; the loader has to return.
+    // The builder may accept or refuse such a texture. This test only requires that loading
+    // returns.
     drop(load(&body));
     let mut mixes = String::from("<bsdf type=\"diffuse\" id=\"m0\"/>");
     for i in 1..30 {

@@ -1,5 +1,5 @@
-//! Damaged and hostile OBJ and MTL files: a scene or an error, never a panic, and nothing from
-//! outside the scene's folder.
+//! Damaged and hostile OBJ and MTL files. Loading gives a scene or an error, never panics, and
+//! reads nothing from outside the scene's folder.
 
 use std::fs;
 use std::path::PathBuf;
@@ -29,7 +29,7 @@ fn png() -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// A folder with a valid scene, some of whose files are then replaced.
+/// A folder with a valid scene. Tests replace some of its files.
 struct Folder(TempDir);
 
 impl Folder {
@@ -47,8 +47,8 @@ impl Folder {
     }
 
     fn write(&self, name: &str, bytes: &[u8]) {
-        // Some file systems flush a file that is rewritten in place, which is slow; a new one costs
-        // nothing.
+        // The old file is removed first: some file systems flush a file that is rewritten in place,
+        // which is slow.
         let _ = fs::remove_file(self.path(name));
         fs::write(self.path(name), bytes).unwrap();
     }
@@ -67,7 +67,7 @@ impl Folder {
     }
 }
 
-/// Asserts the invariants of every scene that a loader could break.
+/// Asserts all invariants of a scene that a loader could break.
 fn check(scene: &Scene) {
     for mesh in scene.meshes() {
         let n = mesh.positions().len();
@@ -188,7 +188,7 @@ fn points_that_are_not_finite_and_faces_without_area_are_left_out() {
         "s 1\nf 1 2 3\nf 1 2 4\nf 1 2 3 5\nf 6 1 2\nf 1 2 7\nf 1 1 1\nf 1 1 2 2\nf 1/1/1 2/1/1 3/1/1\n";
     folder.write("scene.obj", format!("{points}{faces}").as_bytes());
     let scene = folder.load().unwrap();
-    // The first face, the first half of the third, and the last.
+    // These are the first face, the first half of the third, and the last.
     assert_eq!(scene.instanced_triangles(), 3);
     let mesh = &scene.meshes()[0];
     let used = mesh.triangles().iter().flatten().map(|&i| mesh.normals()[i as usize]);

@@ -1,5 +1,5 @@
-//! Damaged and hostile pbrt files: a scene or an error with its line, never a panic, and no more
-//! memory or time than the files are worth.
+//! Damaged and hostile pbrt files. Loading gives a scene or an error with its line. It never
+//! panics, and takes no more memory or time than the size of the files justifies.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use tashika::scene::{NoteKind, Scene};
 
 use super::pbrt::{Folder, TRIANGLE, V3, V4, noted, notes, refusal, scene};
 
-/// Features of every kind, in each format.
+/// A scene of each version of the format, with features of every kind.
 const RICH_V3: &str = "LookAt 0 0 5 0 0 0 0 1 0 Camera \"perspective\" \"float fov\" [40]\n\
     Film \"image\" \"integer xresolution\" 8 \"float cropwindow\" [0 1 0 .5]\nWorldBegin # comment\n\
     LightSource \"infinite\" \"color L\" [.1 .2 .3]\nTexture \"a\" \"float\" \"constant\" \"float value\" 0.5\n\
@@ -29,7 +29,7 @@ const RICH_V4: &str = "Option \"bool disablepixeljitter\" false ColorSpace \"srg
     Material \"coateddiffuse\" \"texture roughness\" \"t\" AreaLightSource \"diffuse\" \"float power\" 5\n\
     Shape \"bilinearmesh\" \"point3 P\" [0 0 0 1 0 0 0 1 0 1 1 1]\nShape \"disk\" ReverseOrientation\n";
 
-/// Numbers to damage files by.
+/// Random numbers by which files are damaged.
 struct Numbers(Stream);
 
 impl Numbers {
@@ -43,7 +43,7 @@ impl Numbers {
     }
 }
 
-/// Loads, and checks that errors name a line of a text.
+/// Loads a scene. Asserts that a scene is sound, and that an error names a line or an item.
 fn load(folder: &Folder, bytes: &[u8]) -> Result<Scene> {
     folder.write("scene.pbrt", bytes);
     let loaded = load_scene(&folder.0.path().join("scene.pbrt"), &LoadOptions::default());
@@ -52,8 +52,7 @@ fn load(folder: &Folder, bytes: &[u8]) -> Result<Scene> {
             assert!(!scene.cameras().is_empty() && scene.bounds().size().is_finite());
             assert!(scene.instances().iter().all(|instance| instance.to_world.is_finite()));
         }
-        // A fault of the whole scene has no line, and neither has a text that cannot be
-        // decompressed.
+        // A fault of the scene as a whole and a file that cannot be decompressed have no line.
         Err(error @ Error::Invalid { at, .. }) => {
             let whole = error.to_string().contains("bounds") || bytes.starts_with(b"\x1f\x8b");
             assert!(at.line.is_some() || at.item.is_some() || whole, "{error}");
@@ -176,7 +175,7 @@ fn includes_that_never_end_are_refused() {
         let error = load(&folder, text.as_bytes()).unwrap_err().to_string();
         assert!(error.contains("32 deep"), "{error}");
     }
-    // Each file includes the next one many times.
+    // Each file includes the next one ten times.
     for depth in 0..30 {
         folder.write(&format!("{depth}.pbrt"), format!("Include \"{}.pbrt\"\n", depth + 1).repeat(10));
     }

@@ -1,5 +1,5 @@
-//! Damaged USD files: an error or a scene, never a panic, and never more memory than the bytes are
-//! worth.
+//! Damaged USD files. Loading gives an error or a scene. It never panics, and never takes more
+//! memory than the size of the file justifies.
 
 use std::path::Path;
 
@@ -24,8 +24,8 @@ fn bytes(name: &str) -> Vec<u8> {
     std::fs::read(Path::new(SAMPLES).join(name)).unwrap()
 }
 
-/// Lenient options with a small budget: claimed sizes may exceed it, and nothing is allocated by
-/// them.
+/// Lenient options with a small limit on sizes. Sizes that a file claims may exceed the limit; then
+/// nothing may be allocated for them.
 fn small() -> LoadOptions {
     LoadOptions { max_file_bytes: 1 << 22, at: Some(1.0), ..lenient() }
 }
@@ -36,7 +36,7 @@ fn files_that_are_cut_off_are_refused() {
     for name in ["simple.usdc", "simple.usdz", "packed.usdz", "simple.usda", "parts/chair.usdc"] {
         let all = bytes(name);
         let ending = name.rsplit('.').next().unwrap();
-        // A text may end before its first prim, and after the last brace.
+        // A text that ends before its first prim or after its last brace is valid.
         let last = all.iter().rposition(|b| !b.is_ascii_whitespace()).unwrap();
         let first =
             if ending == "usda" { all.windows(9).position(|w| w == b"def Xform").unwrap() + 1 } else { 0 };
@@ -79,7 +79,8 @@ fn mutated_bytes_do_not_panic() {
     }
 }
 
-/// Every eight bytes of a file in turn become the largest numbers: sizes and places among them.
+/// Eight bytes of a file, at each position in turn, are replaced with the largest number. Among
+/// them are sizes and offsets.
 #[test]
 fn claimed_sizes_are_held_against_the_bytes_that_are_there() {
     let folder = tempfile::tempdir().unwrap();

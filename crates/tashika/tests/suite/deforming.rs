@@ -1,5 +1,5 @@
-//! Meshes that deform while the shutter is open: the pictures of rigid motion where vertices move
-//! rigidly, closed forms, and the mean of pictures of the shapes between.
+//! Meshes that deform while the shutter is open, compared with the same rigid motion by a
+//! transformation, with closed forms, and with the mean of pictures of the intermediate shapes.
 
 use glam::{Affine3A, DAffine3, DVec3, Vec2};
 use tashika::accel::Tracer;
@@ -24,7 +24,7 @@ use crate::sums::assert_sums_are_what_paths_find;
 /// Interval in which the shutter is open (s).
 const SHUTTER: [f64; 2] = [1.0, 2.0];
 
-/// Adds a mesh whose vertices are moved by `way` until the shutter closes.
+/// Adds a mesh whose vertices move to the positions given by `way` while the shutter is open.
 fn deform(b: &mut SceneBuilder, mesh: MeshData, material: Material, way: impl Fn(Vec3) -> Vec3) {
     let material = b.add_material(material).unwrap();
     let positions = mesh.positions.iter().map(|&p| way(p)).collect();
@@ -37,8 +37,8 @@ fn paths(tracer: &Tracer, count: u32, size: [u32; 2], seed: u64) -> Film {
     film(tracer, &PathTracer::new(tracer, PathStop::Count(count), 1000).unwrap(), size, 1, seed)
 }
 
-/// A board and a lamp in a room, which move along ways of their own and grow, by vertices or by
-/// maps.
+/// A room with a board and a lamp that move in different directions and grow. The motion is stored
+/// as moving vertices if `by_vertices`, else as moving transformations.
 fn pushed(by_vertices: bool) -> Scene {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 4.0);
@@ -61,7 +61,8 @@ fn pushed(by_vertices: bool) -> Scene {
     b.build().unwrap()
 }
 
-/// The paths meet the same objects: only rounding differs.
+/// Both ways of storing the motion give the same picture up to rounding: rays meet the same
+/// objects.
 #[test]
 fn what_goes_straight_is_the_same_by_its_vertices_as_by_a_map() {
     const SIZE: [u32; 2] = [16, 12];
@@ -80,7 +81,7 @@ fn what_goes_straight_is_the_same_by_its_vertices_as_by_a_map() {
             else {
                 continue;
             };
-            // Except for rays past an edge.
+            // Rays that pass close to an edge may differ.
             let edge = one.barycentric.iter().chain(&other.barycentric).any(|b| *b < 1e-3);
             if edge && one.instance != other.instance {
                 continue;
@@ -94,7 +95,7 @@ fn what_goes_straight_is_the_same_by_its_vertices_as_by_a_map() {
     }
     let [a, b] = [&rigid, &deforming].map(|tracer| luminances(&paths(tracer, 256, SIZE, 7)));
     let mean = a.iter().sum::<f64>() / a.len() as f64;
-    // A few paths, past edges, have other values.
+    // A few paths that pass close to an edge have other values.
     let worst = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let off = (a.iter().sum::<f64>() - b.iter().sum::<f64>()).abs() / a.len() as f64;
     assert!(worst < 0.02 * mean && off < 2e-4 * mean, "{worst} and {off} of {mean}");
@@ -103,14 +104,15 @@ fn what_goes_straight_is_the_same_by_its_vertices_as_by_a_map() {
     assert_eq!(plain, threads, "the same bits without vector instructions and by other threads");
 }
 
-/// A camera that looks along `−z` through so narrow a film that all rays are the axis.
+/// Adds a camera that looks along `−z`. Its field of view is so narrow that all rays are nearly its
+/// axis.
 fn needle(b: &mut SceneBuilder, eye: Vec3) {
     b.add_camera(Camera::look_at("c", eye, eye + Vec3::NEG_Z, Vec3::Y, 1e-4)).unwrap();
 }
 
-/// A lamp a metre above a floor, of which two corners move away. Its half-width goes from `0.3` to
-/// `1.8` along x at `y = 0.3`, and stays at `y = −0.3`, so that it is a trapezium between. The
-/// radiance of the floor below the middle is
+/// A lamp is a metre above a floor, and two of its corners move outward. At `y = 0.3` its
+/// half-width along x grows from `0.3` to `1.8`; at `y = −0.3` it stays. At intermediate times the
+/// lamp is a trapezium. The radiance of the floor below its middle is
 /// ```text
 /// ρ/π ∫₀¹ L ∫∫ 1/(1 + x² + y²)² dx dy du     |y| ≤ 0.3, |x| ≤ 0.3 + 1.5 u (y + 0.3)/0.6
 /// ```
@@ -119,7 +121,7 @@ fn a_lamp_that_deforms_lights_by_its_shape_at_each_time() {
     let mut b = builder();
     let floor = parallelogram(Vec3::new(-9.0, -9.0, 0.0), Vec3::X * 18.0, Vec3::Y * 18.0);
     place(&mut b, floor, Material::new("floor", lambert(0.8)));
-    // Strips, whose sides go in straight lines.
+    // The lamp consists of strips, so that its sides stay straight.
     const STRIPS: u32 = 24;
     let row = |k: u32| -0.3 + 0.6 * k as f32 / STRIPS as f32;
     let mut lamp = MeshData::default();
@@ -147,12 +149,13 @@ fn a_lamp_that_deforms_lights_by_its_shape_at_each_time() {
     luminances(&paths(&tracer(b), 64, [16, 16], 5)).into_iter().for_each(|l| m.push(l));
     let (mean, error) = (m.mean(), m.standard_error());
     assert!(error < 0.02 * expected, "not sharp: {mean} ± {error}");
-    // 4.4 standard errors are passed once in 10⁵.
+    // An error exceeds 4.4 standard errors once in 10⁵.
     assert!((mean - expected).abs() < 4.4 * error + 1e-4 * expected, "{mean} ± {error} for {expected}");
 }
 
 /// A room with a curtain that swings, a lamp that bends and turns over, and a pane that is
-/// stretched: while the shutter is open, or as they are after a share of that time.
+/// stretched while the shutter is open. With `at`, the shapes are fixed as they are after that
+/// share of the time.
 fn stage(at: Option<f32>) -> Scene {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 4.0);
@@ -210,7 +213,8 @@ fn what_deforms_is_seen_as_the_mean_of_its_shapes() {
     assert_seen_as_the_mean("shapes", stage(None), |share| stage(Some(share as f32)));
 }
 
-/// Lights and gather points of an instant lie on the mesh as it is then.
+/// Sums over instants agree with path tracing: lights and gather points of an instant lie on the
+/// mesh as it is at that instant.
 #[test]
 fn sums_over_instants_are_what_paths_find() {
     let tracer = Tracer::new(stage(None).into());
@@ -218,8 +222,8 @@ fn sums_over_instants_are_what_paths_find() {
     paths_keep_what_the_default_promises(&tracer);
 }
 
-/// A floor that is stretched along x from the middle, to three times its width, seen from above: a
-/// point at `x` in the middle of the time goes from `x/2` to `3x/2`.
+/// A floor, seen from above, is stretched along x to three times its width, around its middle. A
+/// point that is at `x` half-way through moves from `x/2` to `3x/2`.
 #[test]
 fn motion_vectors_are_those_of_the_vertices() {
     let mut b = builder();

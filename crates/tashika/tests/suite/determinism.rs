@@ -1,4 +1,4 @@
-//! Same seed, same bits: threads, windows and shares are not inputs.
+//! The same seed gives the same bits for any number of threads, in any window, and in any share.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -27,7 +27,7 @@ const METHODS: [&str; 8] = [
     "light transport",
 ];
 
-/// Everything from the tracer to the film, on a pool of `threads`.
+/// Makes the tracer, the lights and the film on a pool of `threads` threads.
 fn run(threads: usize, method: &str, window: Window, share: TileShare) -> (Film, VplSet) {
     with_threads(threads, || {
         let tracer = Tracer::new(Arc::new(builtin::tiny()));

@@ -1,12 +1,12 @@
-//! Scenes at the ends of the range of numbers: sizes of 10⁻²⁰ to 10¹⁸ m, radiance of 10⁻³⁸ to 10³⁸,
-//! triangles without width, materials, textures, media and cameras at the limits of accepted
-//! values.
+//! Random scenes at the ends of the range of numbers: sizes of 10⁻²⁰ to 10¹⁸ m, radiance of 10⁻³⁸
+//! to 10³⁸, and triangles without width. Materials, textures, media and cameras are at the limits
+//! of accepted values.
 //!
-//! Each pixel of each method is finite, or has the stop `not finite` and no claim. Where light and
-//! squared lengths are within single precision, all pixels are finite.
+//! With every method, each pixel is finite, or has the stop `not finite` and claims nothing. If
+//! light and squared lengths are within the range of single precision, all pixels are finite.
 //!
-//! Scenes are drawn by fixed seeds, and a message has the number of its scene. Draws that the
-//! builder refuses are skipped. `TASHIKA_SLOW_TESTS=1` draws more of them.
+//! The seeds of the scenes are fixed, and a message of failure has the number of its scene. Scenes
+//! that the builder refuses are skipped. With `TASHIKA_SLOW_TESTS=1` more scenes are drawn.
 
 use std::env;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -33,13 +33,13 @@ const SIZE: [u32; 2] = [4, 3];
 /// Range of lengths and radiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Range {
-    /// Products of drawn numbers stay within single precision.
+    /// Products of drawn numbers are within the range of single precision.
     Within,
-    /// As far as single precision reaches.
+    /// Drawn numbers span the whole range of single precision.
     Beyond,
 }
 
-/// A generator of scenes.
+/// Generator of a random scene.
 struct Draw {
     s: Stream,
     range: Range,
@@ -56,12 +56,12 @@ impl Draw {
         self.s.below(of) == 0
     }
 
-    /// Ten to a uniform exponent.
+    /// Returns ten to the power of a uniform number between `from` and `to`.
     fn power(&mut self, from: f32, to: f32) -> f32 {
         powf(10.0, from + (to - from) * self.s.uniform())
     }
 
-    /// A share, often at an end.
+    /// Returns a share between 0 and 1, often close to an end.
     fn share(&mut self) -> f32 {
         let middle = self.s.uniform();
         let tiny = self.power(-30.0, -2.0);
@@ -162,7 +162,8 @@ impl Draw {
                 cuboid(one.min(other), one.max(other), self.chance(2))
             }
             1 => {
-                // Three corners on a line, two at one place, and neighbours that are neither.
+                // Degenerate triangles: three corners on a line, or two at the same position. Their
+                // neighbours are not degenerate.
                 let (corner, edge, other) = (self.place(), self.edge(), self.edge());
                 let nearly = self.power(-20.0, -3.0);
                 let positions = vec![
@@ -181,9 +182,9 @@ impl Draw {
     }
 
     fn emitter(&mut self) -> Emitter {
-        // Often in a surface, or at its edge.
+        // The position is often in a surface or at its edge.
         let position = self.place();
-        // In proportion to the area of the scene.
+        // The intensity is proportional to the square of the scene's size.
         let intensity =
             self.radiance() * if self.range == Range::Within { self.size * self.size } else { 1.0 };
         if self.chance(3) {
@@ -207,7 +208,7 @@ impl Draw {
         }
     }
 
-    /// A scene, unless the builder refuses it.
+    /// Returns a random scene; `None` if the builder refuses it.
     fn scene(&mut self, has_media: bool) -> Option<Scene> {
         let mut b = builder();
         for _ in 0..1 + self.s.below(5) {
@@ -248,7 +249,7 @@ fn draw(number: u64, range: Range) -> Draw {
     Draw { s, range, size: powf(10.0, exponent) }
 }
 
-/// Films of path tracing, of one method of sums, and of one with a claim.
+/// Renders three films: by path tracing, by one of all methods in turn, and with a claim.
 fn films(tracer: &Tracer, number: u64) -> Vec<(String, Film)> {
     let plain = || Renderer::on(tracer).size(SIZE).vpls(100);
     let methods: Vec<MethodName> = MethodName::all().collect();

@@ -1,5 +1,5 @@
-//! Rooms far from zero: a closed room that glows is equally bright at any position, in any format,
-//! and positions in the output of the program are those of its file.
+//! Rooms far from zero. A closed room with glowing walls is equally bright at any position and in
+//! any format, and the program states positions as they are in the file.
 //!
 //! The walls of the room emit `L_e = 0.8` and reflect `ρ = 0.6`, so that the radiance is
 //! `L_e / (1 − ρ) = 2` everywhere. Its half size is 1 m; numbers of single precision are half a
@@ -21,7 +21,7 @@ use crate::cases::{builder, cuboid, film, glowing, lambert, lenient, luminances,
 
 const EXPECTED: f64 = 2.0;
 
-/// Middles of rooms, most of which are not numbers of single precision.
+/// Centres of rooms. Most coordinates are not representable in single precision.
 const FAR: [DVec3; 3] =
     [DVec3::new(1e6, 1e6, 1e6), DVec3::new(5e6 + 0.3, -4.2e6 - 0.1, 12.7), DVec3::new(-0.2, 5e6 + 0.4, 3e5)];
 
@@ -34,7 +34,7 @@ fn triangles() -> Vec<[u32; 3]> {
     cuboid(-Vec3::ONE, Vec3::ONE, true).triangles
 }
 
-/// Formats numbers with blanks between.
+/// Formats numbers, separated by blanks.
 fn list<T: ToString>(numbers: impl IntoIterator<Item = T>) -> String {
     numbers.into_iter().map(|n| n.to_string()).collect::<Vec<_>>().join(" ")
 }
@@ -60,9 +60,9 @@ fn mean(of: &[f64]) -> f64 {
     of.iter().sum::<f64>() / of.len() as f64
 }
 
-/// Checks that the film far away equals that of the room around zero, except for single paths that
-/// rounding sends elsewhere. Of 6,144 paths, each of some 30 random choices, one choice in 10⁶
-/// falls to the other side of a rounded edge. Two paths of twice the radiance are permitted.
+/// Checks that a room far from zero has the same film as the room around zero, except for single
+/// paths that rounding changes. There are 6,144 paths, each with about 30 random choices, and
+/// rounding changes one choice in 10⁶. Two paths may differ by twice the radiance.
 fn is_as_bright(what: &str, room: impl Fn(DVec3) -> Scene) {
     let near = room(DVec3::ZERO);
     assert_eq!(near.origin(), DVec3::ZERO, "{what}: bits near zero stay");
@@ -168,7 +168,8 @@ fn obj(middle: DVec3) -> String {
     text
 }
 
-/// Objects are placed and moved in the frames of other objects.
+/// An object is placed and moved by transformations that are large and nearly cancel. Its corners
+/// are still where its file has them.
 #[test]
 fn instances_of_objects_are_where_their_transforms_put_them() {
     for middle in FAR {
@@ -194,7 +195,7 @@ fn instances_of_objects_are_where_their_transforms_put_them() {
     }
 }
 
-/// These files have no camera: the program's own camera sees the whole room.
+/// OBJ files have no camera. The default camera sees the whole room.
 #[test]
 fn rooms_of_obj_are_where_their_file_has_them() {
     for middle in FAR {
@@ -300,7 +301,7 @@ fn rooms_of_builders_and_things_that_move_in_them_are_as_bright() {
     is_as_bright("motion", |middle| {
         let mut b = built(middle);
         let material = b.add_material(glowing("ball", lambert(0.6), 0.8)).unwrap();
-        // Positions of the mesh are far from the zero of its own space.
+        // The mesh is far from the origin of its object space.
         let away = DVec3::new(0.0, 0.0, 2e6);
         let mut ball = cuboid(Vec3::splat(-0.2), Vec3::splat(0.2), false);
         ball.place(&ball.positions.iter().map(|p| p.as_dvec3() + away).collect::<Vec<_>>());
@@ -336,8 +337,8 @@ fn rooms_of_builders_and_things_that_move_in_them_are_as_bright() {
     }
 }
 
-/// A room with a large or distant object, such as a sky dome or a sun: the origin is near the room,
-/// wherever the two are.
+/// A room and a large or distant object, such as a sky dome or a sun, at several positions. The
+/// origin of the scene must be near the room.
 #[test]
 fn far_objects_do_not_spoil_a_room() {
     let with = |middle: DVec3, other: DVec3, half: f64| {
@@ -370,7 +371,8 @@ fn a_wide_scene_is_noted_with_what_is_lost() {
     let scene = b.build().unwrap();
     let note = scene.notes().iter().find(|note| note.message.contains("so far from zero")).expect("a note");
     assert!(note.kind == NoteKind::Approximated && note.message.contains("0.0625 m"), "{}", note.message);
-    // Positions given in single precision are kept exactly, but their precision is low.
+    // Positions that are given in single precision are stored exactly, but neighbouring numbers are
+    // far apart; a note says so.
     let mut b = builder();
     let mut mesh = cuboid(-Vec3::ONE, Vec3::ONE, true);
     mesh.positions.iter_mut().for_each(|p| *p += 1e6);
@@ -381,7 +383,8 @@ fn a_wide_scene_is_noted_with_what_is_lost() {
     assert_eq!(scene.bounds_in_file(), [DVec3::splat(1e6 - 1.0), DVec3::splat(1e6 + 1.0)]);
 }
 
-/// A set of a scene with another origin is moved to the origin of this scene.
+/// A set of lights was traced in a scene with another origin. It is moved to the origin of this
+/// scene.
 #[test]
 fn lights_of_a_file_are_where_the_scene_has_them() {
     let trace = |scene: &Arc<Scene>| {

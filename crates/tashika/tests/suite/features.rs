@@ -1,6 +1,6 @@
-//! The guide's tables are those of the loaders.
+//! The tables of features in the guide must equal those that the loaders state.
 //!
-//! The tests of each format compare the rows with the loader.
+//! Whether the rows are true is tested with the loader of each format.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -10,7 +10,7 @@ use tashika::io::{FormatFeatures, Support, features};
 
 const GUIDE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/GUIDE.md");
 
-/// Words of the guide for support.
+/// Word for a kind of support in the guide.
 fn word(support: Support) -> &'static str {
     match support {
         Support::Full => "yes",
@@ -20,7 +20,7 @@ fn word(support: Support) -> &'static str {
     }
 }
 
-/// A format's table in Markdown, rows by kind in the order of the loader.
+/// Table of a format in Markdown. Rows are grouped by kind, in the order of the loader.
 fn table(format: &FormatFeatures) -> String {
     let mut kinds: Vec<&str> = Vec::new();
     for row in format.rows {
@@ -32,7 +32,7 @@ fn table(format: &FormatFeatures) -> String {
     for kind in kinds {
         for row in format.rows.iter().filter(|row| row.kind == kind) {
             let (name, how) = (row.name.replace('|', "\\|"), row.how.replace('|', "\\|"));
-            // pbrt has a material without a name.
+            // The name of one material of pbrt is empty.
             let name = if name.is_empty() { "\"\"" } else { &name };
             writeln!(text, "| {kind} | `{name}` | {} | {how} |", word(row.support)).expect("a string");
         }

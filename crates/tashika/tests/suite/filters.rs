@@ -1,4 +1,4 @@
-//! Pixel filters as images show them: a straight edge, and the absence of any.
+//! Pixel filters in images: images of a straight edge, and images without an edge.
 //!
 //! The radiance is `2 L` left of an edge at `e`, and zero right of it. A pixel of centre `c` is
 //! then the filter's step response,
@@ -7,8 +7,9 @@
 //! 2 L F(e − c)        F the cumulative distribution of the filter along the edge's normal
 //! ```
 //!
-//! by gather points and by path tracing, on lamps that are seen and on floors that are lit. It
-//! holds in pixels at the border of the image too, part of whose samples are outside of it.
+//! This is tested with gather points and with path tracing, on visible lamps and on lit floors. It
+//! also holds in pixels at the border of the image, although some of their samples are outside the
+//! image.
 
 use std::f64::consts::PI;
 
@@ -26,8 +27,8 @@ use crate::cases::{builder, film_of, glowing, lambert, luminances, parallelogram
 
 /// Width and height of the images (pixels). A pixel is a square of 1 m.
 const SIDE: u32 = 6;
-/// Edges (pixels from the left, or from the top): in the first pixel, between two in the middle,
-/// and outside of the image.
+/// Positions of the edge (pixels from the left, or from the top): in the first pixel, in the middle
+/// of the image, and outside the image.
 const EDGES: [f32; 3] = [0.3, 2.625, -0.25];
 /// Number of gather points a pixel.
 const POINTS: u32 = 1024;
@@ -36,9 +37,9 @@ const PATHS: u32 = 2048;
 
 #[derive(Clone, Copy, Debug)]
 enum Seen {
-    /// Lamps of radiance 2, and nothing.
+    /// A lamp of radiance 2 before the edge, black behind it.
     Lamp,
-    /// Floors of reflectance 0.8 and 0.2 under a sun of irradiance 5.
+    /// Floors of reflectance 0.8 before the edge and 0.2 behind it, under a sun of irradiance 5.
     Floor,
 }
 
@@ -80,7 +81,7 @@ impl Seen {
     }
 }
 
-/// The step response.
+/// Step response `F` of a filter.
 fn cumulative(filter: Filter, x: f64) -> f64 {
     match filter {
         Filter::Box => (x + 0.5).clamp(0.0, 1.0),
@@ -98,7 +99,8 @@ fn cumulative(filter: Filter, x: f64) -> f64 {
     }
 }
 
-/// Largest error of the drawn filter's distribution, as `gather::filter` states it.
+/// Largest error of the distribution from which samples of a filter are drawn, as stated in
+/// `gather::filter`.
 fn drawn_within(filter: Filter) -> f64 {
     if filter == Filter::Gaussian { 5e-4 } else { 1.0 / f64::from(1 << 24) }
 }
@@ -136,7 +138,7 @@ fn assert_steps(
     }
 }
 
-/// The set of lights of the sun; empty for a lamp, which is seen and lights no visible surface.
+/// Set of VPLs of the sun. Empty for a lamp, which is visible itself and lights no visible surface.
 fn lights(tracer: &Tracer, seen: Seen) -> VplSet {
     match seen {
         Seen::Lamp => VplSet::new(Vec::new(), Provenance::default()),
@@ -157,10 +159,10 @@ fn an_edge_is_the_step_response_of_the_filter_by_gather_points() {
                 for filter in Filter::ALL {
                     let film = image(&tracer, &FullSum::new(&set), filter, POINTS, 11);
                     assert_eq!(film.metadata().text("gather.filter"), Some(filter.name()));
-                    // Each coordinate of 2ⁿ points of a scrambled Sobol' sequence has one point in
-                    // each of 2ⁿ equal parts, and the part that the edge cuts decides about one
-                    // point; rounding of rays, 10⁻⁶ pixels, about one more. Sums of light on floors
-                    // round.
+                    // In each coordinate, 2ⁿ points of a scrambled Sobol' sequence have one point
+                    // in each of 2ⁿ equal parts. Only the point in the part that the edge cuts may
+                    // be on either side; rounding of rays, 10⁻⁶ pixels, may move one more. The last
+                    // term allows for rounding of sums.
                     let tolerance = 2.0 / f64::from(POINTS) + drawn_within(filter) + 1e-5;
                     assert_steps(seen, &film, filter, edge, axis, |_| tolerance);
                 }
@@ -177,8 +179,8 @@ fn the_path_tracer_has_the_same_filter() {
             let path = PathTracer::new(&tracer, PathStop::Count(PATHS), 4).unwrap();
             for filter in Filter::ALL {
                 let film = image(&tracer, &path, filter, 1, 12);
-                // Bernstein's inequality for shares of independent paths, each pixel wrong with
-                // probability below 2·10⁻⁷, the test with 10⁻⁴.
+                // Bernstein's inequality for shares of independent paths. A pixel fails by chance
+                // with a probability below 2·10⁻⁷, the test with 10⁻⁴.
                 let level = 16.0;
                 let n = f64::from(PATHS);
                 let tolerance = |p: f64| {
@@ -207,7 +209,8 @@ fn what_is_the_same_everywhere_stays_so_up_to_the_border() {
         for integrator in [&exact as &dyn Integrator, &path] {
             let film = image(&tracer, integrator, filter, 16, 13);
             for color in film.colors().unwrap() {
-                // Sixteen terms of a sum, each rounded, of weights that are powers of two.
+                // The tolerance allows for rounding of each of the sixteen terms of a sum. Their
+                // weights are powers of two.
                 let off = (color - Rgb::new(0.7, 0.5, 0.1)).to_array().map(f32::abs);
                 assert!(
                     off.iter().all(|e| *e <= 16.0 * f32::EPSILON),

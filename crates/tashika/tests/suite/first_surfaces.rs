@@ -1,5 +1,5 @@
-//! Planes of the first surfaces of camera rays, against closed forms: the transmittance before
-//! them, and the time at which they are in front.
+//! Planes about the first surfaces of camera rays, compared with closed forms: the transmittance
+//! between camera and surface, and the mean time at which the surface is visible.
 
 use glam::{DAffine3, DVec3};
 use tashika::Renderer;
@@ -22,14 +22,14 @@ const SIZE: [u32; 2] = [12, 8];
 /// Height of the camera above the floor (m).
 const HEIGHT: f32 = 5.0;
 
-/// A camera that looks down by parallel rays, a metre to the pixel, from a medium.
+/// Adds an orthographic camera that looks down from inside a medium. A pixel is one metre wide.
 fn above(b: &mut SceneBuilder, medium: Option<MediumId>) {
     let camera = Camera::look_at("above", Vec3::Z * HEIGHT, Vec3::ZERO, Vec3::Y, 1.0);
     let projection = Projection::Orthographic { height: SIZE[1] as f32 };
     b.add_camera(Camera { projection, medium, ..camera }).unwrap();
 }
 
-/// A floor under the left half of the film.
+/// Adds a floor that fills the left half of the film.
 fn floor(b: &mut SceneBuilder) {
     let mesh = parallelogram(Vec3::new(-60.0, -60.0, 0.0), Vec3::X * 60.0, Vec3::Y * 120.0);
     place(b, mesh, Material::new("floor", lambert(0.5)));
@@ -41,8 +41,9 @@ fn film(tracer: &Tracer, samples: u32, add: impl Fn(&Setting<'_>, &mut Film, u32
     film
 }
 
-/// `exp(−Σ σ d)` over the way to the floor, through a boundary without a surface of its own; to
-/// infinity where there is no floor. The way ends at the surface of glass.
+/// A floor is seen through two media, whose boundary has no material, and partly through glass. The
+/// transmittance is `exp(−Σ σ d)` along the way to the floor, or to infinity where there is no
+/// floor. At glass, the way ends at the surface of the glass.
 #[test]
 fn transmittance_is_that_of_the_way_to_the_first_surface() {
     let (air, gel) = ([[0.1, 0.02, 0.0], [0.1, 0.2, 0.0]], [[0.3, 0.0, 0.2], [0.0, 0.7, 0.2]]);
@@ -61,7 +62,7 @@ fn transmittance_is_that_of_the_way_to_the_first_surface() {
     let of = |way: f32, channel: usize, medium: [[f32; 3]; 2]| {
         f64::from(medium[0][channel] + medium[1][channel]) * f64::from(way)
     };
-    // A filter wider than a pixel sees past edges: the two pixels beside them are skipped.
+    // The filter is wider than a pixel, so pixels beside an edge are skipped.
     for (x, y) in Window::full(SIZE).pixels().filter(|(x, y)| ![5, 6].contains(x) && [0, 2, 5, 6].contains(y))
     {
         for channel in 0..3 {
@@ -78,8 +79,8 @@ fn transmittance_is_that_of_the_way_to_the_first_surface() {
     }
 }
 
-/// The mean over all pixels is the transmittance of a ramp of density, `exp(−σ ∫ D)`, within 4.4 of
-/// its standard errors.
+/// The floor is seen through a medium whose density is a ramp `D`. The mean over all pixels is
+/// `exp(−σ ∫ D)`, within 4.4 of its standard errors.
 #[test]
 fn transmittance_of_smoke_is_unbiased() {
     let mut b = builder();
@@ -97,7 +98,7 @@ fn transmittance_of_smoke_is_unbiased() {
         for (x, y) in Window::full(SIZE).pixels() {
             moments.push(f64::from(found.f32_at(x, y)[channel]));
         }
-        // The density goes straight from one cell's middle to the other's: its mean is 0.6.
+        // The density is linear between the centres of the two cells, and its mean is 0.6.
         let expected = exp_f64(-sigma * 0.6 * 2.0);
         assert!(
             (moments.mean() - expected).abs() < 4.4 * moments.standard_error(),
@@ -109,10 +110,11 @@ fn transmittance_of_smoke_is_unbiased() {
     }
 }
 
-/// A square moves over the film to the right, over a floor that ends in the middle. Where it
-/// passes, the time is the middle of the time in which it is there; elsewhere that of the floor,
-/// which is there all the time. With about 240 samples in a quarter of the time, the standard
-/// deviation of the mean is 0.0043 at most; pixels lie 0.056 apart.
+/// A square moves to the right across the film, above a floor that ends in the middle. In pixels
+/// that the square crosses, the time is the middle of the interval in which the square is there. On
+/// the floor, which is visible all the time, it is 0.5; elsewhere it is 0. About 240 samples fall
+/// into the interval, a quarter of the time, so the standard deviation of the mean is at most
+/// 0.0043. The times of neighbouring pixels differ by 0.056.
 #[test]
 fn time_in_front_is_that_of_what_passes() {
     let mut b = builder();
@@ -139,8 +141,8 @@ fn time_in_front_is_that_of_what_passes() {
     }
 }
 
-/// With neither motion nor media there are no such planes; else all renders have them, equal for
-/// any threads and shares.
+/// Without motion and media, films do not have these planes. Otherwise all films have them, with
+/// the same values for any number of threads and shares.
 #[test]
 fn films_have_the_planes_that_tell_something() {
     let renderer = || Renderer::new(builtin::tiny()).size([24, 18]).paths(2);

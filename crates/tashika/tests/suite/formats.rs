@@ -1,8 +1,8 @@
-//! One scene in every format: the same picture.
+//! The same scene in every format gives the same picture.
 //!
-//! A box without lid and front, red on the left and green on the right, grey otherwise, with a lamp
-//! above: as pbrt-v3, pbrt-v4, Mitsuba 0.6, Mitsuba 3, glTF and OBJ. Geometry, materials, light,
-//! camera and handedness must agree for the pictures to.
+//! The scene is a box without lid and front under a lamp. Its left wall is red, its right wall
+//! green, the others grey. It is written as pbrt-v3, pbrt-v4, Mitsuba 0.6, Mitsuba 3, glTF and OBJ.
+//! The pictures agree only if geometry, materials, light, camera and handedness do.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -27,7 +27,8 @@ struct Wall {
 const NOTHING: [f32; 3] = [0.0; 3];
 const GREY: [f32; 3] = [0.6, 0.6, 0.6];
 
-/// Normals (first edge × second edge) point into the box; the lamp's down.
+/// The normals of walls (first edge × second edge) point into the box; the normal of the lamp
+/// points down.
 const WALLS: [Wall; 5] = [
     Wall {
         corner: [-1.0, 0.0, -1.0],
@@ -81,7 +82,7 @@ fn words(numbers: impl IntoIterator<Item = f32>) -> String {
     numbers.into_iter().map(|n| n.to_string()).collect::<Vec<_>>().join(" ")
 }
 
-/// pbrt is left-handed: the scene is mirrored first, so that its picture is not.
+/// pbrt is left-handed. The scene is mirrored, so that its picture is not.
 fn pbrt(material: &str, parameter: &str, film: &str) -> String {
     let mut text = format!(
         "Scale -1 1 1\nLookAt 0 1 4  0 1 0  0 1 0\nCamera \"perspective\" \"float fov\" [{FOV}]\n\
@@ -112,7 +113,8 @@ fn mitsuba(version: &str, to_world: &str, reflectance: &str, fov_axis: &str) -> 
          <film type=\"hdrfilm\"><integer name=\"width\" value=\"8\"/><integer name=\"height\" value=\"8\"/></film></sensor>\n"
     );
     for wall in &WALLS {
-        // The unit square [−1, 1]² in z = 0 that faces +z, with its sides along the edges.
+        // Mitsuba's rectangle is the square [−1, 1]² in z = 0 and faces +z. The transformation maps
+        // its sides to the edges of the wall.
         let [a, b] = wall.edges.map(|e| e.map(|v| 0.5 * v));
         let n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
         let c = [0, 1, 2].map(|k| wall.corner[k] + a[k] + b[k]);
@@ -178,8 +180,8 @@ fn gltf() -> String {
     .to_string()
 }
 
-/// OBJ and MTL. The lamp emits to both sides, since the format does not choose one, but above the
-/// lamp there is nothing.
+/// Returns the OBJ and the MTL file. In this format the lamp emits from both sides, but there is
+/// nothing above it.
 fn obj() -> (String, String) {
     let (mut geometry, mut materials) = ("mtllib scene.mtl\n".to_owned(), String::new());
     for (i, wall) in WALLS.iter().enumerate() {
@@ -215,7 +217,7 @@ fn picture(scene: Scene, camera: &Camera, seed: u64) -> (Vec<[f64; 3]>, Vec<f64>
 #[test]
 fn the_same_box_in_every_format_gives_the_same_picture() {
     let (obj, mtl) = obj();
-    // OBJ has no camera: it borrows pbrt's.
+    // OBJ has no camera; the camera of pbrt's scene is used.
     let mut scenes = vec![
         ("pbrt-v3", load("pbrt-v3", &[("scene.pbrt", &pbrt("matte", "Kd", "image"))])),
         ("pbrt-v4", load("pbrt-v4", &[("scene.pbrt", &pbrt("diffuse", "reflectance", "rgb"))])),
@@ -240,7 +242,7 @@ fn the_same_box_in_every_format_gives_the_same_picture() {
     }
     let luminance = |c: &[f64; 3]| 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2];
     let (reference, errors) = others[0].1.clone();
-    // Left red, right green, at half height.
+    // At half height, the picture is red on the left and green on the right.
     assert!(
         reference[4 * 8][0] > 2.0 * reference[4 * 8][1]
             && reference[4 * 8 + 7][1] > 2.0 * reference[4 * 8 + 7][0]
@@ -248,8 +250,8 @@ fn the_same_box_in_every_format_gives_the_same_picture() {
     for (name, (colors, own)) in &others[1..] {
         for i in 0..64 {
             let error = errors[i].hypot(own[i]);
-            // Two-sided level 10⁻⁵ for each of 325 comparisons; channels vary no more than three
-            // times as much as luminance.
+            // Each of 325 comparisons has the two-sided level 10⁻⁵. The standard error of a channel
+            // is at most three times that of the luminance.
             let (a, b) = (luminance(&colors[i]), luminance(&reference[i]));
             assert!((a - b).abs() <= 4.42 * error + 1e-9, "{name}, pixel {i}: {a} for {b} ± {error}");
             for channel in 0..3 {

@@ -1,5 +1,5 @@
-//! Reflectance of materials of pbrt, Mitsuba 0.6, glTF and MTL, against the formulas of their
-//! formats: numbers that `scripts/material_formulas.py` wrote.
+//! Reflectance of materials of pbrt, Mitsuba 0.6, glTF and MTL, compared with the formulas of their
+//! formats. `scripts/material_formulas.py` computed the expected numbers.
 
 use crate::material_rows::{MITSUBA_3, allowed, rows};
 

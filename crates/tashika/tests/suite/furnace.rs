@@ -1,9 +1,9 @@
-//! Closed rooms whose walls all emit `L_e` and reflect `ρ`: the radiance is `L_e / (1 − ρ)`
-//! everywhere, whatever the shape.
+//! Closed rooms whose walls all emit `L_e` and reflect `ρ`. For any shape of the room, the radiance
+//! is `L_e / (1 − ρ)` everywhere.
 //!
-//! A z-test compares the mean over independent VPL sets with that. In a sphere every VPL
-//! contributes the same, since `cos θ cos φ / d²` is constant there, so the test is sharp to a few
-//! parts in ten thousand; in a box the unclamped sum varies.
+//! A z-test compares the mean over independent VPL sets with this value. In a sphere, `cos θ cos φ
+//! / d²` is constant, so every VPL contributes the same and the test is precise to a few parts in
+//! ten thousand. In a box, the unclamped sum varies more.
 
 use std::f32::consts::PI;
 
@@ -55,7 +55,7 @@ fn sphere(rows: u32, columns: u32) -> MeshData {
 fn furnace(mut mesh: MeshData, fov: f32) -> Tracer {
     let centroid =
         |m: &MeshData, t: &[u32; 3]| t.iter().map(|&i| m.positions[i as usize]).sum::<Vec3>() / 3.0;
-    // All normals inward, whatever the generator did.
+    // Turns all triangles so that their normals point inward.
     for k in 0..mesh.triangles.len() {
         let t = mesh.triangles[k];
         let v = t.map(|i| mesh.positions[i as usize]);
@@ -83,14 +83,15 @@ fn over_sets(tracer: &Tracer, sets: u64, count: u64, seed: u64) -> Vec<Moments> 
     pixels
 }
 
-/// Largest |z| allowed: two-sided level 10⁻⁵ for each of 16 pixels.
+/// Largest permitted |z|, for a two-sided level of 10⁻⁵ in each of 16 pixels.
 const Z: f64 = 4.42;
 
 #[test]
 fn a_sphere_is_filled_with_constant_radiance() {
     let tracer = furnace(sphere(48, 96), 0.9);
     for (i, m) in over_sets(&tracer, 400, 1000, 100).iter().enumerate() {
-        // Two percent less light from indirect VPLs would be 0.014.
+        // The test is precise enough to detect that two percent of the indirect light are missing,
+        // a change of 0.014.
         assert!(m.standard_error() < 0.0025, "sharp: {}", m.standard_error());
         let z = (m.mean() - EXPECTED) / m.standard_error();
         assert!(z.abs() < Z, "pixel {i}: {} ± {}", m.mean(), m.standard_error());
@@ -99,8 +100,8 @@ fn a_sphere_is_filled_with_constant_radiance() {
 
 #[test]
 fn a_box_is_filled_with_constant_radiance() {
-    // The middle of a wall: near the edges the unclamped 1/d² has no variance that a z-test could
-    // use.
+    // The camera sees the middle of a wall. Near the edges, the unclamped 1/d² has no finite
+    // variance, so a z-test would not be valid.
     let tracer = furnace(cuboid(Vec3::new(-1.0, -1.2, -1.5), Vec3::new(1.1, 1.0, 1.3), true), 0.5);
     for (i, m) in over_sets(&tracer, 60, 400, 1000).iter().enumerate() {
         assert!(m.standard_error() < 0.1);

@@ -1,4 +1,4 @@
-//! Seeds of the fuzz targets, read and used as by the fuzzer.
+//! Runs the fuzz targets on their seeds, as the fuzzer does.
 
 use std::path::Path;
 

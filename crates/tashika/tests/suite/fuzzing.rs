@@ -1,5 +1,5 @@
-//! Common part of all fuzz targets: they write their bytes into a folder, read them, and use the
-//! result.
+//! Common part of all fuzz targets. A target writes its bytes to a file, reads the file, and uses
+//! the result.
 //!
 //! A finding is a panic, a hang, memory beyond the fuzzer's limit, a scene that breaks the
 //! guarantees of a [`Scene`], an image that differs between the two ways to read it, or a tile of a
@@ -17,13 +17,13 @@ use tashika::request::MethodName;
 use tashika::scene::{Scene, builtin};
 use tashika::vpl::{VplOptions, VplSet};
 
-/// Limits that a fuzzer's machine can bear.
+/// Options with limits that suit the machine of a fuzzer.
 fn options() -> LoadOptions {
     LoadOptions {
         allow_missing: true,
         max_image_texels: 1 << 20,
         max_file_bytes: 1 << 24,
-        // Between the keys of moving objects.
+        // This time is between the keys of moving objects.
         at: Some(0.5),
         ..LoadOptions::default()
     }
@@ -35,7 +35,7 @@ pub fn load(files: &[(&str, &[u8])]) {
     for (name, bytes) in files {
         fs::write(folder.path().join(name), bytes).expect("a file");
     }
-    // Once at a time, and once with the shutter open around it.
+    // The scene is loaded once at a single time, and once with the shutter open around that time.
     for shutter in [None, Some([-0.25, 0.25])] {
         match load_scene(&folder.path().join(files[0].0), &LoadOptions { shutter, ..options() }) {
             Ok(scene) => look(scene),
@@ -44,8 +44,8 @@ pub fn load(files: &[(&str, &[u8])]) {
     }
 }
 
-/// Adds the lamp of an IES file with these bytes to a room, and a light and an environment of these
-/// words.
+/// Adds light to a room: a lamp from an IES file with these bytes, and a light and an environment
+/// from the bytes as text.
 pub fn light(bytes: &[u8]) {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("lamp.ies");
@@ -106,7 +106,8 @@ pub fn read_film(bytes: &[u8]) {
     let whole = read_exr(&path);
     let Ok(file) = ExrFile::open(&path) else { return };
     let window = file.window();
-    // Each call decompresses the blocks that it meets.
+    // Each call decompresses whole blocks. At least a block and at least 1/64 of the rows are read
+    // at once, which limits the work.
     let step = file.rows_per_block().min(window.height).max(window.height.div_ceil(64));
     for top in (window.y..window.y + window.height).step_by(step as usize) {
         let rows = file.read_rows(top..(top + step).min(window.y + window.height));
@@ -116,7 +117,7 @@ pub fn read_film(bytes: &[u8]) {
     }
 }
 
-/// Resumes a checkpoint whose records, or whose whole file, are these bytes.
+/// Resumes a checkpoint from these bytes, once as its records and once as the whole file.
 pub fn resume(bytes: &[u8]) {
     const SPECS: &[PlaneSpec] = &[
         PlaneSpec { name: "", channels: &["R", "G", "B"], unit: "1", kind: SampleKind::F32, doc: "" },
@@ -132,7 +133,7 @@ pub fn resume(bytes: &[u8]) {
     for content in [&records[..], bytes] {
         fs::write(&path, content).expect("a file");
         if let Ok((_, resumed)) = Checkpoint::open(&path, &film) {
-            // Tiles are those with a correct checksum, and no others.
+            // Only tiles with a correct checksum are resumed.
             assert!(resumed.tiles.iter().all(|tile| film.window().covers(tile)));
             assert!(!resumed.tiles.is_empty() || resumed.film == film);
         }

@@ -1,6 +1,7 @@
-//! The glTF loader: the results for each part of a valid file, in numbers.
+//! The glTF loader. Each test loads a valid file with one feature and compares numbers of the
+//! scene.
 //!
-//! Files are written here, byte by byte. Damaged ones are in `damaged_gltf`.
+//! The files are written here, byte by byte. Damaged ones are in `damaged_gltf`.
 
 use std::path::Path;
 
@@ -18,7 +19,7 @@ use crate::cases::lenient;
 /// The corners of the triangle of [`Document::triangle`].
 pub const CORNERS: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
-/// A glTF document in the making, with its one buffer.
+/// A glTF document under construction, with its one buffer.
 #[derive(Clone)]
 pub struct Document {
     pub json: Value,
@@ -36,7 +37,7 @@ impl Document {
         Self { json, buffer: Vec::new() }
     }
 
-    /// One triangle with an index buffer in one node, of material 0, which is empty.
+    /// One node with one triangle, which has an index buffer and the empty material 0.
     pub fn triangle() -> Self {
         let mut d = Self::empty();
         let positions = d.vec3(&CORNERS);
@@ -52,7 +53,7 @@ impl Document {
         d
     }
 
-    /// Appends to a list; returns the index there.
+    /// Appends an item to a list; returns its index.
     pub fn push(&mut self, list: &str, item: Value) -> usize {
         if self.json[list].is_null() {
             self.json[list] = json!([]);
@@ -62,7 +63,7 @@ impl Document {
         list.len() - 1
     }
 
-    /// A buffer view of new bytes.
+    /// Adds a buffer view of new bytes.
     pub fn view(&mut self, bytes: &[u8]) -> usize {
         let offset = self.buffer.len();
         self.buffer.extend_from_slice(bytes);
@@ -70,7 +71,7 @@ impl Document {
         self.push("bufferViews", json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len() }))
     }
 
-    /// An accessor of new vectors.
+    /// Adds an accessor of new vectors.
     pub fn vec3(&mut self, values: &[[f32; 3]]) -> usize {
         let bytes: Vec<u8> = values.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
         let view = self.view(&bytes);
@@ -81,7 +82,7 @@ impl Document {
         )
     }
 
-    /// Texture coordinates for the triangle's corners: its positions without the third.
+    /// Adds texture coordinates of the triangle's corners: `x` and `y` of their positions.
     pub fn add_uvs(&mut self, attribute: &str) {
         let bytes: Vec<u8> = CORNERS.iter().flat_map(|c| &c[..2]).flat_map(|v| v.to_le_bytes()).collect();
         let view = self.view(&bytes);
@@ -92,7 +93,7 @@ impl Document {
         self.json["meshes"][0]["primitives"][0]["attributes"][attribute] = json!(uvs);
     }
 
-    /// A texture of an embedded 2 × 1 PNG: the given texels.
+    /// Adds a texture from an embedded 2 × 1 PNG with the given texels.
     pub fn add_texture(&mut self, texels: [[u8; 4]; 2]) -> usize {
         let view = self.view(&png(texels));
         let image =
@@ -160,13 +161,14 @@ pub fn write(path: &Path, bytes: &[u8]) {
     std::fs::write(path, bytes).unwrap();
 }
 
-/// Kinds and messages of all notes that are not about defaults.
+/// Kinds and messages of all notes except those about defaults.
 pub fn notes(scene: &Scene) -> Vec<(NoteKind, String)> {
     let notes = scene.notes().iter().filter(|n| n.kind != NoteKind::Defaulted);
     notes.map(|n| (n.kind, n.message)).collect()
 }
 
-/// Returns true if there is exactly one note, of this kind and with this text in it.
+/// Returns true if there is exactly one note, of the given kind and with the given text in its
+/// message.
 pub fn only_note(scene: &Scene, kind: NoteKind, text: &str) -> bool {
     matches!(notes(scene).as_slice(), [(k, message)] if *k == kind && message.contains(text))
 }
@@ -175,7 +177,7 @@ fn close(a: Vec3, b: [f32; 3]) -> bool {
     (a - Vec3::from_array(b)).length() < 1e-5
 }
 
-/// The surface of the triangle's material, which is `material`, and the notes.
+/// Surface and notes of the triangle with the given material.
 pub fn surface_of(material: Value) -> (Surface, Vec<(NoteKind, String)>) {
     let mut d = Document::triangle();
     d.json["materials"][0] = material;
@@ -214,7 +216,8 @@ fn a_triangle_is_the_same_in_every_container() {
 #[test]
 fn strided_normalized_and_sparse_accessors() {
     let mut d = Document::triangle();
-    // Position (f32), normal (i8, normalized), padding: 16 bytes a vertex, from byte 4 of the view.
+    // Each vertex is 16 bytes: position (f32), normal (i8, normalized), padding. The first is at
+    // byte 4.
     let mut bytes = vec![9_u8; 4];
     for corner in CORNERS {
         bytes.extend(corner.iter().flat_map(|v| v.to_le_bytes()));
@@ -328,8 +331,8 @@ fn nodes_multiply_from_the_root_down() {
     ]);
     let scene = d.load().unwrap();
     let m = scene.instances()[0].to_world;
-    // (2, 0, 0) → turn → (0, 2, 3) → scale, move → (10, 28, 33) → half turn about z → (−10, −28,
-    // 33)
+    // (2, 0, 0) is turned to (0, 2, 3), scaled and moved to (10, 28, 33), and by the half turn
+    // about z goes to (−10, −28, 33).
     assert!(close(m.transform_point3(Vec3::new(2.0, 0.0, 0.0)), [-10.0, -28.0, 33.0]));
     assert!(close(m.transform_point3(Vec3::new(0.0, 1.0, 0.0)), [-8.0, -20.0, 33.0]));
 }
@@ -359,7 +362,7 @@ fn cameras_keep_position_direction_and_field_of_view() {
         { "type": "perspective", "perspective": { "yfov": 0.5, "znear": 0.1 } },
     ]);
     let quarter = std::f32::consts::FRAC_1_SQRT_2;
-    // A quarter turn about y: −z comes to −x.
+    // A quarter turn about y, which takes −z to −x.
     d.push("nodes", json!({ "camera": 0, "translation": [1, 2, 3], "rotation": [0, quarter, 0, quarter], "scale": [3, -5, 7] }));
     d.push("nodes", json!({ "camera": 0 }));
     d.push("nodes", json!({ "camera": 1, "name": "from the node" }));
@@ -389,7 +392,7 @@ fn lights_have_position_direction_and_intensity() {
     d.json["extensionsRequired"] = json!(["KHR_lights_punctual"]);
     let half = std::f32::consts::FRAC_1_SQRT_2;
     for light in 0..4 {
-        // A quarter turn about x: −z comes to +y... and is then stretched.
+        // A quarter turn about x takes −z to +y; then the camera is stretched.
         d.push(
             "nodes",
             json!({
@@ -609,7 +612,7 @@ fn extensions_that_a_file_requires_are_read_or_refused_by_name() {
         d.json["extensionsRequired"] = json!([name]);
         assert!(d.load().is_ok(), "{name}");
     }
-    // Missing data of such a file do not hide the advice to the user.
+    // The advice to the user comes even if data of such a file are missing.
     d.json["accessors"] = json!("compressed away");
     for (name, advice) in [
         ("KHR_draco_mesh_compression", "without mesh compression"),

@@ -1,4 +1,4 @@
-//! Animations of glTF: nodes, cameras and lights at a time, in numbers; damaged ones.
+//! Animations of glTF: transforms of nodes, cameras and lights at a time, and damaged animations.
 
 use glam::{Affine3A, Mat3, Quat, Vec3};
 use serde_json::{Value, json};
@@ -37,7 +37,7 @@ pub fn accessor<const N: usize>(d: &mut Document, values: &[[f32; N]]) -> usize 
     d.push("accessors", json)
 }
 
-/// Moves a property of a node, by an animation of its own.
+/// Adds an animation that moves one property of a node.
 pub fn animate<const N: usize>(
     d: &mut Document,
     (node, path): (usize, &str),
@@ -55,7 +55,7 @@ pub fn animate<const N: usize>(
     animation
 }
 
-/// The triangle, which moves from 1 to 3 metres along x in the seconds from 2 to 4.
+/// The triangle moves along x from 1 to 3 m, between 2 and 4 s.
 fn walking() -> Document {
     let mut d = Document::triangle();
     d.json["nodes"][0]["translation"] = json!([0, 7, 0]);
@@ -73,12 +73,13 @@ fn a_scene_is_as_it_is_at_the_time_that_is_asked_for() {
     let scene = at(&d, 3.0);
     assert_eq!(notes(&scene), []);
     assert_eq!((scene.animated_seconds(), scene.time()), (Some([2.0, 4.0]), Some(3.0)));
-    // Without a time the transforms of the nodes count, and a note reports the motion.
+    // Without a time the transforms of the nodes apply, and a note reports the motion.
     let still = load_at(&d, None).unwrap();
     assert_eq!(Vec3::from(placed(&still).translation), Vec3::new(0.0, 7.0, 0.0));
     assert!(only_note(&still, NoteKind::Ignored, "without a time (`--at`) left out"));
     assert_eq!((still.animated_seconds(), still.time()), (Some([2.0, 4.0]), None));
-    // Other times are other scenes; without motion the file alone counts.
+    // Scenes at different times have different digests; without motion the time has no effect on
+    // it.
     let digests = [still.digest(), at(&d, 3.0).digest(), at(&d, 3.5).digest()];
     assert!(digests[0] != digests[1] && digests[1] != digests[2] && digests[1] == at(&d, 3.0).digest());
     let unmoved = Document::triangle();
@@ -102,7 +103,7 @@ fn every_interpolation_is_that_of_the_format() {
     assert_eq!([step(2.999), step(3.0)], values.map(Vec3::from));
     let linear = scale("LINEAR", &values);
     assert_eq!(linear(1.5), Vec3::new(2.0, 1.0, 2.0));
-    // A cubic whose tangents are its own derivatives is reproduced exactly: f = (t³, t², 1 − t).
+    // A cubic spline whose tangents are its derivatives is reproduced exactly: f = (t³, t², 1 − t).
     let f = |t: f32| [t * t * t, t * t, 1.0 - t];
     let tangent = |t: f32| [3.0 * t * t, 2.0 * t, -1.0];
     let unused = [1e6; 3];
@@ -136,7 +137,8 @@ fn rotations_turn_at_constant_speed_by_the_shorter_way() {
     assert!(half.abs_diff_eq(expected, 1e-6), "{half:?}");
 }
 
-/// A node above turns, the one below grows; a camera and a lamp hang on it.
+/// A parent node turns, its child grows, and a camera and a lamp are attached to the child. All are
+/// at their positions at the requested time.
 #[test]
 fn what_hangs_on_a_node_moves_with_it() {
     let mut d = Document::triangle();
@@ -166,7 +168,7 @@ fn what_hangs_on_a_node_moves_with_it() {
 fn cameras_move_while_the_shutter_is_open() {
     let mut d = walking();
     d.json["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } }]);
-    // The camera hangs on a node that turns; another one stands.
+    // One camera is attached to a node that turns; another camera stands still.
     d.push("nodes", json!({ "children": [2], "translation": [0, 0, 1] }));
     d.push("nodes", json!({ "camera": 0, "translation": [2, 0, 0], "scale": [3, 3, 3] }));
     d.push("nodes", json!({ "camera": 0 }));
@@ -183,12 +185,13 @@ fn cameras_move_while_the_shutter_is_open() {
         let turn =
             Affine3A::from_quat(rotation(Vec3::Z, std::f32::consts::FRAC_PI_2 * (0.25 + 0.75 * share)));
         let expected = Affine3A::from_translation(Vec3::Z) * turn * Affine3A::from_translation(Vec3::X * 2.0);
-        // A chord of a thirty-second of the way: 2 (1 − cos(0.375 π / 64)) is 3.4e-4 off at most.
+        // The motion is interpolated between 33 keys. The chord of a thirty-second of the turn is
+        // off by at most 2 (1 − cos(0.375 π / 64)) = 3.4e-4.
         assert!(motion.pose(share).abs_diff_eq(expected, 4e-4), "{share}: {:?}", motion.pose(share));
     }
     assert!(scene.cameras()[1].motion.is_none());
-    // The triangle begins to walk after two seconds. Without a time, the middle of the shutter's
-    // interval counts.
+    // The triangle begins to move after two seconds. Without a requested time, the middle of the
+    // shutter's interval applies.
     assert_eq!((notes(&scene), scene.time()), (Vec::new(), Some(0.625)));
     assert!(!scene.moves());
     let walks = exposed(None, [2.5, 3.5]);
@@ -199,7 +202,8 @@ fn cameras_move_while_the_shutter_is_open() {
     assert!(load_at(&d, None).unwrap().cameras()[0].motion.is_none(), "glTF has no shutter of its own");
 }
 
-/// Two whole turns, so that the pose is equal at the ends and in the middle of the time.
+/// A mesh makes two whole turns, so that its pose is the same at both ends and in the middle of the
+/// time. Between them it moves.
 #[test]
 fn meshes_move_while_the_shutter_is_open() {
     let mut d = Document::triangle();
@@ -229,13 +233,13 @@ fn meshes_move_while_the_shutter_is_open() {
         let turn = Affine3A::from_quat(rotation(Vec3::Z, 4.0 * std::f32::consts::PI * share));
         let expected = turn * Affine3A::from_scale(Vec3::splat(2.0)) * Affine3A::from_translation(Vec3::X);
         let found = scene.moved(ids[0], share).unwrap().to_world;
-        // A chord of a sixteenth of a turn: 2 (1 − cos(π/16)) is 0.0385 off at most.
+        // The chord of a sixteenth of a turn is off by at most 2 (1 − cos(π/16)) = 0.0385.
         assert!(found.abs_diff_eq(expected, 0.039), "{share}: {found:?}");
         assert!(Mat3::from(found.matrix3).abs_diff_eq(Mat3::from(expected.matrix3), 1e-5), "{found:?}");
     }
     assert!(only_note(&scene, NoteKind::Approximated, "lights that move: where they are in the middle"));
     assert!(!exposed(&d, [0.5, 0.5]).moves() && !exposed(&d, [2.0, 3.0]).moves());
-    // An object that shrinks to zero has its pose of the middle of the time.
+    // An object that shrinks to zero keeps the pose at the middle of the time.
     let mut d = Document::triangle();
     animate(&mut d, (0, "scale"), "LINEAR", &[0.0, 1.0], &[[1.0; 3], [0.0; 3]]);
     let scene = exposed(&d, [0.0, 1.0]);
@@ -246,8 +250,8 @@ fn meshes_move_while_the_shutter_is_open() {
 #[test]
 fn what_cannot_be_shown_is_said() {
     let mut d = walking();
-    // A second animation of a property, morph targets that do not exist, a pointer, a channel
-    // without a target.
+    // A second animation of the same property, one of morph targets that do not exist, one with a
+    // pointer, and a channel without a target.
     animate(&mut d, (0, "translation"), "STEP", &[0.0], &[[9.0; 3]]);
     animate(&mut d, (0, "weights"), "LINEAR", &[0.0, 1.0], &[[0.0], [1.0]]);
     animate(&mut d, (0, "weights"), "LINEAR", &[0.0, 1.0], &[[0.0], [1.0]]);
@@ -356,7 +360,7 @@ fn damaged_animations_are_refused_with_their_place_if_a_time_is_asked_for() {
     }
 }
 
-/// Ten thousand channels that name the same ten thousand keys stay within the budget of the reader.
+/// Ten thousand channels refer to the same ten thousand keys. The reader stays within its budget.
 #[test]
 fn naming_the_same_keys_many_times_does_not_take_for_ever() {
     let mut d = Document::triangle();

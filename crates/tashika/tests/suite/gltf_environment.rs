@@ -6,7 +6,8 @@ use tashika::scene::{NoteKind, Scene};
 
 use super::gltf::{Document, notes, png};
 
-/// Colours of the faces `+x −x +y −y +z −z`: of 0 and 255, the last with an opacity of a fifth.
+/// Colours of the faces `+x −x +y −y +z −z`, made of 0 and 255. The last face has an opacity of a
+/// fifth.
 const FACES: [[u8; 4]; 6] = [
     [255, 0, 0, 255],
     [0, 255, 0, 255],
@@ -16,7 +17,7 @@ const FACES: [[u8; 4]; 6] = [
     [255, 255, 255, 51],
 ];
 
-/// A triangle under a sky of these faces.
+/// A triangle under a sky with these faces and the given fields.
 pub fn under_sky(fields: Value) -> Document {
     let mut d = Document::triangle();
     let faces: Vec<usize> = FACES
@@ -41,7 +42,7 @@ fn radiance(scene: &Scene, d: [f32; 3]) -> [f32; 3] {
     scene.environment().unwrap().radiance(Vec3::from(d)).to_array()
 }
 
-/// Values that replace any value of a file.
+/// Values of every type, which replace a value of a file.
 pub fn junk() -> [Value; 9] {
     let huge = json!(u64::MAX);
     [json!(null), json!(true), json!(-1), json!(1e308), json!("x"), json!([]), json!({}), json!([[]]), huge]
@@ -53,7 +54,7 @@ const AXES: [[f32; 3]; 6] =
 #[test]
 fn the_first_level_is_the_radiance_turned_and_scaled() {
     let half = std::f32::consts::FRAC_1_SQRT_2;
-    // Colours of faces over their opacity; 51 is a fifth.
+    // Expected radiance: the face's colour divided by its opacity; 51 is a fifth.
     let colors = FACES.map(|[r, g, b, a]| [r, g, b].map(|v| f32::from(v) / f32::from(a)));
     let scene = under_sky(json!({})).load().unwrap();
     assert!(notes(&scene).is_empty(), "{:?}", notes(&scene));
@@ -61,7 +62,7 @@ fn the_first_level_is_the_radiance_turned_and_scaled() {
     for (axis, color) in AXES.into_iter().zip(colors) {
         assert!(near(radiance(&scene, axis), color), "{axis:?}: {:?}", radiance(&scene, axis));
     }
-    // A quarter about +y: the face at +z moves to +x.
+    // A quarter turn about +y takes the face at +z to +x.
     let turned = under_sky(json!({ "rotation": [0, half, 0, half], "intensity": 3 })).load().unwrap();
     for (axis, face) in [([1.0, 0.0, 0.0], 4), ([0.0, 0.0, -1.0], 0), ([0.0, 1.0, 0.0], 2)] {
         assert!(near(radiance(&turned, axis), colors[face].map(|v| 3.0 * v)), "{axis:?}");

@@ -1,4 +1,4 @@
-//! Every row of the glTF loader's table, in a file of its own.
+//! Every row of the glTF loader's table, each in a separate file.
 
 use serde_json::{Value, json};
 use tashika::error::Error;
@@ -13,7 +13,7 @@ fn rows() -> &'static [Feature] {
     features().into_iter().find(|f| f.format == "glTF").expect("a table of glTF").rows
 }
 
-/// A triangle with texture coordinates, and an opaque texture 0 that its material does not use yet.
+/// A triangle with texture coordinates. Texture 0 is opaque and not yet used by the material.
 fn base() -> Document {
     let mut d = Document::triangle();
     d.add_uvs("TEXCOORD_0");
@@ -28,7 +28,7 @@ fn with_material(material: Value) -> Document {
     d
 }
 
-/// A smooth material that transmits light, with a further extension.
+/// A smooth material with transmission and the extension `volume`.
 fn glass(volume: Value, pbr: Value) -> Document {
     with_material(json!({ "pbrMetallicRoughness": pbr, "extensions": {
         "KHR_materials_transmission": { "transmissionFactor": 1 }, "KHR_materials_volume": volume,
@@ -113,7 +113,7 @@ fn example(kind: &str, name: &str) -> Document {
             d.json["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(colors);
         }
         ("accessor", "sparse") => {
-            // The first corner, which is zero, by zeros.
+            // The first corner, which is zero, is replaced by zeros.
             let (indices, values) = (d.view(&[0]), d.view(&[0; 12]));
             d.json["accessors"][0]["sparse"] = json!({
                 "count": 1, "indices": { "bufferView": indices, "componentType": 5121 },
@@ -301,11 +301,11 @@ fn every_row_gives_its_note_and_no_other() {
             d.json["buffers"][0]["uri"] = json!("b.bin");
             load_in(folder.path(), "s.gltf", &d.text(), &LoadOptions::default())
         } else {
-            // Animations are read where a time is requested.
+            // Animations are read only if a time is requested.
             let at = (row.kind == "animation").then_some(0.0);
             load_in(folder.path(), "s.glb", &document.glb(), &LoadOptions { at, ..lenient() })
         };
-        // A field of an extension comes with the note on the extension.
+        // A field of an extension also gives the note about the extension.
         let extension = rows().iter().find(|r| r.kind == "extension" && r.name == row.kind);
         let mut expected = Vec::new();
         for row in [Some(row), extension].into_iter().flatten() {

@@ -14,8 +14,8 @@ use super::gltf::{CORNERS, Document, notes, only_note, surface_of};
 /// Left and right texel of the texture of [`textured`].
 const TEXELS: [[u8; 4]; 2] = [[51, 102, 204, 153], [255, 255, 0, 255]];
 
-/// A triangle of a material with texture 0, nearest texel; its centre texels are at u = 0.25 and
-/// 0.75.
+/// A triangle whose material uses texture 0 with nearest-texel sampling. The texels are centred at
+/// u = 0.25 and 0.75.
 fn textured(material: Value) -> Scene {
     let mut d = Document::triangle();
     d.add_uvs("TEXCOORD_0");
@@ -46,12 +46,12 @@ fn near(a: [f32; 2], b: [f32; 2]) {
     assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5), "{a:?} for {b:?}");
 }
 
-/// Linear value of eight bits of sRGB.
+/// Linear value of an 8-bit sRGB code.
 fn linear(byte: u8) -> f32 {
     tashika::color::srgb_decode(f32::from(byte) / 255.0)
 }
 
-/// A dielectric of this roughness with these extensions.
+/// A dielectric of the given roughness with the given extensions.
 fn dielectric(roughness: f32, extensions: Value) -> Value {
     let base =
         json!({ "baseColorFactor": [0.5, 0.6, 0.7, 1], "metallicFactor": 0, "roughnessFactor": roughness });
@@ -64,7 +64,7 @@ const BASE: Rgb = Rgb::new(0.5, 0.6, 0.7);
 fn normal_maps_turn_the_normal_up_where_green_is_bright() {
     let mut d = Document::empty();
     d.push("nodes", json!({ "mesh": 0 }));
-    // A wall in z = 0 seen from +z; v runs down, as glTF has it.
+    // A wall in z = 0 seen from +z; v runs down, as in glTF.
     let positions = d.vec3(&CORNERS);
     let bytes: Vec<u8> =
         [[0.0_f32, 1.0], [1.0, 1.0], [0.0, 0.0]].iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
@@ -85,7 +85,7 @@ fn normal_maps_turn_the_normal_up_where_green_is_bright() {
     assert!(matches!(&scene.images()[0].pixels, Pixels::Linear8(_)), "numbers, not colours");
     let instance = scene.area_emitters().next().unwrap().0;
     let normal = scene.surface_point(instance, 0, [1.0 / 3.0; 3]).shading_normal;
-    // Green 0.6, halved; blue 0.6: up by atan(0.5).
+    // Green 0.6 is halved, blue is 0.6: the normal turns upward by atan(0.5).
     assert!((normal - Vec3::new(0.0, 1.0, 2.0).normalize()).length() < 0.01, "{normal}");
 }
 
@@ -126,8 +126,8 @@ fn specular_textures_multiply_the_reflectance() {
     near([right.r, right.b], [0.04, 0.0]);
 }
 
-/// A dielectric's reflection times `s` is a mix with the material below; metal keeps its
-/// reflection.
+/// A dielectric with specular strength `s` becomes a mix: the share `s` has a specular reflection,
+/// the rest is diffuse only. The metal part keeps its full reflection.
 #[test]
 fn the_strength_of_a_reflection_is_a_share() {
     for (metallic, share, metal) in [(0.0, 0.25, 0.0), (0.5, 0.625, 0.8)] {
@@ -157,11 +157,11 @@ fn transmission_without_thickness_is_a_pane_of_the_base_colour() {
     let white = Rgb::WHITE.into();
     let Surface::ThinGlass { ior, reflectance, transmittance, facets } = pane else { panic!("{pane:?}") };
     assert_eq!((reflectance, transmittance, facets), (white, BASE.into(), 0.0.into()));
-    // Both faces together reflect as much as one of index 1.33.
+    // The two faces together reflect as much as one face of index 1.33.
     let [one, each] = [1.33, ior].map(|n: f32| ((n - 1.0) / (n + 1.0)).powi(2));
     assert!((2.0 * each / (1.0 + each) / one - 1.0).abs() < 1e-4, "{ior}");
     assert!(matches!(said.as_slice(), [(NoteKind::Approximated, m)] if m.contains("two faces")), "{said:?}");
-    // No light enters if everything is reflected.
+    // A dielectric that reflects everything lets no light in.
     let extensions = json!({ "KHR_materials_transmission": { "transmissionFactor": 1 }, "KHR_materials_ior": { "ior": 0 } });
     assert_eq!(surface_of(dielectric(0.05, extensions)).0.kind(), "metallic-roughness");
     let extensions = json!({ "KHR_materials_transmission": { "transmissionFactor": 1 } });
@@ -186,7 +186,7 @@ fn transmission_of_a_share_is_a_mix_and_metal_lets_nothing_through() {
     };
     near(parts(json!({ "metallicFactor": 0, "roughnessFactor": 0 })), [0.5 * 0.2, 0.5]);
     near(parts(json!({ "metallicFactor": 0.75, "roughnessFactor": 0 })), [0.125 * 0.2, 0.125]);
-    // Metalness is blue: 0.8 on the left, 0 on the right.
+    // Metalness is the blue channel: 0.8 on the left, 0 on the right.
     let pbr =
         json!({ "metallicFactor": 0.5, "roughnessFactor": 0, "metallicRoughnessTexture": { "index": 0 } });
     near(parts(pbr), [0.5 * 0.2 * 0.6, 0.5]);
@@ -209,7 +209,7 @@ fn transmission_with_thickness_is_solid_glass_that_absorbs() {
     let (tinted, _) =
         with(json!({ "thicknessFactor": 4, "attenuationDistance": 2, "attenuationColor": [1, 0.5, 0] }));
     let Surface::Glass { transmittance, .. } = tinted else { panic!("{tinted:?}") };
-    // Two crossings absorb as four metres do: (0.5)².
+    // Two crossings absorb as much as four metres: (0.5)².
     near([transmittance.r, transmittance.g], [0.5, 0.6 * 0.5]);
     assert_eq!(transmittance.b, 0.0);
     let (thin, _) = with(json!({ "thicknessFactor": 0, "attenuationDistance": 2 }));
@@ -258,8 +258,8 @@ fn clear_coats_lie_over_dielectrics_and_metals() {
     }
 }
 
-/// Sheen under a coat, which attenuates sheen and base; the texel is (255, 102, 128), and 0.6
-/// opaque.
+/// A sheen under a coat, with a texel of (255, 102, 128) and opacity 0.6. The coat attenuates both
+/// the sheen and the base.
 #[test]
 fn sheen_lies_on_the_base_and_under_a_coat() {
     let sheen = json!({
@@ -294,7 +294,7 @@ fn anisotropy_has_a_strength_and_a_direction() {
     let material = used(&scene);
     let Surface::MetallicRoughness { roughness, anisotropy, .. } = material.surface else { panic!() };
     assert_eq!(roughness.factor, 0.5);
-    // A texel of the image; the strength is its blue.
+    // The anisotropy has a texture; its strength is the blue channel.
     let (texture, channel) = anisotropy.texture.unwrap();
     assert_eq!((anisotropy.factor, channel), (0.5, Channel::B));
     assert_eq!(material.tangent, Some(TangentInput { rotation: 0.3, direction: Some(texture) }));
@@ -304,7 +304,7 @@ fn anisotropy_has_a_strength_and_a_direction() {
     assert_eq!(used(&scene).tangent, None);
 }
 
-/// Glass is brushed, too: `α` is 0.25 across and `0.25 + 0.75/4` along.
+/// Glass with anisotropic roughness: `α` is 0.25 across and `0.25 + 0.75/4` along the direction.
 #[test]
 fn glass_is_brushed_where_nothing_of_it_is_textured() {
     let extensions = |texture: Value| {
@@ -361,7 +361,7 @@ fn unlit_surfaces_are_diffuse_and_so_are_dielectrics_without_reflection() {
     assert_eq!((diffuse, said), (Surface::Lambert { reflectance: BASE.into() }, vec![]));
 }
 
-/// The triangle with vertex colours of these bytes.
+/// The triangle with vertex colours from the given bytes.
 fn vertex_colours(bytes: &[u8], component: u32, kind: &str) -> Document {
     let mut d = Document::triangle();
     let view = d.view(bytes);

@@ -1,4 +1,4 @@
-//! Lamps of IES files at the nodes of glTF files (`EXT_lights_ies`).
+//! IES lamps at the nodes of glTF files (`EXT_lights_ies`).
 
 use base64::Engine as _;
 use serde_json::{Value, json};
@@ -11,11 +11,11 @@ use super::gltf::{Document, notes};
 use super::gltf_environment::junk;
 use super::textures;
 
-/// 8 cd down, 1 cd up, and level 1, 2, 3, 4 cd at `C` of 0°, 90°, 180°, 270°.
+/// A lamp of 8 cd down and 1 cd up. Horizontally it has 1, 2, 3, 4 cd at `C` = 0°, 90°, 180°, 270°.
 pub const IES: &str = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 5 1 2 0 0 0\n1 1 60\n0 90 180\n0 90 180 270 360\n\
     8 1 1\n8 2 1\n8 3 1\n8 4 1\n8 1 1\n";
 
-/// A triangle, and one more node with a lamp of this profile.
+/// A triangle, and a second node with a lamp of this profile.
 pub fn with_lamp(profile: Value, lamp: Value, node: Value) -> Document {
     let mut d = Document::triangle();
     d.json["extensions"] = json!({ "EXT_lights_ies": { "lights": [profile] } });
@@ -40,8 +40,8 @@ fn lamp(scene: &Scene) -> (Vec3, impl Fn([f32; 3]) -> [f32; 3]) {
     (position, move |d: [f32; 3]| (intensity * map.relative(Vec3::from(d).normalize())).to_array())
 }
 
-/// The map's texels are half a degree and a degree wide, across which intensities change by up to
-/// 7 cd in 90°, 1 cd in 90°.
+/// Tolerance of the map. Its texels are half a degree and a degree wide, and intensities change by
+/// up to 7 cd and 1 cd in 90°.
 fn near(a: [f32; 3], b: [f32; 3]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 0.1)
 }
@@ -49,7 +49,7 @@ fn near(a: [f32; 3], b: [f32; 3]) -> bool {
 #[test]
 fn lamps_point_down_the_axis_of_their_node_and_turn_with_it() {
     let half = std::f32::consts::FRAC_1_SQRT_2;
-    // A quarter about +x: −z turns to +y, and +y to +z.
+    // A quarter turn about +x takes −z to +y and +y to +z.
     for (node, [down, up, c0, c90, c180, c270]) in [
         (
             json!({ "translation": [1, 2, 3] }),
@@ -59,7 +59,7 @@ fn lamps_point_down_the_axis_of_their_node_and_turn_with_it() {
             json!({ "translation": [1, 2, 3], "scale": [3, 0.5, 2], "rotation": [half, 0, 0, half] }),
             [[0, 1, 0], [0, -1, 0], [1, 0, 0], [0, 0, 1], [-1, 0, 0], [0, 0, -1]],
         ),
-        // Mirrored: C turns the other way.
+        // In a mirrored lamp, C increases in the opposite direction.
         (
             json!({ "matrix": [1, 0, 0, 0, 0, -2, 0, 0, 0, 0, 1, 0, 1, 2, 3, 1] }),
             [[0, 0, -1], [0, 0, 1], [1, 0, 0], [0, -1, 0], [-1, 0, 0], [0, 1, 0]],
@@ -100,7 +100,7 @@ fn lamps_have_their_multiplier_and_colour_and_share_their_profile() {
 fn profiles_that_are_missing_or_damaged_are_noted_and_their_lamps_left_out() {
     let document = with_lamp(json!({ "uri": "lamp.ies" }), json!({ "light": 0 }), json!({}));
     let mut text = document.json.clone();
-    // Without its mesh, whose buffer is not in this file.
+    // The node with the mesh is removed, because the mesh's buffer is not in this file.
     text["nodes"].as_array_mut().unwrap().remove(0);
     text["buffers"] = json!([]);
     for list in ["bufferViews", "accessors", "meshes"] {

@@ -1,4 +1,4 @@
-//! Properties and extensions of glTF files that are in no schema.
+//! Properties and extensions of glTF files that no schema has.
 
 use std::fs;
 
@@ -45,7 +45,7 @@ fn file() -> Value {
     })
 }
 
-/// Pointers to the objects, with the paths in notes.
+/// Pointers to the objects, with the paths that notes have for them.
 const PLACES: &[(&str, &str)] = &[
     ("", ""),
     ("/asset", "asset."),
@@ -108,7 +108,7 @@ fn a_property_that_its_object_does_not_have_is_noted_with_its_place() {
         assert!(message.starts_with("property \"quuxFlavour\" of "), "{message}");
         assert_eq!(*item, format!("{place}quuxFlavour"));
     }
-    // Of several occurrences the first is named.
+    // If a name occurs several times, the note has the place of the first.
     let mut json = file();
     json["nodes"] = json!([{ "mesh": 0, "quux": 1 }, { "quux": 2 }]);
     let found = unknown(&load(&json).unwrap());
@@ -128,7 +128,7 @@ fn an_extension_that_is_not_listed_is_noted_where_it_stands() {
         found,
         [("extension \"ACME_materials_velvet\" is unknown: left out".into(), Some(place.into()), 1)]
     );
-    // An extension in `extensionsUsed` has one note, at that list.
+    // An extension in `extensionsUsed` gives one note, with the place in that list.
     json["extensionsUsed"] = json!(["ACME_materials_velvet"]);
     assert_eq!(unknown(&load(&json).unwrap())[0].1.as_deref(), Some("extensionsUsed[0]"));
     assert_eq!(unknown(&load(&json).unwrap()).len(), 1);
@@ -148,7 +148,7 @@ fn a_slip_is_refused_with_the_name_that_was_meant() {
     assert!(said.ends_with(expected), "{said}");
     let said = refusal(&|json| json["materials"][0]["extensions"]["KHR_material_ior"] = json!({}));
     assert!(said.contains("did you mean \"KHR_materials_ior\"?"), "{said}");
-    // A property of another type of object is not a slip.
+    // A property of another type of object is not taken for a slip.
     let mut json = file();
     json["nodes"][0]["nodes"] = json!([]);
     assert_eq!(unknown(&load(&json).unwrap()).len(), 1);

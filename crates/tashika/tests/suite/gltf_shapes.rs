@@ -1,4 +1,4 @@
-//! Morph targets and skins of glTF: positions of vertices, against closed forms; damaged ones.
+//! Morph targets and skins of glTF: positions of vertices against closed forms, and damaged files.
 
 use glam::{Affine3A, Quat, Vec3};
 use serde_json::{Value, json};
@@ -9,7 +9,7 @@ use tashika::scene::{NoteKind, Scene};
 use super::gltf::{CORNERS, Document, load_in, notes, only_note};
 use super::gltf_animations::{QUARTER, accessor, animate};
 
-/// Differences of the corners in two targets.
+/// Displacements of the corners in two targets.
 const MOVES: [[[f32; 3]; 3]; 2] =
     [[[0.0, 0.0, 2.0], [0.0, 0.0, 4.0], [4.0, 0.0, 0.0]], [[0.0, 8.0, 0.0], [0.0; 3], [0.0, 0.0, -2.0]]];
 
@@ -18,7 +18,7 @@ fn load_at(d: &Document, at: Option<f64>) -> Result<Scene> {
     load_in(folder.path(), "scene.glb", &d.glb(), &LoadOptions { at, ..LoadOptions::default() })
 }
 
-/// The triangle with two targets.
+/// The triangle with two morph targets.
 fn morphing() -> Document {
     let mut d = Document::triangle();
     let targets = MOVES.map(|moves| json!({ "POSITION": d.vec3(&moves) }));
@@ -58,7 +58,7 @@ fn weights_are_those_of_the_node_or_else_of_the_mesh() {
     assert_corners(&of(Value::Null, Value::Null), 0, CORNERS.map(Vec3::from), "none");
     assert_corners(&of(json!([0.5, 0.25]), Value::Null), 0, morphed([0.5, 0.25]), "the mesh's");
     assert_corners(&of(json!([0.5, 0.25]), json!([0, -1])), 0, morphed([0.0, -1.0]), "the node's");
-    // Nodes that show one mesh in two shapes, one of them twice.
+    // Three nodes show one mesh. Two of them have equal weights, the third has others: two shapes.
     let mut d = morphing();
     d.json["meshes"][0]["weights"] = json!([1, 1]);
     d.push("nodes", json!({ "mesh": 0, "weights": [0, 0.5] }));
@@ -71,8 +71,8 @@ fn weights_are_those_of_the_node_or_else_of_the_mesh() {
     assert_eq!(shown, [0, 1, 0]);
 }
 
-/// A target whose only stored vertex is the second, and one that moves normals; indices that begin
-/// at the second vertex.
+/// One target stores only its second vertex, one moves normals, and the indices begin at the second
+/// vertex.
 #[test]
 fn sparse_targets_and_normals_of_the_vertices_in_use() {
     let mut d = Document::triangle();
@@ -100,7 +100,8 @@ fn sparse_targets_and_normals_of_the_vertices_in_use() {
     for (found, expected) in scene.meshes()[0].normals().iter().zip(normals) {
         assert!((*found - expected).length() < 1e-6, "{found} for {expected}");
     }
-    // More zeros than the limit may be without bytes, but not more than there are vertices.
+    // An accessor without bytes may have more zeros than the limit, but no more than there are
+    // vertices.
     let mut d = Document::triangle();
     let many = (1 << 16) + 3;
     let corners: Vec<[f32; 3]> = (0..many).map(|i| CORNERS[i % 3]).collect();
@@ -131,7 +132,7 @@ fn weights_are_animated_by_every_interpolation() {
     for (seconds, weights) in [(0.0, [0.25, 1.0]), (1.5, [0.375, 0.5]), (9.0, [0.75, -1.0])] {
         assert_corners(&at("LINEAR", &keys, seconds), 0, morphed(weights), "LINEAR");
     }
-    // Cubics whose tangents are their own derivatives are reproduced exactly: t³/9 and t − t²/3.
+    // Cubic splines whose tangents are their derivatives are reproduced exactly: t³/9 and t − t²/3.
     // Each key has the incoming tangents of both targets first, then both values.
     let f = |t: f32| [t * t * t / 9.0, t - t * t / 3.0];
     let slope = |t: f32| [t * t / 3.0, 1.0 - 2.0 * t / 3.0];
@@ -141,7 +142,7 @@ fn weights_are_animated_by_every_interpolation() {
         let scene = at("CUBICSPLINE", &keys, f64::from(t));
         assert_corners(&scene, 0, morphed(f(t.min(3.0))), &format!("CUBICSPLINE at {t}"));
     }
-    // Without a time the node's weights count, and a note reports the motion.
+    // Without a time the node's weights apply, and a note reports the motion.
     let mut d = morphing();
     animate(&mut d, (0, "weights"), "LINEAR", &[1.0, 3.0], &[[1.0]; 4]);
     let scene = load_at(&d, None).unwrap();
@@ -149,11 +150,11 @@ fn weights_are_animated_by_every_interpolation() {
     assert_corners(&scene, 0, CORNERS.map(Vec3::from), "without a time");
 }
 
-/// Heights of the bar's vertices, of which there are two at each: the joints are at 0 and 1 m.
+/// Heights of the bar's vertices (m), two vertices at each; the joints are at 0 and 1 m.
 const HEIGHTS: [f32; 3] = [0.0, 1.0, 2.0];
 
-/// A bar of two joints along y: vertices at 0 follow the first joint, vertices at 2 the second, and
-/// vertices at 1 both. The root stands at (0, 0, 5); the node of the mesh elsewhere.
+/// A bar along y with two joints. Vertices at 0 m follow the first joint, vertices at 2 m the
+/// second, and vertices at 1 m both. The root is at (0, 0, 5); the node of the mesh is elsewhere.
 pub fn skinned() -> Document {
     let mut d = Document::empty();
     d.push("materials", json!({}));
@@ -194,7 +195,7 @@ pub fn skinned() -> Document {
     d
 }
 
-/// A translation as a matrix, by columns.
+/// A translation as a matrix, column by column.
 fn bind(way: Vec3) -> [f32; 16] {
     let mut m = [0.0; 16];
     (0..4).for_each(|k| m[5 * k] = 1.0);
@@ -202,7 +203,7 @@ fn bind(way: Vec3) -> [f32; 16] {
     m
 }
 
-/// Positions and normals of the bar with its second joint transformed by `second` around itself.
+/// Expected positions and normals of the bar. `second` transforms the second joint around itself.
 fn bent(second: Affine3A) -> [(Vec3, Vec3); 6] {
     let about = Affine3A::from_translation(Vec3::Y) * second * Affine3A::from_translation(Vec3::NEG_Y);
     let root = Affine3A::from_translation(Vec3::Z * 5.0);
@@ -236,13 +237,14 @@ fn a_bar_of_two_joints_bends_by_a_right_angle() {
     d.json["nodes"][3]["rotation"] = json!(QUARTER);
     let scene = d.load().unwrap();
     assert_eq!(notes(&scene), []);
-    // In numbers: the tip goes from (0, 2) to (−1, 1), the middle stays, all 5 m along z.
+    // In numbers: the tip goes from (0, 2) to (−1, 1), the middle stays; all are at z = 5 m.
     let tip = scene.meshes()[0].positions()[4];
     assert!((tip - Vec3::new(-1.0, 1.0, 5.0)).length() < 1e-6, "{tip}");
     assert!((scene.meshes()[0].normals()[4] - Vec3::Y).length() < 1e-6);
     let quarter = Affine3A::from_quat(Quat::from_array(QUARTER));
     assert_bent(&scene, bent(quarter), "a quarter turn");
-    // Stretched along its normal, sheared by the blend, and mirrored: normals stay upright on it.
+    // A bar that is stretched along its normal, sheared by the blend, or mirrored: normals stay
+    // perpendicular to the surface.
     for scale in [Vec3::new(4.0, 1.0, 0.5), Vec3::new(-1.0, 1.0, 1.0) * 2.0] {
         let mut d = skinned();
         d.json["nodes"][3]["rotation"] = json!([0.0, 0.0, 0.6, 0.8]);
@@ -251,7 +253,7 @@ fn a_bar_of_two_joints_bends_by_a_right_angle() {
         let expected = bent(Affine3A::from_scale_rotation_translation(scale, turn, Vec3::ZERO));
         assert_bent(&d.load().unwrap(), expected, &format!("scaled by {scale}"));
     }
-    // Without matrices vertices are bound at their own positions.
+    // Without inverse bind matrices, vertices are bound at their own positions.
     let mut d = skinned();
     d.json["skins"][0].as_object_mut().unwrap().remove("inverseBindMatrices");
     let tip = d.load().unwrap().meshes()[0].positions()[4];
@@ -267,11 +269,11 @@ fn joints_follow_the_animation_and_morphs_come_before_skins() {
         let turn = Affine3A::from_quat(Quat::IDENTITY.slerp(turn, angle));
         assert_bent(&load_at(&d, Some(seconds)).unwrap(), bent(turn), &format!("at {seconds} s"));
     }
-    // A hidden skeleton moves its vertices all the same.
+    // A hidden skeleton moves its vertices, too.
     d.json["nodes"][3]["extensions"] = json!({ "KHR_node_visibility": { "visible": false } });
     let hidden = load_at(&d, Some(5.0)).unwrap();
     assert_bent(&hidden, bent(Affine3A::from_quat(Quat::from_array(QUARTER))), "hidden");
-    // The tip is moved by 3 m along x before it is turned up.
+    // A morph target moves the tip by 3 m along x before the joint turns it up.
     let moves = d.vec3(&[[0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3], [3.0, 0.0, 0.0], [0.0; 3]]);
     d.json["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": moves }]);
     d.json["nodes"][0]["weights"] = json!([1]);
@@ -279,8 +281,8 @@ fn joints_follow_the_animation_and_morphs_come_before_skins() {
     assert!((tip - Vec3::new(-1.0, 4.0, 5.0)).length() < 2e-6, "{tip}");
 }
 
-/// Six joints that a vertex follows by a sixth each, in two sets, with numbers of two bytes and
-/// weights that add up to two.
+/// Vertices follow six joints by a sixth each. The joints are in two sets with 16-bit numbers, and
+/// the weights add up to two.
 #[test]
 fn further_sets_count_and_weights_add_up_to_one() {
     let mut d = skinned();
@@ -313,7 +315,7 @@ fn exposed(d: &Document, shutter: [f64; 2]) -> Scene {
     load_in(folder.path(), "scene.glb", &d.glb(), &options).unwrap()
 }
 
-/// World corners of the first triangle of an instance after a share of the time.
+/// World corners of the first triangle of an instance at a fraction of the shutter's time.
 fn corners_at(scene: &Scene, instance: usize, share: f32) -> [Vec3; 3] {
     scene.world_corners_at(share, scene.instance_ids().nth(instance).unwrap(), 0)
 }
@@ -328,8 +330,8 @@ fn assert_close(found: [Vec3; 3], expected: [Vec3; 3], what: &str) {
     }
 }
 
-/// One node morphs and moves, one stands and morphs, one has constant weights, and one has a skin
-/// whose joint turns.
+/// Four nodes: one morphs and moves, one stands and morphs, one has constant weights, and one has a
+/// skin whose joint turns. Each has its expected corners at several times.
 #[test]
 fn shapes_change_while_the_shutter_is_open() {
     let mut d = morphing();
@@ -343,7 +345,7 @@ fn shapes_change_while_the_shutter_is_open() {
     let at = |seconds: f32| morphed([0.25 * seconds, 1.0 - 0.5 * seconds]);
     let scene = exposed(&d, [1.0, 3.0]);
     assert_eq!((scene.shutter(), notes(&scene)), (Some([1.0, 3.0]), Vec::new()));
-    // The mesh has two shapes: that of the first two nodes, and that of the third.
+    // The mesh has two shapes: one for the first two nodes, one for the third.
     assert_eq!((scene.meshes().len(), scene.instances().len()), (2, 3));
     let deform: Vec<bool> = scene.meshes().iter().map(|mesh| mesh.deforms().is_some()).collect();
     assert_eq!(deform, [true, false]);
@@ -354,7 +356,7 @@ fn shapes_change_while_the_shutter_is_open() {
         assert_close(corners_at(&scene, 2, share), morphed([0.5, 0.5]), &what);
     }
     assert_eq!(scene.time(), Some(2.0));
-    // After the last key nothing moves, and a shutter that closes at once shows no motion.
+    // After the last key nothing moves. A shutter that closes at once shows no motion, either.
     for still in [exposed(&d, [4.0, 5.0]), exposed(&d, [2.0, 2.0]), load_at(&d, Some(2.0)).unwrap()] {
         assert!(!still.moves());
     }
@@ -363,7 +365,7 @@ fn shapes_change_while_the_shutter_is_open() {
 
     let mut d = skinned();
     animate(&mut d, (3, "rotation"), "LINEAR", &[0.0, 2.0], &[[0.0, 0.0, 0.0, 1.0], QUARTER]);
-    // The motion of the mesh's own node has no effect.
+    // A motion of the mesh's own node has no effect on a skin.
     animate(&mut d, (0, "translation"), "LINEAR", &[0.0, 2.0], &[[0.0; 3], [9.0; 3]]);
     let scene = exposed(&d, [0.0, 1.0]);
     assert!(notes(&scene).is_empty() && scene.instances().len() == 1 && scene.moves());
@@ -382,7 +384,7 @@ fn shapes_change_while_the_shutter_is_open() {
 
 #[test]
 fn what_is_wrong_with_weights_and_joints_is_said() {
-    // Weights for one target too many, and for one too few.
+    // One weight more than there are targets, and one weight less.
     for (weights, expected) in [(json!([0.5, 0.25, 7]), [0.5, 0.25]), (json!([0.5]), [0.5, 0.0])] {
         let mut d = morphing();
         d.json["nodes"][0]["weights"] = weights;
@@ -394,7 +396,7 @@ fn what_is_wrong_with_weights_and_joints_is_said() {
         );
         assert_corners(&scene, 0, morphed(expected), "as far as there are");
     }
-    // A primitive without joints is at its node.
+    // A primitive without joints has the transform of its node.
     let mut d = skinned();
     d.json["meshes"][0]["primitives"][0]["attributes"].as_object_mut().unwrap().remove("WEIGHTS_0");
     let scene = d.load().unwrap();
@@ -402,7 +404,7 @@ fn what_is_wrong_with_weights_and_joints_is_said() {
     assert!(said.len() == 2 && said[0].contains("joints without weights"), "{said:?}");
     assert!(said[1].contains("where their node is"), "{said:?}");
     assert_eq!(Vec3::from(scene.instances()[0].to_world.translation), Vec3::new(50.0, 60.0, 75.0));
-    // Invalid weights: the tip follows the first joint, the other vertices are unchanged.
+    // With invalid weights the tip follows the first joint; the other vertices are unchanged.
     for wrong in [[0.0, 0.0], [f32::NAN, -1.0]] {
         let mut d = skinned();
         d.json["nodes"][3]["rotation"] = json!(QUARTER);
@@ -417,7 +419,7 @@ fn what_is_wrong_with_weights_and_joints_is_said() {
         assert!((positions[4] - Vec3::new(0.0, 2.0, 5.0)).length() < 1e-6, "{}", positions[4]);
         assert!((positions[5] - Vec3::new(-1.0, 1.0, 6.0)).length() < 1e-6, "{}", positions[5]);
     }
-    // A last row that projects is repaired.
+    // A matrix whose last row is a projection is repaired.
     let mut d = skinned();
     let end = d.buffer.len();
     d.buffer[end - 4..].copy_from_slice(&2.0_f32.to_le_bytes());
@@ -484,7 +486,7 @@ fn damaged_shapes_are_refused_with_their_place() {
         let text = error.to_string();
         assert!(text.contains("scene.glb: ") && text.contains(place) && text.contains(said), "{i}: {text}");
     }
-    // Weights of animations: as many as keys and targets need, and numbers.
+    // Weights of animations must be finite, and their number must match the keys and targets.
     for (values, said) in [(vec![[1.0]; 3], "4, as the keys need"), (vec![[f32::NAN]; 4], "finite numbers")] {
         let mut d = morphing();
         animate(&mut d, (0, "weights"), "LINEAR", &[1.0, 3.0], &values);
@@ -494,14 +496,14 @@ fn damaged_shapes_are_refused_with_their_place() {
     }
 }
 
-/// End of the bytes of the bar's joints.
+/// End of the bytes that store the bar's joints.
 fn end_of_joints(d: &Document) -> usize {
     let view = &d.json["bufferViews"][3];
     (view["byteOffset"].as_u64().unwrap() + view["byteLength"].as_u64().unwrap()) as usize
 }
 
-/// A thousand nodes that name as many targets of the same vertices, each in another shape, stay
-/// within the budget of the reader.
+/// A thousand nodes refer to a thousand targets of the same vertices, each node in another shape.
+/// The reader stays within its budget.
 #[test]
 fn naming_the_same_targets_many_times_does_not_take_for_ever() {
     let mut d = morphing();

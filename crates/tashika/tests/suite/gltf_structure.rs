@@ -8,8 +8,8 @@ use tashika::scene::{NoteKind, Projection, Scene};
 
 use super::gltf::{CORNERS, Document, notes};
 
-/// Little-endian bytes of numbers of a component type, elements of `size` starting at multiples of
-/// four bytes.
+/// Little-endian bytes of numbers of a component type. Each element has `size` numbers and starts
+/// at a multiple of four bytes.
 fn packed(component: u32, size: usize, values: &[f64]) -> (Vec<u8>, usize) {
     let mut bytes = Vec::new();
     for element in values.chunks(size) {
@@ -30,7 +30,7 @@ fn packed(component: u32, size: usize, values: &[f64]) -> (Vec<u8>, usize) {
     (bytes, stride)
 }
 
-/// An accessor of such numbers.
+/// Adds an accessor of such numbers.
 fn accessor(d: &mut Document, component: u32, kind: &str, values: &[f64], normalized: bool) -> usize {
     let size = if kind == "VEC2" { 2 } else { 3 };
     let (bytes, stride) = packed(component, size, values);
@@ -43,7 +43,7 @@ fn accessor(d: &mut Document, component: u32, kind: &str, values: &[f64], normal
     )
 }
 
-/// The triangle with these attributes beside its positions, and a texture that needs coordinates.
+/// The triangle with the given additional attributes, and a texture that needs coordinates.
 fn with_attributes(mut d: Document, attributes: &[(&str, usize)]) -> Scene {
     for (name, index) in attributes {
         d.json["meshes"][0]["primitives"][0]["attributes"][*name] = json!(index);
@@ -87,7 +87,7 @@ fn sparse_accessors_work_for_every_attribute_and_for_indices() {
     let uvs = accessor(&mut d, 5123, "VEC2", &[0.0; 8], true);
     sparse(&mut d, four, &floats(&[3.0, 4.0, 5.0]));
     sparse(&mut d, normals, &floats(&[1.0, 0.0, 0.0]));
-    // Replaced elements are packed, whatever the stride of the others.
+    // Replacing elements are packed, whatever the stride of the others.
     sparse(&mut d, uvs, &[255, 255, 0x33, 0x33]);
     sparse(&mut d, 1, &[3]);
     let scene = with_attributes(d, &[("POSITION", four), ("NORMAL", normals), ("TEXCOORD_0", uvs)]);
@@ -134,7 +134,7 @@ fn instances_of_a_node_follow_its_transform() {
     let mut d = instanced(json!({}));
     let moves = d.vec3(&[[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]]);
     let scales = d.vec3(&[[1.0, 1.0, 1.0], [1.0, 3.0, 1.0]]);
-    // No turn, and half a turn about z, in eight bits.
+    // Two rotations in eight bits: none, and half a turn about z.
     let view = d.view(&[0, 0, 0, 127, 0, 0, 127, 0]);
     let turns = d.push(
         "accessors",
@@ -147,7 +147,8 @@ fn instances_of_a_node_follow_its_transform() {
     assert_eq!((scene.meshes().len(), scene.instances().len()), (1, 2));
     let corner = |i: usize| scene.instances()[i].to_world.transform_point3(Vec3::new(2.0, 1.0, 0.0));
     assert!((corner(0) - Vec3::new(14.0, 2.0, 0.0)).length() < 1e-5, "{}", corner(0));
-    // Scaled (2, 3, 0), turned (−2, −3, 0), moved (−1, −1, 3), then the node's (8, −2, 6).
+    // Scaled to (2, 3, 0), turned to (−2, −3, 0), moved to (−1, −1, 3), then by the node to (8, −2,
+    // 6).
     assert!((corner(1) - Vec3::new(8.0, -2.0, 6.0)).length() < 1e-5, "{}", corner(1));
     assert_eq!(instanced(json!({})).load().unwrap().instances().len(), 1, "without attributes as without");
 }

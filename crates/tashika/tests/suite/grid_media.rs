@@ -1,5 +1,5 @@
-//! Media whose density and albedo are grids, against integrals, quadrature, the furnace, and
-//! homogeneous media.
+//! Media whose density and albedo are grids, compared with integrals, quadrature, the white furnace
+//! and homogeneous media.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ use crate::cases::{
 };
 use crate::media::{assert_means, bounding, colors, mean_of, needle, paths};
 
-/// A grid in the box between two corners, with `value` at the middle of each cell.
+/// A grid in the box between two corners; `value` gives the value at the centre of each cell.
 pub fn grid(counts: [u32; 3], [lo, hi]: [Vec3; 2], value: impl Fn([f64; 3]) -> [f64; 3]) -> VolumeGrid {
     let middle = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
     let [nx, ny, nz] = counts;
@@ -57,17 +57,17 @@ pub fn add(
 
 const ABSORPTION: [f32; 3] = [0.3, 1.0, 2.5];
 
-/// `∫ D` over a box of a metre whose density rises from 0 to `2` in `cells` steps; the first and
-/// the last half of a step are constant.
+/// `∫ D` over a box of a metre. The density rises from 0 to `2` through the centres of `cells`
+/// cells, and is constant in the first and the last half cell.
 fn ramp(cells: u32) -> f64 {
-    // The trapezoids between the samples, and the two ends.
+    // Trapezoids between the samples, and the two constant ends.
     let sample = |i: u32| 2.0 * (f64::from(i) + 0.5) / f64::from(cells);
     let between: f64 = (1..cells).map(|i| 0.5 * (sample(i - 1) + sample(i))).sum();
     (between + 0.5 * (sample(0) + sample(cells - 1))) / f64::from(cells)
 }
 
-/// Smoke that only absorbs and gets denser, within a medium that is larger than the grid: a lamp
-/// seen through it by a path, and a slanted shadow segment.
+/// Absorbing smoke whose density is a ramp, in a medium that is larger than the grid. A path to a
+/// visible lamp and a slanted shadow segment have the transmittance of the integral.
 #[test]
 fn a_ramp_absorbs_as_its_integral_says() {
     let cells = 10;
@@ -102,12 +102,12 @@ fn a_ramp_absorbs_as_its_integral_says() {
 const ALBEDO: f32 = 1e-3;
 const EXTINCTION: [f32; 3] = [0.3, 0.6, 1.2];
 
-/// Density of a slab from `z = −2` to 0, in eight layers: a step.
+/// Density of the layers of a slab from `z = −2` to 0: a step after four of eight.
 fn step(layer: u32) -> f64 {
     if layer < 4 { 0.5 } else { 2.0 }
 }
 
-/// The density at `z`, linear between the middles of layers.
+/// The density at `z`, linear between the centres of layers.
 fn density_at(z: f64) -> f64 {
     if !(-2.0..=0.0).contains(&z) {
         return 0.0;
@@ -118,7 +118,8 @@ fn density_at(z: f64) -> f64 {
     of(below) + (at - below) * (of(below + 1.0) - of(below))
 }
 
-/// Mean of the density between two heights, by Simpson's rule between its bends, where it is exact.
+/// Mean of the density between two heights, by the midpoint rule between its kinks, where it is
+/// exact.
 fn mean_density(from: f64, to: f64) -> f64 {
     let (lo, hi) = (from.min(to), from.max(to));
     if hi - lo < 1e-9 {
@@ -129,15 +130,16 @@ fn mean_density(from: f64, to: f64) -> f64 {
     let mut from = lo;
     let mut sum = 0.0;
     for to in bends.drain(..) {
-        // At the middle, since the density is linear between and may drop to zero at an end.
+        // Evaluated at the midpoint, since the density is linear in between and may drop to zero at
+        // an end.
         sum += (to - from) * density_at(0.5 * (from + to));
         from = to;
     }
     sum / (hi - lo)
 }
 
-/// A point light in a slab whose density has a step, seen from outside of the slab: light that is
-/// scattered once towards the camera, against quadrature.
+/// A point light in a slab whose density has a step, and a camera outside. Light that is scattered
+/// once towards the camera equals the result of quadrature.
 #[test]
 fn light_scattered_once_in_a_step_is_that_of_quadrature() {
     let light = [0.4, -0.3, -1.0];
@@ -167,14 +169,15 @@ fn light_scattered_once_in_a_step_is_that_of_quadrature() {
     assert_means(&film, expected, f64::from(ALBEDO) + 1e-4, 0.01, "a step");
 }
 
-/// Waves of the three channels in a box, apart from each other, with empty places.
+/// Density with separate waves in the three channels and empty regions.
 fn waves([x, y, z]: [f64; 3]) -> [f64; 3] {
     let wave = |at: f64| (sin_cos_f64(at).0).max(0.0) * 2.0;
     [wave(9.0 * x + 4.0 * y), wave(11.0 * y - 5.0 * z), wave(12.0 * z + 6.0 * x)]
 }
 
-/// A medium without absorption is invisible where radiance is equal from all sides, whatever its
-/// density: under a sky, with the camera inside and outside, and in a room that glows.
+/// A medium without absorption is invisible if the incident radiance is equal from all sides,
+/// whatever its density. Tested under a sky, with the camera inside and outside, and in a room
+/// whose walls emit.
 #[test]
 fn white_media_of_any_density_are_invisible_in_a_furnace() {
     let white = [[0.0; 3], [0.5, 2.0, 6.0]];
@@ -195,7 +198,7 @@ fn white_media_of_any_density_are_invisible_in_a_furnace() {
         for (g, inside) in [(0.0, false), (0.7, true)] {
             let mut b = builder();
             let milk = Some(add(&mut b, coefficients, g, density(), scattered()));
-            // A boundary that is larger than the grid.
+            // The boundary is larger than the grid.
             let about = cuboid(box_[0] - 0.3, box_[1] + 0.2, false);
             bounding(&mut b, about, Surface::Boundary, [milk, None]);
             b.set_environment(Environment::constant(Rgb::WHITE)).unwrap();
@@ -228,7 +231,7 @@ fn room_with_block(medium: impl FnOnce(&mut SceneBuilder, [Vec3; 2]) -> MediumId
 
 const BLOCK: [[f32; 3]; 2] = [[0.1, 0.5, 1.0], [2.0, 3.0, 1.0]];
 
-/// Means of the whole picture, and their standard errors, by 16 seeds.
+/// Channel means of the whole picture with their standard errors, from 16 seeds.
 fn picture(tracer: &Tracer) -> [(f64, f64); 3] {
     let path = PathTracer::new(tracer, PathStop::Count(64), 1000).unwrap();
     let mut moments = [Moments::default(); 3];
@@ -239,9 +242,9 @@ fn picture(tracer: &Tracer) -> [(f64, f64); 3] {
     moments.map(|m| (m.mean(), m.standard_error()))
 }
 
-/// Grids of ones, of constant albedo, and of constant coefficients, however they are placed, give
-/// the picture of the homogeneous medium. 12 comparisons of 16 with 16 means: 5.5 standard errors
-/// are a level of 6·10⁻⁶ each.
+/// Grids of ones, of constant albedo and of constant coefficients give the picture of the
+/// homogeneous medium, however they are placed. There are 12 comparisons of two means of 16 seeds:
+/// 5.5 standard errors are a level of 6·10⁻⁶ each.
 #[test]
 fn grids_that_are_even_are_homogeneous() {
     let plain = room_with_block(|b, _| {
@@ -301,7 +304,7 @@ fn threads_and_windows_change_no_bit_in_grids() {
     }
 }
 
-/// A grid that is turned, sheared and mirrored is the same medium in another place.
+/// A grid and its camera are turned and moved together. The picture does not change.
 #[test]
 fn grids_are_where_their_map_puts_them() {
     let see = |turn: Affine3A| {
@@ -319,8 +322,8 @@ fn grids_are_where_their_map_puts_them() {
         b.set_environment(Environment::constant(Rgb::WHITE)).unwrap();
         let [eye, up] = [turn.transform_point3(Vec3::Z * 3.0), turn.transform_vector3(Vec3::Y)];
         let camera = Camera::look_at("c", eye, turn.transform_point3(Vec3::ZERO), up, 0.3);
-        // The medium is that of the camera, and its density is zero outside of the grid, so that
-        // the light of the sky gets in.
+        // The medium of the camera is the grid, whose density is zero outside, so that the light of
+        // the sky gets in.
         b.add_camera(Camera { medium: Some(smoke), ..camera }).unwrap();
         let tracer = tracer(b);
         film(&tracer, &PathTracer::new(&tracer, PathStop::Count(400), 4).unwrap(), [6, 6], 1, 9)
@@ -331,7 +334,7 @@ fn grids_are_where_their_map_puts_them() {
     let mut seen = [0, 0];
     for (a, b) in colors(&plain).into_iter().zip(colors(&turned)) {
         for k in 0..3 {
-            // 400 samples between 0 and 1 or so: five standard errors of at most 0.025 each.
+            // 400 samples between 0 and about 1: five standard errors of at most 0.025 each.
             assert!((a[k] - b[k]).abs() < 0.18, "{a:?} {b:?}");
             seen[usize::from(a[k] < 0.7)] += 1;
         }

@@ -1,5 +1,5 @@
-//! Light that is hard to find, against light transport: claims hold, and two choices of lights
-//! contradict each other no more often than stated.
+//! Scenes whose light is hard to sample, rendered as light transport. Claims hold, and images with
+//! different sets of lights contradict each other no more often than stated.
 
 use tashika::color::Rgb;
 use tashika::film::{Film, Window};
@@ -18,12 +18,12 @@ use crate::cases::{
 
 const SIZE: [u32; 2] = [12, 9];
 const PIXELS: usize = 108;
-/// Number of choices of lights.
+/// Number of sets of lights.
 const SEEDS: u64 = 6;
 /// Relative error requested of each pixel, at 95 %.
 const ERROR: f64 = 0.1;
 
-/// Result and claim of a pixel.
+/// Result and claim of one pixel.
 #[derive(Clone, Copy)]
 struct Said {
     found: f64,
@@ -44,7 +44,7 @@ fn said(film: &Film) -> Vec<Said> {
     luminances(film).into_iter().enumerate().map(of_pixel).collect()
 }
 
-/// Images of a scene, each with lights of its own.
+/// Images of a scene, each with its own set of lights.
 fn images(scene: &dyn Fn() -> SceneBuilder) -> Vec<Vec<Said>> {
     let tracer = tracer(scene());
     let image = |seed| {
@@ -59,16 +59,18 @@ fn images(scene: &dyn Fn() -> SceneBuilder) -> Vec<Vec<Said>> {
     (1..=SEEDS).map(image).collect()
 }
 
-/// Largest share of claims that may be wrong: 5 % are, and pixels of an image are wrong together.
+/// Largest share of claims that may be wrong. 5 % are expected, and errors of pixels of an image
+/// are correlated.
 const WRONG: f64 = 0.09;
 
-/// Largest share of pairs of claims that may contradict each other.
+/// Largest share of pairs of claims that may be disjoint.
 const DISJOINT: f64 = 0.01;
-/// Largest such share where a spot that the pilot expects to be dark, or a lit edge on black,
-/// covers so little of a pixel that most of its camera samples miss it.
+/// Larger limit for scenes in which a spot that the pilot expects to be dark, or a lit edge on
+/// black, covers so little of a pixel that most of its camera samples miss it.
 const DISJOINT_BY_SLIVERS: f64 = 0.015;
 
-/// Two claims of a pixel can both be right only where they overlap.
+/// Compares the claims of different images: two claims of a pixel can both be right only if they
+/// overlap.
 fn seeds_agree(images: &[Vec<Said>], most_disjoint: f64, what: &str) {
     let (mut pairs, mut disjoint) = (0.0, 0.0);
     for (k, one) in images.iter().enumerate() {
@@ -85,7 +87,8 @@ fn seeds_agree(images: &[Vec<Said>], most_disjoint: f64, what: &str) {
     );
 }
 
-/// Claims hold, and their share of all pixels is at least `least_claims`.
+/// Compares claims with a reference, and requires claims for at least the share `least_claims` of
+/// pixels.
 fn claims_hold(scene: &dyn Fn() -> SceneBuilder, least_claims: f64, most_disjoint: f64, what: &str) {
     let images = images(scene);
     let tracer = tracer(scene());
@@ -97,7 +100,7 @@ fn claims_hold(scene: &dyn Fn() -> SceneBuilder, least_claims: f64, most_disjoin
         for said in images.iter().map(|image| image[i]) {
             let Some(half_width) = said.half_width else { continue };
             claims += 1.0;
-            // The reference has an error of its own.
+            // Allows for the error of the reference.
             let slack = 2.0 * f64::from(errors[i]);
             kept += f64::from((said.found - truth).abs() <= half_width + slack);
         }
@@ -123,7 +126,7 @@ fn long_room() -> SceneBuilder {
     b
 }
 
-/// Adds a wall at `x = 0`, between these `z` and these heights `y`.
+/// Adds a wall at `x = 0` between the given `z` and the given heights `y`.
 fn add_wall(b: &mut SceneBuilder, from: f32, to: f32, y: [f32; 2]) {
     let corner = Vec3::new(0.0, y[0], from);
     let wall = parallelogram(corner, Vec3::Y * (y[1] - y[0]), Vec3::Z * (to - from));
@@ -136,7 +139,8 @@ fn add_lamp_at(b: &mut SceneBuilder, center: [f32; 3], side: f32, radiance: f32)
     place(b, lamp, glowing("lamp", lambert(0.3), radiance));
 }
 
-/// All light comes from the room next door, through a door that is ajar.
+/// Two rooms with a door that is ajar. All light in the visible room comes from the lamp in the
+/// other.
 #[test]
 fn two_rooms_and_a_door() {
     let scene = || {
@@ -148,7 +152,7 @@ fn two_rooms_and_a_door() {
     claims_hold(&scene, 0.9, DISJOINT, "two rooms");
 }
 
-/// The rooms with a hole of 6 × 6 cm between them: most of the lights are hidden.
+/// Two rooms with a hole of 6 × 6 cm between them, so that most lights are occluded.
 #[test]
 fn a_key_hole() {
     let scene = || {
@@ -158,7 +162,7 @@ fn a_key_hole() {
         add_wall(&mut b, -0.03, 0.03, [0.0, 1.0]);
         add_wall(&mut b, -0.03, 0.03, [1.06, 2.0]);
         add_lamp_at(&mut b, [-2.0, 1.9, 0.0], 0.5, 2000.0);
-        // And a weak lamp of its own, so that there is something to be certain of.
+        // The visible room also has a weak lamp, so that some pixels can be claimed.
         add_lamp_at(&mut b, [2.0, 1.95, 0.0], 0.1, 0.2);
         b
     };
@@ -178,7 +182,7 @@ fn a_wide_ground_about_a_room() {
     claims_hold(&scene, 0.9, DISJOINT, "wide ground");
 }
 
-/// Nothing reflects except one block.
+/// A room with black walls, in which only one block reflects light.
 #[test]
 fn black_walls() {
     let scene = || {
@@ -193,7 +197,7 @@ fn black_walls() {
     claims_hold(&scene, 0.99, DISJOINT_BY_SLIVERS, "black walls");
 }
 
-/// All lamps are above a slab of solid glass, which blocks every segment to them.
+/// All lamps are above a slab of solid glass, which blocks every shadow segment to them.
 #[test]
 fn all_lights_behind_glass() {
     let scene = || {
@@ -212,8 +216,8 @@ fn all_lights_behind_glass() {
     claims_hold(&scene, 0.5, DISJOINT, "behind glass");
 }
 
-/// Lengths have no unit: a room a hundred times as large, with lamps of the same radiance, is the
-/// same picture.
+/// A room that is a hundred times as large, with lamps of the same radiance, gives the same
+/// picture.
 #[test]
 fn a_room_in_centimetres() {
     let room = |scale: f32| {
@@ -233,7 +237,7 @@ fn a_room_in_centimetres() {
     seeds_agree(&both, DISJOINT, "centimetres");
 }
 
-/// A visible lamp that fills a thousandth of a pixel and outshines all else in that pixel.
+/// A visible lamp covers a thousandth of a pixel and is much brighter than the rest of the pixel.
 #[test]
 fn a_lamp_in_a_thousandth_of_a_pixel() {
     let scene = || {
@@ -261,13 +265,13 @@ fn room_under_water() -> SceneBuilder {
     b
 }
 
-/// A lamp without extent, which no path meets, above the water.
+/// A point lamp above the water, which no path can hit.
 fn add_point_lamp(b: &mut SceneBuilder) {
     let position = Vec3::new(0.1, 0.9, 0.0);
     b.add_emitter(Emitter::Point { position, intensity: Rgb::gray(0.5) }).unwrap();
 }
 
-/// Share of the pixels whose paths miss more than a tenth of the light.
+/// Fraction of the pixels whose paths miss more than a tenth of the light.
 fn missing_in_paths(scene: SceneBuilder) -> f64 {
     let tracer = tracer(scene);
     let view = view(tracer.scene(), SIZE, 1, 1);
@@ -282,7 +286,8 @@ fn missing_in_paths(scene: SceneBuilder) -> f64 {
     found.iter().filter(is_missing).count() as f64 / PIXELS as f64
 }
 
-/// Paths that draw lights report unsampled light, and report none where they sample it.
+/// Paths with drawn lights report unsampled light for a point lamp above water, and none for lamps
+/// with an area, which they can hit.
 #[test]
 fn paths_tell_what_they_do_not_find() {
     let with = |add: &dyn Fn(&mut SceneBuilder)| {
@@ -296,8 +301,8 @@ fn paths_tell_what_they_do_not_find() {
     assert!(point > 0.5 && small == 0.0 && large == 0.0, "{point} of a point, {small} and {large} of lamps");
 }
 
-/// Light of a point that reaches the bottom of the water through its surface: neither VPLs nor
-/// paths sample it, and the pixels report that.
+/// A point lamp lights the bottom of the water through its surface. VPLs and paths cannot sample
+/// this light, and the pixels report that.
 #[test]
 fn a_point_above_water() {
     let images = images(&|| {
@@ -311,7 +316,8 @@ fn a_point_above_water() {
     assert!(missing > all / 2, "light is missing in {missing} of {all} pixels");
 }
 
-/// A lamp of millimetres in place of the point, which directions of caustics find.
+/// A lamp of a few millimetres in place of the point. Paths sample it by directions towards
+/// caustics.
 #[test]
 fn a_lamp_of_millimetres_above_water() {
     let images = images(&|| {
@@ -325,9 +331,9 @@ fn a_lamp_of_millimetres_above_water() {
     assert!(claims * 10 >= all * 9, "{claims} claims of {all}");
 }
 
-/// A lamp behind the camera whose mirror image fills a two-thousandth of the pixel, and is much of
-/// its light: most choices of a hundred camera samples miss it, so the many samples that paths
-/// begin with have to find it.
+/// A lamp behind the camera, whose mirror image covers a two-thousandth of the pixel and is much of
+/// its light. A hundred camera samples mostly miss it, so the larger number of samples that paths
+/// begin with has to include it.
 #[test]
 fn a_mirrored_lamp_in_a_thousandth_of_a_pixel() {
     let mut b = builder();
@@ -352,8 +358,8 @@ fn a_mirrored_lamp_in_a_thousandth_of_a_pixel() {
         let lights = VplOptions { count: 50_000, seed, ..VplOptions::default() };
         let view = view(tracer.scene(), [1, 1], 64, seed);
         let guided = GuidedLights::trace(&tracer, &lights, Truth::Transport, &view).unwrap();
-        // The request exceeds the permitted work: estimates that stop at a narrow interval would
-        // stop where they met nothing.
+        // The request needs more than the permitted work. Otherwise an estimate could stop at a
+        // narrow interval because no sample met the lamp.
         let options =
             ControlOptions { error: 1e-3, seed, max_pairs: Some(16_384), ..ControlOptions::default() };
         let method = LightTransport::new(&tracer, &guided, &options).only_by(Estimator::Vpls);

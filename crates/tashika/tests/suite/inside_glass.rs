@@ -1,5 +1,5 @@
-//! Cameras and lamps inside of glass and water, against closed forms: radiance there is `n²` times
-//! basic radiance.
+//! Cameras and lamps inside glass and water, compared with closed forms: inside, radiance is `n²`
+//! times basic radiance.
 
 use tashika::Renderer;
 use tashika::accel::Tracer;
@@ -17,14 +17,14 @@ use crate::media::{add, bounding, needle};
 
 const WATER: f32 = 1.33;
 const SIZE: [u32; 2] = [8, 8];
-/// Permitted error of a mean in standard errors: exceeded by chance with probability 10⁻⁶.
+/// Permitted error of a mean in standard errors, exceeded by chance with probability 10⁻⁶.
 const Z: f64 = 4.9;
 
 fn glass(ior: f32) -> Surface {
     Surface::Glass { ior, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE, facets: 0.0.into() }
 }
 
-/// Returns an almost infinite surface of water at height 0, under a sky of radiance 1.
+/// Returns a very large water surface at height 0, under a sky of radiance 1.
 fn pond() -> SceneBuilder {
     let mut b = builder();
     let surface = parallelogram(Vec3::new(-5e3, 0.0, -5e3), Vec3::Z * 1e4, Vec3::X * 1e4);
@@ -33,15 +33,15 @@ fn pond() -> SceneBuilder {
     b
 }
 
-/// Returns a camera a metre below the surface, at an angle from straight up, with all rays along
-/// its axis.
+/// Returns a camera a metre below the surface, tilted by `angle` from straight up. All of its rays
+/// have the same direction.
 fn looking_up(angle: f32) -> Camera {
     let eye = Vec3::new(0.0, -1.0, 0.0);
     let (sin, cos) = sin_cos(angle);
     Camera::look_at("below", eye, eye + Vec3::new(sin, cos, 0.0), Vec3::Z, 1e-4)
 }
 
-/// Renders a picture by every method, and by the default one with errors and claims.
+/// Renders a picture by every method, and by the default method also with errors and with claims.
 fn films(tracer: &Tracer) -> Vec<(String, Film)> {
     let plain = || Renderer::on(tracer).size(SIZE).vpls(200);
     let mut films: Vec<(String, Film)> = MethodName::all()
@@ -69,10 +69,10 @@ fn mean(film: &Film) -> [f64; 2] {
     [moments.mean(), moments.standard_error()]
 }
 
-/// The camera sees `n² (1 − R) + R`: the sky through the surface, and reflected light from below,
-/// which crosses no boundary. Beyond the critical angle of 48.75° this is 1. Paths that choose
-/// between reflection and refraction have a standard deviation of `(n² − 1) √(R (1 − R))`; the mean
-/// is over 64 pixels of at least 8 paths.
+/// A camera below water sees `n² (1 − R) + R`: the sky through the surface, and reflected light
+/// from below, which crosses no boundary. Beyond the critical angle of 48.75° this is 1. A path
+/// chooses between reflection and refraction, so its standard deviation is `(n² − 1) √(R (1 − R))`.
+/// The mean is over 64 pixels of at least 8 paths.
 #[test]
 fn the_sky_from_below_water_is_brighter_by_the_squared_index() {
     for degrees in [0.0_f32, 40.0, 47.0, 52.0] {
@@ -92,8 +92,8 @@ fn the_sky_from_below_water_is_brighter_by_the_squared_index() {
     }
 }
 
-/// Water that absorbs gives `n² (1 − R) T` up to its surface; the reflection is black, since the
-/// water has no floor.
+/// Water that absorbs has `n² (1 − R) T` towards its surface. The reflection adds nothing, since
+/// the water has no floor.
 #[test]
 fn media_take_their_share_on_the_way_to_the_surface() {
     let mut b = builder();
@@ -112,9 +112,9 @@ fn media_take_their_share_on_the_way_to_the_surface() {
     assert!((found - expected).abs() < most, "{found} for {expected} ± {most}");
 }
 
-/// A lamp in a block of glass has its own radiance for a camera inside, and `(1 − R)/n²` of it for
-/// a camera outside, straight on. There is no other light. From outside, all samples are as bright
-/// as the lamp or black.
+/// A lamp in a block of glass, seen head-on, without other light. A camera inside the block sees
+/// the lamp's radiance; a camera outside sees `(1 − R)/n²` of it. From outside, each sample is
+/// either as bright as the lamp or black.
 #[test]
 fn a_lamp_in_glass_is_as_it_shines_from_inside_and_dimmer_from_outside() {
     const RADIANCE: f32 = 3.0;
@@ -141,9 +141,9 @@ fn a_lamp_in_glass_is_as_it_shines_from_inside_and_dimmer_from_outside() {
     }
 }
 
-/// Glass in a white furnace: basic radiance is 1 everywhere, so that a camera sees `n²` in a block
-/// of glass and in water in a tank of glass. It sees 1 in the hollow of a bottle, between two
-/// panes, before a block, and over a pond. All paths carry the same radiance.
+/// Glass in a white furnace: basic radiance is 1 everywhere. A camera in a block of glass, or in
+/// water in a tank of glass, therefore sees `n²`. A camera in the hollow of a bottle, between two
+/// panes, before a block, or over a pond sees 1. All paths carry the same radiance.
 #[test]
 fn a_furnace_is_as_bright_as_the_squared_index_around_the_camera() {
     let cube = |half: f32, inward| cuboid(Vec3::splat(-half), Vec3::splat(half), inward);
@@ -190,9 +190,9 @@ fn a_furnace_is_as_bright_as_the_squared_index_around_the_camera() {
     }
 }
 
-/// A floor in a pond, lit by lamps in the water alone and seen from the water. Sums, light
-/// transport and paths agree within their errors, since all light is seen in its own medium, with
-/// any reflection by the surface.
+/// The floor of a pond, lit by lamps in the water alone and seen from the water. Sums, light
+/// transport and paths agree within their errors, since no light that is seen leaves its medium,
+/// except by reflection at the surface.
 #[test]
 fn methods_agree_on_what_is_lit_below_water() {
     let mut b = pond();
@@ -218,7 +218,7 @@ fn methods_agree_on_what_is_lit_below_water() {
             sum += f64::from(of_paths.radiance.r);
         }
     }
-    // A half-width at 95 % is more than a standard error.
+    // A half-width at 95 % is larger than a standard error.
     assert!(off.abs() < Z * squared.sqrt(), "{} of {}", off, sum);
     assert!(Z * squared.sqrt() < 0.05 * sum, "sharp: {} of {sum}", squared.sqrt());
 }

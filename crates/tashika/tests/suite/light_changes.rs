@@ -1,4 +1,4 @@
-//! Lights that a user adds to a scene, or that replace its own.
+//! Lights that a user adds to a scene, or that replace the scene's lights.
 
 use std::fs;
 use std::path::Path;
@@ -29,7 +29,7 @@ fn dark() -> Scene {
     b.build().unwrap()
 }
 
-/// A map of 8×4 texels, black except for one in the second row and the seventh column: east and up.
+/// A map of 8 × 4 texels. One texel is bright: second row, seventh column, which is east and up.
 fn write_map(folder: &Path) -> String {
     let mut bytes = b"PF\n8 4\n-1.0\n".to_vec();
     for y in (0..4).rev() {
@@ -57,15 +57,15 @@ fn brightest(environment: &Environment) -> (Vec3, f32) {
 fn an_environment_takes_the_place_of_the_scenes_and_is_turned_and_scaled() {
     let folder = tempfile::tempdir().unwrap();
     let map = write_map(folder.path());
-    // The texel is centred at u = 13/16, an eighth of a turn behind east towards south, and 3/8 of
-    // the way down.
+    // The texel is centred at u = 13/16, which is a sixteenth of a turn from east towards south,
+    // and 3/8 of the way down.
     let across = (22.5f32).to_radians();
     let (sin, cos) = tashika::math::elementary::sin_cos(across);
     let up = tashika::math::elementary::sin_cos(67.5f32.to_radians());
     let flat = up.0;
     for (options, direction, scale) in [
         ("", [cos * flat, up.1, sin * flat], 5.0),
-        // A quarter counterclockwise as seen from above: east goes north, which is −z.
+        // A quarter turn counterclockwise as seen from above takes east to north, which is −z.
         (",scale=2,rotate=90", [sin * flat, up.1, -cos * flat], 10.0),
         (",up=z", [cos * flat, -sin * flat, up.1], 5.0),
         (",up=z,rotate=90", [sin * flat, cos * flat, up.1], 5.0),
@@ -94,7 +94,7 @@ fn suns_and_lamps_are_beside_what_there_is() {
     let scene = lit(own, None, &["sun:elevation=30,azimuth=90,scale=2", "point:1,2,-3,100", &lamp]);
     let [sun, point, lamp] = &scene.emitters()[count..] else { panic!("{:?}", scene.emitters()) };
     let Emitter::Directional { direction, irradiance } = sun else { panic!("{sun:?}") };
-    // From the east, 30° high.
+    // The light comes from the east, 30° high.
     assert!((*direction - Vec3::new(-0.75f32.sqrt(), -0.5, 0.0)).length() < 1e-5, "{direction}");
     let Emitter::Point { position, intensity } = point else { panic!("{point:?}") };
     assert!(*position == Vec3::new(1.0, 2.0, -3.0) && (intensity.g - 7.957_747).abs() < 1e-4);
@@ -104,12 +104,12 @@ fn suns_and_lamps_are_beside_what_there_is() {
     assert!((*intensity * map.relative(Vec3::NEG_Y)).g == 30.0 && map.relative(Vec3::Y).is_black());
     let plain = lit(builtin::room(), None, &["sun:elevation=30,azimuth=180,up=z"]);
     let Emitter::Directional { direction, irradiance: half } = plain.emitters()[count] else { panic!() };
-    // From the south, which is −y where z is up.
+    // The light comes from the south, which is −y if z is up.
     assert!((direction - Vec3::new(0.0, 0.75f32.sqrt(), -0.5)).length() < 1e-5, "{direction}");
     assert!((irradiance.r / half.r - 2.0).abs() < 1e-6);
 }
 
-/// The default sky and sun of a scene without light are added only if no light is requested.
+/// A scene without light gets a default sky and sun only if no light is requested.
 #[test]
 fn a_scene_without_light_is_dark_until_it_is_shown() {
     let shown = |scene: Scene| scene.with_default_light(Location::default());
@@ -126,8 +126,8 @@ fn a_scene_without_light_is_dark_until_it_is_shown() {
     assert!(!own.has_default_light() && own.environment().is_none() && own.emitters().len() == count);
 }
 
-/// Every change of the light changes the digest that distinguishes parts of pictures; the folder of
-/// a file does not.
+/// Every change of the lights changes the digest by which parts of a picture are matched; the
+/// folder of a file does not.
 #[test]
 fn other_light_is_another_scene() {
     let [a, b] = [(); 2].map(|()| tempfile::tempdir().unwrap());

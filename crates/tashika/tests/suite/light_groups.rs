@@ -1,5 +1,5 @@
-//! Groups of lights: planes that add up to the picture, each of which is the picture by the lights
-//! of the group alone. Beside pixels with claims they are estimated by other paths.
+//! Groups of lights. Their planes add up to the picture, and each plane is the picture by the
+//! lights of that group alone. In pixels with claims the planes are estimated by separate paths.
 
 use std::sync::Arc;
 
@@ -25,8 +25,8 @@ const SIZE: [u32; 2] = [16, 12];
 /// Names of the lights of [`room`].
 const LIGHTS: [&str; 4] = ["lamp", "bulb", "sun", "environment"];
 
-/// A diffuse room with a mirror and some of: a lamp, a bulb, a sun and light from outside; with or
-/// without fog.
+/// A diffuse room with a mirror, optionally with fog. The flags select a lamp, a bulb, a sun and
+/// light from outside.
 fn room(lights: [bool; 4], in_fog: bool) -> Scene {
     let mut b: SceneBuilder = diffuse_room();
     let [lamp, bulb, sun, environment] = lights;
@@ -48,7 +48,7 @@ fn room(lights: [bool; 4], in_fog: bool) -> Scene {
     let center = b.bounds().center();
     let mirror = cuboid(center - 0.2, center + 0.1, false);
     place(&mut b, mirror, Material::new("silver", Surface::Mirror { reflectance: Rgb::gray(0.8).into() }));
-    // Switched off it still occludes.
+    // A lamp that is switched off still occludes.
     b.begin_object("lamp");
     add_ceiling_lamp(&mut b, if lamp { 5.0 } else { 0.0 });
     if bulb {
@@ -79,8 +79,8 @@ fn grouped(words: &[&str]) -> LightGrouping {
     LightGrouping::parse(words.iter().copied()).unwrap()
 }
 
-/// In any scene, all planes together are the radiance, and other planes are those of a render
-/// without groups.
+/// The group planes add up to the radiance. All other planes equal those of a render without
+/// groups.
 #[test]
 fn planes_add_up_to_the_picture() {
     for (in_fog, words) in
@@ -107,8 +107,8 @@ fn planes_add_up_to_the_picture() {
     }
 }
 
-/// A picture of fog without a requested error is reconstructed, unless that would separate it from
-/// its planes.
+/// A picture of fog without a requested error is normally reconstructed. With groups it is not,
+/// because it would then differ from the sum of its planes.
 #[test]
 fn a_picture_with_groups_is_not_reconstructed() {
     let tracer = Tracer::new(Arc::new(room([true; 4], true)));
@@ -118,8 +118,9 @@ fn a_picture_with_groups_is_not_reconstructed() {
     assert!(!is_reconstructed(renderer().light_groups(LightGrouping::Each).render().unwrap().film));
 }
 
-/// Beside pixels of the default method, planes are those of path tracing with as many paths, and
-/// the pixels are those of a render without planes; both have the same mean, within their errors.
+/// The default method with groups: its pixels are those of a render without groups, and its planes
+/// those of path tracing with the same number of paths. Both have the same mean, within their
+/// errors.
 #[test]
 fn planes_beside_claims_are_those_of_paths() {
     let renderer = |paths| {
@@ -153,7 +154,8 @@ fn planes_beside_claims_are_those_of_paths() {
     assert!(variance.sqrt() < 0.02 * whole, "{whole} ± {}", variance.sqrt());
 }
 
-/// The mean of a plane over the image, over several seeds, is that of pictures by that light alone.
+/// The mean of a plane over the image and several seeds equals that of pictures by that light
+/// alone.
 #[test]
 fn a_plane_is_the_picture_by_its_lights_alone() {
     const SEEDS: u64 = 6;
@@ -179,7 +181,7 @@ fn a_plane_is_the_picture_by_its_lights_alone() {
             of_all.iter().for_each(|film| a.push(mean(plane(film, light))));
             alone.iter().for_each(|film| b.push(mean(film.plane("").unwrap())));
             let error = a.standard_error().hypot(b.standard_error());
-            // Errors of means of six are themselves known to a third.
+            // The errors come from means of six and have an uncertainty of a third.
             assert!(
                 (a.mean() - b.mean()).abs() < 6.0 * error,
                 "{light}: {} for {}, ± {error}",
@@ -191,7 +193,8 @@ fn a_plane_is_the_picture_by_its_lights_alone() {
     }
 }
 
-/// The standard error of a plane is that of independent renders, in the mean over the image.
+/// The variance that a plane reports, averaged over the image, equals the variance between
+/// independent renders.
 #[test]
 fn standard_errors_are_those_of_other_seeds() {
     const SEEDS: u64 = 24;

@@ -1,5 +1,5 @@
-//! Lights that emit by an image: each format's convention in numbers, the sum of VPLs against the
-//! path tracer and a formula, bounds.
+//! Lights that emit by an image: the conventions of each format in numbers, sums over VPLs against
+//! the path tracer and a formula, and bounds of clusters.
 
 use std::f32::consts::PI;
 use std::sync::Arc;
@@ -43,7 +43,7 @@ fn slide(sampling: Sampling, weight: SlideWeight) -> Arc<IntensityMap> {
     Arc::new(IntensityMap::new(picture, spread, lookup(sampling)).unwrap())
 }
 
-/// A lamp that shines up brightly and down weakly.
+/// A lamp whose map is bright upward and dim downward.
 fn lamp(spread: Spread, sampling: Sampling) -> Arc<IntensityMap> {
     let picture = image(8, 8, |x, y| [0.2 + y as f32, 1.0 + (x % 3) as f32, 0.5 * (y / 4) as f32]);
     Arc::new(IntensityMap::new(picture, spread, lookup(sampling)).unwrap())
@@ -53,7 +53,7 @@ fn turned() -> Mat3 {
     Mat3::from_cols(Vec3::X, Vec3::NEG_Z, Vec3::Y) * Mat3::from_rotation_x(-0.3)
 }
 
-/// The diffuse room, lit by a projector from the open side and a lamp.
+/// The diffuse room, lit by a lamp and by a projector from the open side.
 fn lit_room() -> SceneBuilder {
     let mut b = diffuse_room();
     let (even, screen) = (SlideWeight::Even, SlideWeight::Screen);
@@ -86,8 +86,8 @@ fn what_vpls_do_not_carry_is_put_back() {
     transport_agrees(b, 0.01, "lights of images");
 }
 
-/// The plane `y = 0` seen from above, and the reflected radiance of each pixel, which is a formula
-/// of the intensity alone.
+/// A slide projected onto the plane `y = 0`, seen from above. The reflected radiance of each pixel
+/// follows from the intensity by a formula.
 #[test]
 fn a_slide_on_a_plane_follows_its_formula() {
     let mut b = builder();
@@ -95,7 +95,7 @@ fn a_slide_on_a_plane_follows_its_formula() {
     place(&mut b, floor, Material::new("floor", lambert(0.6)));
     b.add_camera(Camera::look_at("c", Vec3::new(0.0, 3.0, 0.0), Vec3::ZERO, Vec3::Z, 0.7)).unwrap();
     let at = Vec3::new(0.1, 2.0, -0.2);
-    // Looking down: +z of the slide is −y, its columns run along +x, its rows along +z.
+    // The slide looks down: its +z is −y of the world, its columns run along +x, its rows along +z.
     let down = Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::NEG_Y);
     let texel = |x: i32, y: i32| Rgb::new(1.0 + x as f32, 2.0 + y as f32, 0.5);
     let picture = image(6, 4, |x, y| texel(x as i32, y as i32).to_array());
@@ -113,11 +113,11 @@ fn a_slide_on_a_plane_follows_its_formula() {
     for (i, e) in (0..).zip(estimates) {
         let ray = view.camera_ray([i % 24, i / 24], 0).0.unwrap();
         let x = ray.at(-ray.origin.y / ray.direction.y);
-        // On a screen across the axis, at a distance of 2, the irradiance is I₀ texel / 4, whatever
-        // the angle.
+        // On a screen at right angles to the axis, at a distance of 2, the irradiance is I₀ texel /
+        // 4, at every angle.
         let place = [(x.x - at.x) / 2.0 / 0.45, (x.z - at.z) / 2.0 / 0.3];
         let [u, v] = [(0.5 + 0.5 * place[0]) * 6.0, (0.5 + 0.5 * place[1]) * 4.0];
-        // Rounding decides at the boundaries of texels.
+        // Points near the boundary of a texel are skipped, where rounding decides.
         if [u, v].iter().any(|c| (c - c.round()).abs() < 1e-3) {
             continue;
         }
@@ -131,7 +131,7 @@ fn a_slide_on_a_plane_follows_its_formula() {
     assert!(lit > 100 && dark > 100, "{lit} lit, {dark} dark");
 }
 
-/// No term of a cluster exceeds its bound, for every kind of map.
+/// For every kind of map, no term of a cluster exceeds the cluster's bound.
 #[test]
 fn bounds_hold_for_lights_of_images() {
     let mut b = builder();
@@ -144,7 +144,7 @@ fn bounds_hold_for_lights_of_images() {
         lamp(Spread::Sphere(SphereMap::LatLong), Sampling::Bilinear),
     ];
     for k in 0..48 {
-        // Only clusters of nothing but slides are bounded by a cone.
+        // Clusters are bounded by a cone only if all of their lights are slides.
         let map = if k < 24 { &maps[k % 2] } else { &maps[2 + k % 2] };
         let at = Vec3::from(s.uniform_3()) + if k < 24 { Vec3::ZERO } else { Vec3::X * 9.0 };
         let turn = Mat3::from_rotation_y(0.5 * s.uniform()) * Mat3::from_rotation_x(0.5 * s.uniform());
@@ -213,8 +213,8 @@ fn close(a: Rgb, b: [f32; 3]) -> bool {
     a.to_array().iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-4 * (1.0 + b.abs()))
 }
 
-/// Intensities of Mitsuba 3.9.1: its values at points times their squared distance; of an image of
-/// 4×2 texels.
+/// Expected intensities are Mitsuba 3.9.1's values at points, times their squared distance. The
+/// image has 4×2 texels.
 #[test]
 fn projectors_and_spots_are_mitsubas() {
     let picture = pfm(&image(4, 2, |x, y| [1.0 + x as f32 + 10.0 * y as f32, 0.5, f32::from(x == 3)]));
@@ -289,8 +289,8 @@ fn projectors_and_spots_are_mitsubas() {
     );
 }
 
-/// Both versions' goniometric maps: in the light's own frame, directions are mapped by the formulas
-/// of the format.
+/// Goniometric maps of pbrt-v3 and pbrt-v4: directions in the light's frame are mapped by the
+/// formulas of the format.
 #[test]
 fn goniometric_maps_are_turned_as_each_format_turns_them() {
     let folder = Folder::new();
@@ -307,7 +307,7 @@ fn goniometric_maps_are_turned_as_each_format_turns_them() {
         // pbrt swaps y and z first: the polar angle is from +y, the azimuth from +x towards +z.
         let u = (atan2(d.z, d.x) / (2.0 * PI)).rem_euclid(1.0) * 16.0;
         let v = acos(d.y) / PI * 8.0;
-        // Bilinear values of a ramp are the ramp; not at the seam and at the poles.
+        // Bilinear values of a ramp equal the ramp, except at the seam and at the poles.
         if (0.5..15.5).contains(&u) && (0.5..7.5).contains(&v) {
             let expected = 1.0 + (u - 0.5) + 10.0 * (v - 0.5);
             let found = intensity(&old, own * d);
@@ -315,8 +315,8 @@ fn goniometric_maps_are_turned_as_each_format_turns_them() {
             assert!(error < 1e-3 && found.b < found.r, "{d}: {found:?} for {expected}");
         }
     }
-    // Octahedral: the centre is the pole +y, the right edge +x, the lower edge +z, the corners −y;
-    // the mean of the channels counts.
+    // The octahedral map has +y at the centre, +x at the right edge, +z at the lower edge and −y in
+    // the corners; its value is the mean of the channels.
     for (direction, texel) in [
         ([0.05, 1.0, 0.05], [4, 4]),
         ([-0.05, 1.0, 0.05], [3, 4]),
@@ -331,7 +331,7 @@ fn goniometric_maps_are_turned_as_each_format_turns_them() {
         let expected = value(texel[0], texel[1]);
         assert!(close(found, [2.0 * expected, 2.0 * expected, expected]), "{found:?} at {direction:?}");
     }
-    // ∫ I = power: the mean of texels times 4π.
+    // ∫ I = power, and the integral is the mean of the texels times 4π.
     let power = format!("{V4} {light} \"float power\" 100 \"string filename\" \"square.pfm\"");
     let found = intensity(&folder.load(&power).unwrap(), own * Vec3::new(0.05, 1.0, 0.05));
     let expected = 2.0 * value(4, 4) * 100.0 / (4.0 * PI * 39.5);
@@ -342,8 +342,8 @@ fn goniometric_maps_are_turned_as_each_format_turns_them() {
     assert!(close(*intensity, [10.0 / (4.0 * PI); 3]));
 }
 
-/// Slides of both versions: the field of view spans the shorter side, the top row is at −y in
-/// pbrt-v3, at +y in pbrt-v4.
+/// Slides of both versions: the field of view spans the shorter side. The top row is at −y in
+/// pbrt-v3 and at +y in pbrt-v4.
 #[test]
 fn projections_are_turned_as_each_format_turns_them() {
     let folder = Folder::new();
@@ -355,7 +355,8 @@ fn projections_are_turned_as_each_format_turns_them() {
     let new = folder.load(&format!("{V4} {slide} \"string filename\" \"wide.pfm\"")).unwrap();
     let half = tan(30f32.to_radians());
     for (x, y, column, row) in [(0, 0, 0, 0), (1, 0, 1, 0), (2, 1, 2, 1), (3, 1, 3, 1), (3, 0, 3, 0)] {
-        // The centre of a texel, with the shorter side's tangent.
+        // Direction to the centre of a texel; `half` is the tangent of the shorter side's half
+        // angle.
         let at = |y: f32| Vec3::new((0.5 * (x as f32 + 0.5) - 1.0) * 2.0 * half, y * half, 1.0);
         let height = y as f32 + 0.5 - 1.0;
         let expected = 2.0 * (1.0 + column as f32 + 10.0 * row as f32);
@@ -372,7 +373,7 @@ fn projections_are_turned_as_each_format_turns_them() {
     assert!(close(intensity(&white, Vec3::new(half * 0.99, -half * 0.99, 1.0)), [2.0; 3]));
     assert_eq!(intensity(&white, Vec3::new(half * 1.01, 0.0, 1.0)), Rgb::BLACK);
     assert_eq!(white.notes().first_departure(), None);
-    // Power by pbrt's own sum: A ∑ texel cos³ / n.
+    // Expected power by pbrt's own sum: A ∑ texel cos³ / n.
     let power = folder.load(&format!("{V4} {slide} \"float power\" 50 \"string filename\" \"wide.pfm\""));
     let sum: f32 = (0..8)
         .map(|i| {

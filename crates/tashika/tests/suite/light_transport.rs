@@ -1,6 +1,6 @@
-//! Many lights against an independent path tracer, pixel by pixel: the mean over VPL sets,
-//! unclamped, on diffuse scenes with every kind of emitter; and clamped, with compensation of the
-//! light that VPLs do not carry, on scenes with gloss, mirrors and glass.
+//! Many-light rendering against an independent path tracer, pixel by pixel. On diffuse scenes with
+//! every kind of emitter, the mean over unclamped VPL sets is compared. On scenes with gloss,
+//! mirrors and glass, VPLs are clamped, and compensation adds the light that they do not carry.
 
 use tashika::accel::{Glass, Tracer};
 use tashika::bsdf::{Bsdf, CoatModel, ConductorFresnel, Lambert};
@@ -40,7 +40,8 @@ fn sky() -> Environment {
     Environment::lat_long(image, Rgb::WHITE, Mat3::from_rotation_y(1.4))
 }
 
-/// Each pixel of both estimates within their common error, and the whole image more sharply.
+/// Asserts that each pixel of both estimates agrees within the common error, and the whole image
+/// more sharply.
 pub fn agree(b: SceneBuilder, what: &str) {
     let tracer = tracer(b);
     let sets = 80;
@@ -57,8 +58,8 @@ pub fn agree(b: SceneBuilder, what: &str) {
         film(&tracer, &PathTracer::new(&tracer, PathStop::Count(4000), 65).unwrap(), SIZE, 1, 1000);
     let errors = reference.plane("standard_error").unwrap().f32_samples().unwrap();
     let expected = luminances(&reference);
-    // Two-sided level 10⁻⁵ for each of 36 pixels and the image. Every set comes with gather points
-    // of its own.
+    // Two-sided level 10⁻⁵ for each of 36 pixels and for the image. Each VPL set has separate
+    // gather points.
     for (i, (m, (l, e))) in many.iter().zip(expected.iter().zip(errors)).enumerate() {
         let error = m.standard_error().hypot(f64::from(*e));
         let found = (m.mean(), m.standard_error());
@@ -105,8 +106,8 @@ fn an_environment_with_a_sun_through_the_open_side() {
     agree(b, "environment");
 }
 
-/// A leaf under the lamp, and beside it a sheet of that surface, which transmits more than half of
-/// the light.
+/// Adds a leaf under the lamp, and beside it a sheet of the surface `gauze`. The leaf transmits
+/// more than half of the light.
 fn add_leaf_and_gauze(b: &mut SceneBuilder, gauze: Surface) {
     let leaf = Surface::Translucent {
         reflectance: Rgb::new(0.2, 0.5, 0.1).into(),
@@ -119,8 +120,8 @@ fn add_leaf_and_gauze(b: &mut SceneBuilder, gauze: Surface) {
 }
 
 /// Surfaces of several parts: a leaf under the lamp, a pane with a grey tint in the open side, a
-/// half-transparent sheet, and a block of two materials. The pane reflects nothing, since light
-/// that a mirror reflects onto a surface is not in the sum over VPLs.
+/// half-transparent sheet, and a block of two materials. The pane has no reflection, because the
+/// sum over VPLs omits light that a mirror reflects onto a surface.
 #[test]
 fn light_through_leaves_panes_and_holes() {
     let mut b = diffuse_room();
@@ -138,12 +139,12 @@ fn light_through_leaves_panes_and_holes() {
     agree(b, "several parts");
 }
 
-/// Our estimate of light transport agrees with the path tracer's, each pixel within their common
-/// error and the whole image more sharply. Light that VPLs do not carry is at least the share
-/// `left_out` of the image.
+/// Asserts that the default method agrees with the path tracer: each pixel within the common error,
+/// and the whole image more sharply. Also asserts that the light that VPLs do not carry is at least
+/// the share `left_out` of the image.
 pub fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
     let tracer = tracer(b);
-    // Far enough for the clamp to matter.
+    // A clamp distance large enough to matter.
     let lights = VplOptions { count: 300_000, clamp: Clamp::Distance(0.8), ..VplOptions::default() };
     let options = ControlOptions { error: 0.03, ..ControlOptions::default() };
     let estimate = |lights: &GuidedLights, estimator: Estimator| {
@@ -175,18 +176,19 @@ pub fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
         assert!(error < 0.01 * of, "{what}: the comparison is sharp: {error} of {of}");
         assert!((sum - of).abs() < 4.42 * error, "{what}, {estimator:?}: {sum} ± {error} for {of}");
     }
-    // This takes most of the time of a test: all scenes have it with `TASHIKA_SLOW_TESTS=1`.
+    // This part takes most of the time of a test. With `TASHIKA_SLOW_TESTS=1` it runs for all
+    // scenes.
     let is_slow = std::env::var("TASHIKA_SLOW_TESTS").is_ok_and(|value| value == "1");
     if is_slow || ["diffuse room", "several parts", "milk and smoke"].contains(&what) {
         drawn_lights_agree(&tracer, &expected, errors, what);
     }
-    // Otherwise the agreement would not test paths beside sums.
+    // Otherwise the agreement would not test the paths that complete the sums.
     let clamped = estimate(&traced(Truth::Clamped), Estimator::Vpls).0.iter().sum::<f64>();
     assert!(clamped < (1.0 - left_out) * of, "{what}: VPLs alone give {clamped} of {of}");
 }
 
-/// The paths of pictures, which draw lights where others sum them, agree: each pixel within the
-/// error between sets of VPLs, and the whole image more sharply.
+/// Asserts that the paths of pictures, which draw lights instead of summing over them, agree with
+/// the given means: each pixel within the error between VPL sets, and the whole image more sharply.
 fn drawn_lights_agree(tracer: &Tracer, expected: &[f64], errors: &[f32], what: &str) {
     // Quantiles of Student's t with 15 degrees of freedom for two-sided levels 10⁻⁵ and 10⁻⁴.
     const SETS: u64 = 16;
@@ -237,8 +239,8 @@ fn the_clamp_is_made_good() {
     transport_agrees(b, 0.02, "diffuse room");
 }
 
-/// Walls whose shading normals lean by up to 65 degrees: light that is scattered behind them
-/// reaches other surfaces as it reaches the camera, by the rule under test.
+/// Walls whose shading normals lean by up to 65 degrees. Light that is scattered below such a
+/// surface is treated alike on light paths and on camera paths; both estimates agree.
 #[test]
 fn leaning_shading_normals_lose_no_light() {
     leaning_shading_normals(TurnedAway::Flat);
@@ -264,8 +266,8 @@ fn leaning_shading_normals(rule: TurnedAway) {
     transport_agrees(b, 0.02, &format!("leaning normals, {rule:?}"));
 }
 
-/// Screens with one side black, or of another material: camera rays and light that meet that side
-/// are reflected by its own material.
+/// Screens with a black back, or a back of another material. Camera rays and light that meet the
+/// back are reflected by the material of the back.
 #[test]
 fn backs_scatter_by_themselves() {
     let mut b = diffuse_room();
@@ -278,8 +280,8 @@ fn backs_scatter_by_themselves() {
     transport_agrees(b, 0.02, "backs");
 }
 
-/// Broad and narrow lobes, at gather points and on the way; coats, whose diffuse part is no plain
-/// cosine lobe.
+/// Broad and narrow lobes, at gather points and at earlier vertices; coats, whose diffuse part is
+/// not a plain cosine lobe. Compensation adds the light that VPLs omit.
 #[test]
 fn gloss_is_put_back() {
     let mut b = diffuse_room();
@@ -302,7 +304,7 @@ fn gloss_is_put_back() {
     };
     let right = cuboid(Vec3::new(0.5, 0.02, -0.1), Vec3::new(0.8, 0.8, 0.3), false);
     place(&mut b, right, Material::new("coated", coated));
-    // Brushed along a diagonal.
+    // Anisotropic roughness along a diagonal.
     let facets = FacetInput { across: Some(0.1.into()), ..0.5.into() };
     let Surface::Conductor { fresnel, specular, .. } = metal else { unreachable!() };
     let mut back = parallelogram(Vec3::new(-0.9, 0.6, -0.98), Vec3::X * 0.6, Vec3::Y * 0.6);
@@ -311,8 +313,8 @@ fn gloss_is_put_back() {
     transport_agrees(b, 0.02, "gloss");
 }
 
-/// A diffuse part that is far from a cosine lobe, and sheen: VPLs carry a mean of the first, and
-/// nothing of the second.
+/// A diffuse part that is far from a cosine lobe, and sheen. VPLs carry a mean of the former and
+/// nothing of the latter; compensation adds the rest.
 #[test]
 fn cloth_and_retro_reflection_are_put_back() {
     let mut b = diffuse_room();
@@ -335,7 +337,7 @@ fn cloth_and_retro_reflection_are_put_back() {
     transport_agrees(b, 0.02, "cloth");
 }
 
-/// Coats of each model, at gather points and on the way.
+/// Coats of each model, at gather points and at earlier vertices of a path.
 #[test]
 fn clear_coats_are_put_back() {
     let mut b = diffuse_room();
@@ -368,8 +370,8 @@ fn clear_coats_are_put_back() {
     transport_agrees(b, 0.02, "coats");
 }
 
-/// Sheen on a curtain and on a block, and under a coat: light that VPLs omit, and light that fibres
-/// scatter on.
+/// Sheen on a curtain and on a block, and under a coat. Compensation adds the light that VPLs omit,
+/// and the light that fibres scatter further.
 #[test]
 fn sheen_is_put_back() {
     let mut b = diffuse_room();
@@ -392,8 +394,8 @@ fn sheen_is_put_back() {
     transport_agrees(b, 0.02, "sheen");
 }
 
-/// Facets over a base that fades, and rough panes: one before the scene, seen through, and one
-/// within, lit from behind.
+/// Facets over a base that fades towards grazing angles, and two rough panes. The scene is seen
+/// through one pane; the other stands in it and is lit from behind.
 #[test]
 fn substrates_and_rough_panes_are_put_back() {
     let mut b = diffuse_room();
@@ -415,8 +417,8 @@ fn substrates_and_rough_panes_are_put_back() {
     transport_agrees(b, 0.05, "substrates and rough panes");
 }
 
-/// A mirror whose light VPLs cannot carry, a smooth coat, a pane and a block of solid glass in
-/// front of an open side with a sky.
+/// A mirror, a smooth coat, a pane, and a block of solid glass, in front of an open side with a
+/// sky. Compensation adds the specular light that VPLs cannot carry.
 #[test]
 fn mirrors_panes_and_glass_are_put_back() {
     let mut b = diffuse_room();
@@ -441,7 +443,8 @@ fn mirrors_panes_and_glass_are_put_back() {
     transport_agrees(b, 0.05, "mirrors and glass");
 }
 
-/// Points and spots so close to surfaces that they are clamped, and a sun.
+/// Point lights and spots so close to surfaces that their light is clamped, and a sun. Compensation
+/// restores the clamped light.
 #[test]
 fn punctual_lights_near_by_are_made_good() {
     let mut b = diffuse_room();
@@ -455,7 +458,8 @@ fn punctual_lights_near_by_are_made_good() {
     transport_agrees(b, 0.02, "punctual lights");
 }
 
-/// Light through leaves and holes is carried by both sides' rules.
+/// Leaves and holes beside gloss. VPLs carry light through leaves and holes, and compensation does
+/// not add it again.
 #[test]
 fn leaves_and_holes_are_told_apart_from_gloss() {
     let mut b = diffuse_room();
@@ -464,8 +468,8 @@ fn leaves_and_holes_are_told_apart_from_gloss() {
     transport_agrees(b, 0.02, "leaves");
 }
 
-/// VPLs so few that their choice is most of the error: intervals that ignored it would be far too
-/// narrow.
+/// Few VPLs, so that their random choice causes most of the error. Intervals include this error;
+/// without it they would be far too narrow.
 #[test]
 fn intervals_reckon_with_the_choice_of_vpls() {
     let mut b = diffuse_room();
@@ -493,12 +497,14 @@ fn intervals_reckon_with_the_choice_of_vpls() {
             from_lights += u32::from(parts[3 * i + 1] > parts[3 * i].max(parts[3 * i + 2]));
         }
     }
-    // Pixels of an image share their VPLs, so that this is no sharp test.
+    // The pixels of an image share their VPLs, so their errors are correlated and the limit is
+    // loose.
     assert!(claims > 600 && from_lights > 300, "{claims} claims, {from_lights} mostly of the choice of VPLs");
     assert!(kept * 100 >= claims * 93, "{kept} of {claims}");
 }
 
-/// VPLs that were traced before, for no view: with compensation they give light transport as well.
+/// VPLs that were traced without regard to a view give light transport, too, if they are
+/// compensated.
 #[test]
 fn lights_that_are_given_do_too() {
     let mut b = diffuse_room();
@@ -526,7 +532,8 @@ fn lights_that_are_given_do_too() {
     assert!(refused.to_string().contains("a set with direct VPLs"), "{refused}");
 }
 
-/// A set that is guided to a view may be stored, and used by other renders.
+/// A set of VPLs that is guided to a view may be stored and used by another render, with the same
+/// bits.
 #[test]
 fn a_guided_set_that_is_given_back_gives_the_same_bits() {
     let mut b = diffuse_room();
@@ -548,8 +555,8 @@ fn a_guided_set_that_is_given_back_gives_the_same_bits() {
     }
 }
 
-/// A dark surface scatters less, and tolerates proportionally less error: if its paths ended for
-/// being dark, the remaining ones would be few and bright.
+/// A dark surface scatters less light and tolerates proportionally less error. If its paths ended
+/// early because it is dark, the remaining paths would be few and bright.
 #[test]
 fn paths_from_dark_surfaces_go_as_far() {
     let mut b = diffuse_room();
@@ -585,13 +592,13 @@ fn paths_from_dark_surfaces_go_as_far() {
     }
 }
 
-/// Far too few VPLs are detected, and a pixel is made of paths if these are likely to suffice.
+/// With far too few VPLs, pixels are estimated by paths, if these are likely to suffice.
 #[test]
 fn where_vpls_are_too_few_paths_take_over() {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 5.0);
     let tracer = tracer(b);
-    // So near that none of the tried clamps is far enough.
+    // So near that none of the clamp distances that are tried is large enough.
     let lights = VplOptions { count: 200, clamp: Clamp::Distance(0.01), ..VplOptions::default() };
     let guided =
         GuidedLights::trace(&tracer, &lights, Truth::Transport, &view(tracer.scene(), SIZE, 16, 1)).unwrap();
@@ -605,7 +612,7 @@ fn where_vpls_are_too_few_paths_take_over() {
     assert!(found[0] > 10 && found[1] < found[0], "out of budget: {found:?}");
 }
 
-/// No pixel exceeds the pairs and paths that it may have, whatever it tries.
+/// No pixel exceeds its limits of pairs and paths, whichever estimators it tries.
 #[test]
 fn the_work_on_a_pixel_is_limited() {
     let mut b = diffuse_room();
@@ -619,7 +626,7 @@ fn the_work_on_a_pixel_is_limited() {
     let film = film(&tracer, &LightTransport::new(&tracer, &guided, &options), SIZE, 16, 1);
     let stops = film.plane("stop").unwrap().u32_samples().unwrap();
     assert!(stops.iter().all(|stop| *stop == 4), "{stops:?}");
-    // The reached half-width is stated, though it is wider than requested.
+    // The half-width that was reached is stated, although it is wider than requested.
     let half_widths = film.plane("half_width").unwrap().f32_samples().unwrap();
     let wider = half_widths.iter().zip(luminances(&film)).filter(|(h, l)| f64::from(**h) > 0.001 * l);
     assert_eq!(wider.count(), 36, "{half_widths:?}");
@@ -628,7 +635,8 @@ fn the_work_on_a_pixel_is_limited() {
     assert!(luminances(&film).iter().all(|l| *l > 0.0));
 }
 
-/// Pixels that see nothing at all, beside a bright room with a caustic.
+/// A camera that sees partly nothing, beside a bright room with a caustic. Pixels without a surface
+/// are black with certainty.
 #[test]
 fn pixels_that_see_nothing_are_black_for_certain() {
     let mut b = diffuse_room();
@@ -640,7 +648,7 @@ fn pixels_that_see_nothing_are_black_for_certain() {
         GuidedLights::trace(&tracer, &lights, Truth::Transport, &view(tracer.scene(), [24, 8], 4, 1))
             .unwrap();
     let options = ControlOptions { error: 0.1, max_pairs: Some(4000), ..ControlOptions::default() };
-    // Wider than the room.
+    // The image is wider than the room.
     let film = film(&tracer, &LightTransport::new(&tracer, &guided, &options), [24, 8], 4, 1);
     let stops = film.plane("stop").unwrap().u32_samples().unwrap();
     let pixels = luminances(&film).into_iter().zip(stops);
@@ -649,8 +657,8 @@ fn pixels_that_see_nothing_are_black_for_certain() {
     assert!(black.iter().all(|stop| *stop == 3), "the rule is met: {black:?}");
 }
 
-/// Without a given absolute error, pixels of less than a hundredth of the view's light have the
-/// tolerance of that hundredth, so that their work is limited.
+/// Without a given absolute error, pixels with less than a hundredth of the view's mean light have
+/// the tolerance of that hundredth. This limits their work.
 #[test]
 fn dark_pixels_are_held_to_a_share_of_the_views_light() {
     let mut b = diffuse_room();
@@ -699,7 +707,8 @@ fn a_path_tracer_stops_by_its_own_interval() {
     assert!(stops.iter().all(|stop| *stop == 4), "out of budget: {stops:?}");
 }
 
-/// A lamp of a millionth of all power lights all of the room: the others are enclosed elsewhere.
+/// One lamp with a millionth of all power lights the whole room; the other lamps are enclosed
+/// elsewhere. Guiding samples it sufficiently.
 #[test]
 fn a_lamp_of_a_millionth_of_the_power_is_found() {
     let room = || {
@@ -734,7 +743,8 @@ fn a_lamp_of_a_millionth_of_the_power_is_found() {
     assert!(claims > 110 && kept * 100 >= claims * 90, "{kept} of {claims} claims are kept");
 }
 
-/// A room lit through its open side, on a ground of 200 m: guided light paths go into the room.
+/// A room lit through its open side, on a ground of 200 m. More than 40 % of the guided VPLs on
+/// surfaces are in the room; without guiding, fewer than 5 %.
 #[test]
 fn a_wide_ground_has_few_of_the_vpls() {
     let mut b = diffuse_room();
@@ -746,7 +756,7 @@ fn a_wide_ground_has_few_of_the_vpls() {
     let in_the_room = |tracing: &LightTracer<'_>| {
         let set = tracing.trace(5);
         let inside = |position: Vec3| position.abs().max_element() < 2.5;
-        // Light from infinity has no place.
+        // Lights at infinity have no position.
         let on_surfaces = || set.lights().iter().filter(|l| l.position != Vec3::ZERO);
         on_surfaces().filter(|l| inside(l.position)).count() as f64 / on_surfaces().count() as f64
     };
@@ -757,9 +767,9 @@ fn a_wide_ground_has_few_of_the_vpls() {
     assert!(share_of_plain < 0.05 && share_of_guided > 0.4, "{share_of_plain} {share_of_guided}");
 }
 
-/// The sum of a pixel with a leaf in it varies less between choices of camera samples, the more
-/// samples there are: the side of the leaf where a sample gathers, and the point where it meets the
-/// leaf, are spread evenly together.
+/// A pixel shows a leaf, and its sum depends on the choice of camera samples. It varies less the
+/// more samples there are: the side of the leaf on which a sample gathers and the point where it
+/// meets the leaf are stratified together.
 #[test]
 fn camera_samples_of_leaves_are_spread_evenly() {
     let mut b = diffuse_room();

@@ -1,4 +1,4 @@
-//! The library's one test binary: everything that needs more than one module.
+//! The single test binary of the library, for tests that need more than one module.
 
 mod adversarial;
 mod brushed;

@@ -1,16 +1,17 @@
-//! Every material that a loader accepts has a row in a table of reflectances, and the error that a
-//! note states is that of the rows.
+//! Every material that a loader accepts has a row in a table of reflectances. The error that a note
+//! states covers the errors of its rows.
 //!
-//! The features tables are the list: a material that is added there without a row fails here.
+//! The list of materials is that of the features tables: a material that is added there without a
+//! row fails here.
 
 use tashika::io::{Feature, Support, features};
 
 use crate::material_rows::{Row, rows, told};
 
-/// Materials without rows: no part of them that could be compared is read, or they are not the
-/// reflectance of a surface.
+/// Materials without rows: those of which no comparable part is read, and rows that do not describe
+/// the reflectance of a surface.
 const NOT_COMPARED: &[(&str, &str)] = &[
-    // Fibres and cloth by their colour; measured data are not read.
+    // Fibres and cloth become their colour; measured data are not read.
     ("pbrt", "hair"),
     ("pbrt", "fourier"),
     ("pbrt", "measured"),
@@ -32,13 +33,13 @@ const NOT_COMPARED: &[(&str, &str)] = &[
     ("glTF", "emissiveTexture"),
     ("glTF", "doubleSided"),
     ("glTF", "KHR_materials_emissive_strength"),
-    // The choice of a material.
+    // A selection of a material.
     ("USD", "material:binding"),
     // The surfaces of glTF, which have rows; `usd_materials` tests the conversion of each input.
     ("USD", "UsdPreviewSurface"),
     // Shown without lighting.
     ("glTF", "KHR_materials_unlit"),
-    // By texture, or by distances that are unknown at a surface.
+    // Inputs by texture, or by distances that are unknown at a surface.
     ("glTF", "baseColorTexture"),
     ("glTF", "attenuationDistance"),
     ("OBJ", "newmtl"),
@@ -56,7 +57,7 @@ const NOT_COMPARED: &[(&str, &str)] = &[
     ("Mitsuba", "principled anisotropic"),
     ("glTF", "specularFactor"),
     ("glTF", "anisotropyTexture"),
-    // Stretched facets that have no formula here, and distributions that only old versions had.
+    // Anisotropic facets without a formula here, and distributions that only old versions had.
     ("Mitsuba", "anisotropic roughness"),
     ("Mitsuba", "distribution as"),
     ("Mitsuba", "distribution phong"),
@@ -75,8 +76,8 @@ fn message(feature: &Feature) -> String {
     format!("{} {:?}: {}", feature.kind, feature.name, feature.how)
 }
 
-/// Returns true if a row of a table has the material of a feature: by the note that it gives, or by
-/// name.
+/// Returns true if a row of the reflectance tables has the material of a feature, identified by its
+/// note or by its name.
 fn has(row: &Row, format: &str, feature: &Feature) -> bool {
     if feature.support != Support::Full {
         return row.notes.contains(&message(feature));
@@ -112,7 +113,7 @@ fn every_material_that_is_read_has_a_row() {
     assert!(unused.is_empty(), "exceptions that are no materials: {unused:?}");
 }
 
-/// The number of a note is the least whole percent that covers its rows.
+/// The percentage in a note is the smallest whole number that covers its rows.
 #[test]
 fn notes_say_how_far_materials_are_off() {
     let mut wrong = Vec::new();
@@ -122,7 +123,7 @@ fn notes_say_how_far_materials_are_off() {
                 continue;
             }
             let said = told(feature.how).unwrap_or(0.01);
-            // Rows with a larger error in another note are tested with that.
+            // Rows that also have a note with a larger error are tested with that note.
             let most = |row: &&Row| row.notes.iter().filter_map(|note| told(note)).all(|t| t <= said);
             let rows = rows().iter().filter(|row| has(row, format.format, feature)).filter(most);
             let worst = rows.map(|row| row.off[0]).fold(0.0, f64::max);

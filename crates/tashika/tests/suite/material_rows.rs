@@ -12,27 +12,29 @@ use crate::gltf::Document;
 use crate::mitsuba::{load_in, xml};
 use crate::{obj, pbrt};
 
-/// Format of the rows with Mitsuba's own numbers.
+/// Format name of the rows whose numbers come from Mitsuba.
 pub const MITSUBA_3: &str = "Mitsuba 3";
 
-/// Largest relative errors of albedos and values where no note states more.
+/// Largest relative errors of albedos and values of rows without a note that states more.
 const ALLOWED: [f64; 2] = [0.01; 2];
 
-/// Largest relative errors for a rough boundary over a base, whose transmittance is from a table.
+/// Largest relative errors for a rough boundary over a base, whose transmittance comes from a
+/// table.
 const ROUGH_BOUNDARY: [f64; 2] = [0.012, 0.022];
 
-/// Elevations of the albedos of a row (degrees).
+/// Elevations at which the albedos of a row are given (degrees).
 const ELEVATIONS: [f32; 3] = [75.0, 40.0, 12.0];
-/// Elevations of both directions, and the azimuth between them, of the values of a row (degrees).
+/// Directions at which the values of a row are given: both elevations and the azimuth between them
+/// (degrees).
 const PAIRS: [[f32; 3]; 3] = [[75.0, 50.0, 150.0], [40.0, 30.0, 100.0], [12.0, 25.0, 170.0]];
 
 /// A row, measured on the scene that its text describes.
 pub struct Row {
     /// Name of the format that the text is in.
     pub format: &'static str,
-    /// The material in the words of the format.
+    /// The material as text of its format.
     pub text: &'static str,
-    /// Messages of the loader about it.
+    /// Messages of the loader about the material.
     pub notes: Vec<String>,
     /// Relative errors of the worst albedo and of the worst value.
     pub off: [f64; 2],
@@ -41,8 +43,8 @@ pub struct Row {
 }
 
 impl Row {
-    /// Describes a row whose errors exceed `allowed`, of albedos and of values, or the error in its
-    /// notes.
+    /// Describes the row if its errors exceed `allowed` (for albedos and values) or the error that
+    /// its notes state.
     pub fn disagreements(&self, allowed: [f64; 2]) -> Option<String> {
         let told = self.notes.iter().filter_map(|note| told(note)).reduce(f64::max);
         let allowed = told.map_or(allowed, |told| [told.max(allowed[0]), f64::INFINITY]);
@@ -51,13 +53,13 @@ impl Row {
     }
 }
 
-/// Largest errors of albedos and values of a row where no note states more.
+/// Permitted errors of a row's albedos and values, if no note states more.
 pub fn allowed(row: &Row) -> [f64; 2] {
     let has_boundary = ["roughplastic", "roughcoating"].iter().any(|name| row.text.contains(name));
     if has_boundary { ROUGH_BOUNDARY } else { ALLOWED }
 }
 
-/// Error that a note states, of all the light that the material reflects and transmits.
+/// Error that a note states, as a share of all light that the material reflects and transmits.
 pub fn told(note: &str) -> Option<f64> {
     let (_, rest) = note.split_once("up to ")?;
     let (percent, _) = rest.split_once(" % off")?;
@@ -108,12 +110,12 @@ fn measured(format: &'static str, text: &'static str, numbers: &str) -> Row {
     let (albedos, values) = expected.split_at(3 * ELEVATIONS.len());
     let found: Vec<f64> = ELEVATIONS.iter().flat_map(|&at| albedo(&scene, at)).collect();
     let found_values: Vec<f64> = PAIRS.iter().flat_map(|&pair| value(&scene, pair)).collect();
-    // NaN, where nothing is compared, is no maximum.
+    // NaN marks values that are not compared; `max` ignores it.
     let worst = |found: &[f64], expected: &[f64], noise: f64| {
         let off = |(f, e): (&f64, &f64)| ((f - e).abs() - noise).max(0.0) / e.max(noise);
         found.iter().zip(expected).map(off).fold(0.0, f64::max)
     };
-    // Noise of drawn albedos, which have four decimals.
+    // Albedos have a noise of drawing; they are given to four decimals.
     let off = [worst(&found, albedos, 0.002), worst(&found_values, values, 1e-6)];
     let numbers = format!("\n    {found:.4?}\n    {albedos:.4?}\n    {found_values:.4?}\n    {values:.4?}");
     let notes = scene.notes().iter().map(|note| note.message.to_owned()).collect();
@@ -125,7 +127,7 @@ fn direction(elevation: f32, azimuth: f32) -> Vec3 {
     Vec3::new(across * x, across * y, up)
 }
 
-/// The material of a scene: parts of a mix are older than the mix.
+/// The last material of the scene: parts of a mix are added before the mix.
 fn material(scene: &Scene) -> &Material {
     scene.materials().last().unwrap()
 }
@@ -134,7 +136,7 @@ fn opacity(scene: &Scene) -> f64 {
     material(scene).alpha.map_or(1.0, |alpha| f64::from(alpha.value.factor))
 }
 
-/// Directional albedo at an elevation, by draws of a sequence that fills the cube evenly.
+/// Directional albedo at an elevation, from a sequence of samples that fills the cube evenly.
 fn albedo(scene: &Scene, elevation: f32) -> [f64; 3] {
     const DRAWS: u32 = 1 << 16;
     let outgoing = direction(elevation, 0.0);
@@ -151,11 +153,12 @@ fn albedo(scene: &Scene, elevation: f32) -> [f64; 3] {
             *sum += f64::from(value) / f64::from(DRAWS);
         }
     }
-    // Light that passes through holes counts as scattered.
+    // Light that passes through holes is included.
     sum.map(|sum| opacity(scene) * sum + 1.0 - opacity(scene))
 }
 
-/// The BSDF times the cosine (sr⁻¹): the mean over parts that evenly spread numbers choose.
+/// The BSDF times the cosine (sr⁻¹). Mixes choose a part by a number; this is the mean over evenly
+/// spread numbers.
 fn value(scene: &Scene, [elevation, other, azimuth]: [f32; 3]) -> [f64; 3] {
     const CHOICES: u16 = 1000;
     let (one, other) = (direction(elevation, 0.0), direction(other, azimuth));

@@ -22,7 +22,7 @@ use crate::gltf::Document;
 use crate::mitsuba;
 use crate::pbrt;
 
-/// Numbers and shares of a pixel, of all ranks that are used.
+/// Numbers and coverages in a pixel, of all ranks in use.
 fn ranks(film: &Film, of: MatteOf, x: u32, y: u32) -> Vec<(u32, f32)> {
     let layers = (0..).map_while(|k| film.plane(format!("{}{k:02}", of.layer())));
     let samples: Vec<f32> = layers.flat_map(|plane| plane.f32_at(x, y)).copied().collect();
@@ -36,8 +36,8 @@ fn named(name: &str, mesh: MeshData) -> MeshData {
 
 const SIDE: u32 = 6;
 
-/// A step from one square to the next at `x = 0.3`, both in the upper half of the image, seen
-/// straight from above, pixels of 1 m; in front of them a box of fog, which is no object.
+/// Two adjacent squares whose border is a step at `x = 0.3`, both in the upper half of the image.
+/// The camera looks straight down with pixels of 1 m. A box of fog in front is not an object.
 fn steps() -> tashika::accel::Tracer {
     let mut b = builder();
     for (name, from, to) in [("left", -9.0, 0.3), ("right", 0.3, 9.0)] {
@@ -66,7 +66,8 @@ fn steps() -> tashika::accel::Tracer {
     tracer(b)
 }
 
-/// The pixel of the step has both squares, each with the share of the filter on its side.
+/// The pixel at the border has both squares, with the integral of the pixel filter on either side
+/// as coverage.
 #[test]
 fn an_edge_between_objects_has_both_by_the_pixel_filter() {
     const SAMPLES: u32 = 1024;
@@ -82,7 +83,7 @@ fn an_edge_between_objects_has_both_by_the_pixel_filter() {
             [(MatteOf::Objects, ["left", "right"]), (MatteOf::Materials, ["paint of left", "paint of right"])]
         {
             let [left, right] = [left, right].map(matte_id);
-            // Sobol' points fill the pixel so evenly that a share is off by a sample or two.
+            // Sobol' points fill the pixel so evenly that a coverage is off by one or two samples.
             let close = |share: f32, expected: f32| (share - expected).abs() < 4.0 / SAMPLES as f32;
             let found = ranks(&film, of, 3, 1);
             assert_eq!((found[0].0, found[1].0, found.len()), (right, left, 2), "{of:?} {filter}");
@@ -96,8 +97,8 @@ fn an_edge_between_objects_has_both_by_the_pixel_filter() {
     }
 }
 
-/// The samples are those of the gather points: the shares add up to the coverage, and the first
-/// ranks belong to the surfaces of the depth.
+/// Mattes use the samples of the gather points. Coverages add up to the coverage of the pixel, and
+/// the first ranks belong to the surfaces that the depth shows.
 #[test]
 fn samples_are_those_of_the_features() {
     let t = tracer(mirror_and_ball());
@@ -138,8 +139,8 @@ fn without_mattes(film: &Film) -> Vec<&tashika::film::Plane> {
     film.planes().iter().filter(|plane| !is_of_mattes(plane.name())).collect()
 }
 
-/// By every method the other planes are those of a render without mattes, bit by bit, and the
-/// mattes are equal for any threads and any shares.
+/// For every method, the other planes equal those of a render without mattes bit by bit. Mattes do
+/// not depend on the number of threads or on the division into parts.
 #[test]
 fn mattes_change_nothing_else_and_are_the_same_for_threads_and_shares() {
     let size = [24, 18];

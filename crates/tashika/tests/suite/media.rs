@@ -1,4 +1,4 @@
-//! Participating media against closed forms, quadrature, the furnace and scenes without.
+//! Participating media against closed forms, quadrature, the furnace and scenes without media.
 
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
@@ -46,7 +46,7 @@ pub fn bounding(
     b.add_instance(mesh, Affine3A::IDENTITY).unwrap();
 }
 
-/// A camera that looks along `−z` through so narrow a film that all rays are the axis.
+/// A camera that looks along `−z`. Its film is so narrow that all rays are along the axis.
 pub fn needle(eye: Vec3, medium: Option<MediumId>) -> Camera {
     Camera { medium, ..Camera::look_at("c", eye, eye + Vec3::NEG_Z, Vec3::Y, 1e-4) }
 }
@@ -89,15 +89,16 @@ fn absorbed(metres: f64) -> [f64; 3] {
 
 fn assert_equal(found: Rgb, expected: [f64; 3], what: &str) {
     for (found, expected) in found.to_array().into_iter().zip(expected) {
-        // Each of four crossings moves a ray off its surface by about 10⁻⁶ m, which 6 m⁻¹ take as
-        // 6·10⁻⁶, and distances are rounded.
+        // Each of four crossings moves a ray off its surface by about 10⁻⁶ m. With 6 m⁻¹ this
+        // changes the transmittance by 6·10⁻⁶; distances are rounded, too.
         let off = (f64::from(found) - expected).abs();
         assert!(off < 3e-5 * expected, "{what}: {found} for {expected}");
     }
 }
 
-/// Fog around the camera with a clear bubble and a slab of gel without a surface in it, before a
-/// lamp: the transmittance follows from the lengths in each, for paths and for segments.
+/// Fog around the camera, in front of a lamp. In the fog are a clear bubble and a slab of gel
+/// without a surface. The transmittance follows from the lengths in each, for paths and for shadow
+/// segments.
 #[test]
 fn what_absorbs_only_follows_the_law_of_beer_and_lambert() {
     let mut b = builder();
@@ -112,13 +113,13 @@ fn what_absorbs_only_follows_the_law_of_beer_and_lambert() {
         glowing("lamp", lambert(0.0), 1.0),
     );
     b.add_camera(needle(Vec3::ZERO, fog)).unwrap();
-    // 2 m less the bubble, and the gel counts twice.
+    // The distance is 2 m; the bubble is subtracted, and the gel counts twice.
     for c in colors(&paths(&tracer(b), 2, [2, 2])) {
         assert_equal(c, absorbed(2.0 - 0.25 + 0.125), "a lamp seen");
     }
 }
 
-/// Light from above passes a slab on its way to a floor, and the camera is below it.
+/// Light from above passes an absorbing slab on its way to a floor. The camera is below the slab.
 #[test]
 fn shadow_segments_lose_what_media_absorb_on_the_way() {
     let sun = |direction: Vec3| Emitter::Directional { direction, irradiance: Rgb::WHITE };
@@ -146,7 +147,7 @@ fn shadow_segments_lose_what_media_absorb_on_the_way() {
             let expected = match (is_fog, light) {
                 (false, _) => absorbed(metres).map(|t| t * unshadowed),
                 (true, Emitter::Point { .. }) => absorbed(0.5 + 3.0).map(|t| t * unshadowed),
-                // Fog without an end lets nothing through from infinity.
+                // Unbounded fog transmits nothing from infinity.
                 (true, _) => [0.0; 3],
             };
             if expected == [0.0; 3] {
@@ -158,8 +159,8 @@ fn shadow_segments_lose_what_media_absorb_on_the_way() {
     }
 }
 
-/// A plate of tinted glass before a lamp, seen head-on: the light reflected between its faces sums
-/// to `(1 − F)² T / (1 − F² T²)`.
+/// A plate of tinted glass in front of a lamp, seen head-on. The light reflected between its faces
+/// adds up to `(1 − F)² T / (1 − F² T²)`.
 #[test]
 fn glass_absorbs_by_the_medium_in_it() {
     let mut b = builder();
@@ -176,7 +177,7 @@ fn glass_absorbs_by_the_medium_in_it() {
     assert_means(&paths(&tracer(b), 100, [16, 16]), expected, 1e-5, 0.01, "a plate");
 }
 
-/// Albedo of [`barely_scattering`]: light that is scattered twice is at most this share of light
+/// Albedo of [`barely_scattering`]. Light that is scattered twice is at most this fraction of light
 /// that is scattered once.
 pub const ALBEDO: f32 = 1e-3;
 pub const EXTINCTION: [f32; 3] = [0.3, 0.6, 1.2];
@@ -193,14 +194,14 @@ fn phase(cos: f64) -> f64 {
     (1.0 - g * g) / (4.0 * PI * squared * squared.sqrt())
 }
 
-/// `∫ σ_s exp(−σ (t + d)) p(cos) of(d, cos φ) dt` along the axis of a [`needle`] from the origin,
-/// `end` metres long, for light from `from`; `φ` is the angle at the light from `+x`.
+/// `∫ σ_s exp(−σ (t + d)) p(cos) of(d, cos φ) dt` along the axis of a [`needle`] at the origin, up
+/// to `end` metres, for light from `from`. `φ` is the angle at the light from `+x`.
 pub fn scattered_once(sigma: f64, end: f64, from: [f64; 3], of: impl Fn(f64, f64) -> f64) -> f64 {
     let steps = 4000;
     let step = end / f64::from(steps);
     let at = |k: i32| {
         let t = (f64::from(k) + 0.5) * step;
-        // From the place at (0, 0, −t) to the light.
+        // Vector from the point (0, 0, −t) to the light.
         let to = [from[0], from[1], from[2] + t];
         let d = to.iter().map(|v| v * v).sum::<f64>().sqrt();
         let cos = -to[2] / d;
@@ -223,8 +224,8 @@ fn light_that_is_scattered_once_is_that_of_quadrature() {
     assert_means(&film, expected, f64::from(ALBEDO) + 1e-4, 0.01, "a point");
 }
 
-/// A lamp with an area beside the axis, found by sampling it and by scattering to it: only the
-/// right weights of both give the quadrature over its area.
+/// An area lamp beside the axis. Paths reach it by sampling the lamp and by scattering towards it.
+/// Only correct weights of both give the quadrature over its area.
 #[test]
 fn both_ways_to_a_lamp_in_fog_sum_to_that_of_quadrature() {
     let mut b = builder();
@@ -245,12 +246,12 @@ fn both_ways_to_a_lamp_in_fog_sum_to_that_of_quadrature() {
         all.map(|(y, z)| scattered_once(f64::from(sigma), 2.0, from(y, z), of)).sum::<f64>()
             / f64::from(cells * cells)
     });
-    // Midpoints of 1/24 m at a distance of 1/4 m.
+    // Quadrature by midpoints of 1/24 m, at a distance of 1/4 m.
     assert_means(&film, expected, f64::from(ALBEDO) + 1e-3, 0.01, "a lamp");
 }
 
-/// A medium without absorption is invisible where radiance is equal from all sides: under a sky,
-/// with the camera outside of it, behind glass, and in a room that glows.
+/// A medium without absorption is invisible if the incident radiance is equal from all sides: under
+/// a sky, with the camera outside the medium, behind glass, and in a room whose walls emit.
 #[test]
 fn white_media_are_invisible_in_a_furnace() {
     let white = [0.5, 2.0, 6.0];
@@ -281,7 +282,8 @@ fn white_media_are_invisible_in_a_furnace() {
         let tracer = tracer(b);
         assert_means(&paths(&tracer, 40, [16, 16]), [1.0; 3], 1e-5, 0.02, &what);
         if surface == Surface::Boundary {
-            // No surface is met: boundaries and scattering do not count.
+            // A length limit of 1 changes nothing: no surface is met, and boundaries and scattering
+            // do not count.
             let path = PathTracer::new(&tracer, PathStop::Count(40), 1).unwrap();
             assert_means(&film(&tracer, &path, [16, 16], 1, 4), [1.0; 3], 1e-5, 0.02, &what);
         }
@@ -304,7 +306,8 @@ fn a_medium_of_zero_coefficients_changes_no_bit() {
         if with {
             let nothing = add(&mut b, [0.0; 3], [0.0; 3], 0.5);
             let far = cuboid(Vec3::splat(50.0), Vec3::splat(51.0), false);
-            // Interfaces that no path passes, so that segments are walked.
+            // Interfaces that no path crosses, so that segments are traversed by the code for
+            // media.
             bounding(&mut b, far, Surface::Boundary, [Some(nothing), None]);
         }
         b
@@ -323,7 +326,7 @@ fn a_medium_of_zero_coefficients_changes_no_bit() {
     assert!(expected.iter().filter(|c| !c.is_black()).count() > 100);
 }
 
-/// A boundary across every path and every segment, with nothing on either side.
+/// A boundary with vacuum on both sides, across every path and every segment.
 #[test]
 fn a_boundary_of_nothing_is_not_seen() {
     let room = |with_boundary: bool| {
@@ -346,7 +349,7 @@ fn a_boundary_of_nothing_is_not_seen() {
         let film = film_of(&bounded, &path, View { camera: &camera, ..view(&scene, [24, 16], 1, 3) });
         for ((a, b), error) in colors(&film).into_iter().zip(colors(&expected)).zip(&errors) {
             let off = (a.luminance() - b.luminance()).abs();
-            // Both have this standard error.
+            // The means have this standard error in both pictures.
             assert!(off <= 7.0 * error + 1e-6, "{a:?} and {b:?} ± {error}");
         }
         let [(a, e), ..] = mean_of(&film);
@@ -393,8 +396,8 @@ fn threads_and_windows_change_no_bit_in_media() {
     }
 }
 
-/// Claims about light transport are made by paths where media scatter, and by the default method
-/// where they only absorb; all methods render both.
+/// The default method makes its claims about light transport by paths where media scatter, and by
+/// VPLs where they only absorb. All methods render both.
 #[test]
 fn every_method_renders_media() {
     let absorbing = || {

@@ -1,4 +1,4 @@
-//! Media in files of pbrt and Mitsuba: their numbers, their places, and the notes.
+//! Media in files of pbrt and Mitsuba: coefficients, placement and notes.
 
 use tashika::bsdf::HenyeyGreenstein;
 use tashika::color::Rgb;
@@ -20,7 +20,7 @@ fn assert_medium(medium: &Medium, absorption: [f32; 3], scattering: [f32; 3], as
     assert_eq!(medium.phase, HenyeyGreenstein { asymmetry });
 }
 
-/// The interface of the only mesh, as names; vacuum has none.
+/// Names of the media on both sides of the only mesh; none for vacuum.
 fn sides(scene: &Scene) -> Option<[Option<&str>; 2]> {
     let name =
         |medium: Option<tashika::scene::MediumId>| medium.map(|m| scene.media()[m.index()].name.as_str());
@@ -50,13 +50,13 @@ fn interfaces_of_pbrt_are_those_of_the_shapes_that_follow() {
     let glass = |between: &str| scene(&format!("{V4} {FOG} {between} Material \"dielectric\" {TRIANGLE}"));
     assert_eq!(sides(&glass("MediumInterface \"fog\" \"\"")), Some([Some("fog"), None]));
     assert_eq!(sides(&glass("MediumInterface \"\" \"fog\"")), Some([None, Some("fog")]));
-    // One medium on both sides is no interface: an object in fog changes nothing.
+    // The same medium on both sides is no interface: an object in fog changes nothing.
     assert_eq!(sides(&glass("MediumInterface \"fog\"")), None);
     assert_eq!(sides(&glass("AttributeBegin MediumInterface \"fog\" \"\" AttributeEnd")), None);
     let undefined = glass("MediumInterface \"mist\" \"\"");
     assert_eq!(sides(&undefined), None);
     assert!(noted(&undefined, NoteKind::Repaired, "medium \"mist\" is not defined: vacuum"));
-    // Shapes of the same parameters are two meshes if they bound different media.
+    // Shapes with equal parameters become two meshes if they bound different media.
     let two = "Shape \"sphere\" MediumInterface \"fog\" \"\" Shape \"sphere\" Shape \"sphere\"";
     let scene = scene(&format!("{V4} {FOG} {two}"));
     assert_eq!((scene.meshes().len(), scene.instances().len()), (2, 3));
@@ -110,7 +110,8 @@ fn media_of_pbrt_that_cannot_be_are_errors_with_their_line() {
     assert!(noted(&unknown, NoteKind::Ignored, "medium \"jelly\" is unknown: vacuum"));
 }
 
-/// Below zero is zero, and beyond ±1 the nearest asymmetry; each with a note at its line.
+/// Negative coefficients become zero, and asymmetries beyond ±1 the nearest valid one; each with a
+/// note at its line.
 #[test]
 fn values_of_media_out_of_range_are_moved_into_it() {
     let of_pbrt = |parameters: &str| {
@@ -158,7 +159,8 @@ fn values_of_media_out_of_range_are_moved_into_it() {
     }
 }
 
-/// A text of pbrt with a bit of every media directive, damaged at any place.
+/// A pbrt text with every media directive, damaged at each position. The result is a scene or an
+/// error.
 #[test]
 fn damaged_media_of_pbrt_are_scenes_or_errors() {
     let whole = format!(
@@ -239,7 +241,7 @@ fn media_of_mitsuba_are_in_shapes_about_them_and_about_cameras() {
         (Some([Some("fog"), None]), Surface::Boundary)
     );
     assert!(shape(null, "").instances().is_empty());
-    // Two cubes of one material that bound different media are two meshes.
+    // Two cubes of the same material that bound different media are two meshes.
     let two = format!(
         "{VOLPATH}{}<shape type=\"cube\"/><shape type=\"cube\">{interior}</shape><shape type=\"cube\">{interior}</shape>",
         fog("")
@@ -280,7 +282,8 @@ fn media_of_mitsuba_that_cannot_be_are_errors_with_their_place() {
     assert_eq!(mitsuba::load(circle).media().len(), 1, "a medium is no volume");
 }
 
-/// As in pbrt and in Mitsuba, whose default integrators differ.
+/// Media are ignored if the file's integrator ignores them; the default integrators of pbrt and
+/// Mitsuba differ.
 #[test]
 fn media_are_left_out_where_the_integrator_of_the_file_does() {
     let of_pbrt = |head: &str, integrator: &str| {
@@ -348,7 +351,7 @@ fn grids_of_pbrt_vary_as_their_file_says() {
         let smoke = of(head, class, GRID);
         assert_eq!(smoke.phase, HenyeyGreenstein { asymmetry: 0.4 });
         let times = |f: f32| ([2.2, 4.4, 6.6].map(|c| c * f), [2.0, 4.0, 6.0].map(|c| c * f));
-        // In the middle of cells, between them, at a face, where the density has fallen to a half,
+        // At the centre of cells; between them; at a face, where the density has fallen to a half;
         // and beyond.
         for (place, factor) in [
             ([9.5, 0.5, 0.5], 1.0),
@@ -394,7 +397,7 @@ fn files_of_nanovdb_are_placed_by_their_own_map_and_then_as_shapes_are() {
     let scene = load("a.nvdb").unwrap();
     assert_eq!(notes(&scene), []);
     let smoke = &scene.media()[0];
-    // Indices 0 and 1 are 10 and 10.5; beyond index 2, which is 11, nothing is active.
+    // Indices 0 and 1 are at 10 and 10.5. Index 2, at 11, and beyond are inactive.
     for (x, factor) in [(9.9, 0.0), (10.0, 3.0), (10.25, 3.0), (10.75, 3.0), (11.1, 0.0)] {
         assert_at(
             smoke,
@@ -496,7 +499,7 @@ fn grids_of_mitsuba_vary_as_their_files_say() {
         let (extinction, scattering) = times(factor);
         assert_at(&density, place, extinction, scattering);
     }
-    // An albedo extends beyond its box.
+    // The albedo extends beyond its box.
     let colored = of(
         "3.0.0",
         &format!("{}<rgb name=\"sigma_t\" value=\"1 2 3\"/>", gridvolume("albedo", placed)),
@@ -507,10 +510,10 @@ fn grids_of_mitsuba_vary_as_their_files_say() {
     assert_at(&colored, [7.0, 0.5, 0.5], [1.0, 2.0, 3.0], [1.0, 0.0, 1.5]);
     let both = format!("{}{}{scale}", gridvolume("albedo", ""), gridvolume("sigma_t", ""));
     assert_at(&of("3.0.0", &both, &shares), [0.75, 0.1, 0.1], [10.0, 0.0, 5.0], [10.0, 0.0, 2.5]);
-    // In the box of the file.
+    // The grid fills the box of the file.
     let own_box = gridvolume("sigma_t", "<boolean name=\"use_grid_bbox\" value=\"true\"/>");
     assert_at(&of("3.0.0", &own_box, &numbers), [1.25, 3.0, 3.5], [1.0; 3], [0.75; 3]);
-    // As in version 0.6, where the outermost values are in its faces.
+    // As in version 0.6: the outermost values lie in the faces.
     let old = of("0.6.0", &format!("{}{albedo}{scale}", gridvolume("density", "")), &numbers);
     assert_at(&old, [1.0, 3.0, 3.0], [10.0; 3], [5.0, 7.5, 10.0]);
     assert_at(&old, [2.0, 2.5, 6.0], [60.0; 3], [30.0, 45.0, 60.0]);
@@ -556,8 +559,8 @@ fn grids_of_mitsuba_that_cannot_be_are_errors_or_notes_with_their_place() {
     let other = said(&gridvolume("sigma_s", ""), &ones);
     assert!(other.contains("a grid for sigma_s; expected grids for sigma_t and albedo"), "{other}");
 
-    // A missing density is noted, and the medium is omitted; a missing albedo is that of the
-    // medium.
+    // A missing density is noted, and the medium is omitted. A missing albedo is replaced by the
+    // medium's default.
     let missing = smoke(&heterogeneous(&density.replace("a.vol", "b.vol")), "3.0.0", &ones);
     assert!(noted(
         &missing,
@@ -577,8 +580,8 @@ fn grids_of_mitsuba_that_cannot_be_are_errors_or_notes_with_their_place() {
     assert!(noted(&nameless, NoteKind::Repaired, "volume \"gridvolume\" without a file: nothing is there"));
 }
 
-/// A file that many media name is read again for each: together they may not read more bytes than a
-/// file may have.
+/// A file that many media name is read again for each of them. Together they may not read more
+/// bytes than one file may have.
 #[test]
 fn a_file_of_a_volume_that_is_named_again_and_again_is_bounded() {
     let file = mitsuba::vol([64, 64, 4], 1, &[0.5; 64 * 64 * 4]);

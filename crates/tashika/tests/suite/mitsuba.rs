@@ -1,7 +1,7 @@
-//! Mitsuba files: every element has the meaning that the format gives it, checked by numbers.
+//! Mitsuba files: every element has the meaning that the format gives it, tested by numbers.
 //!
-//! Conventions of textures, cameras, environments and shapes were taken from Mitsuba 3.9 itself:
-//! expected numbers are its own where a test names it.
+//! Conventions of textures, cameras, environments and shapes come from Mitsuba 3.9 itself. A test
+//! that names Mitsuba 3.9 uses its numbers as expected values.
 
 use std::fs;
 use std::sync::OnceLock;
@@ -22,7 +22,7 @@ use crate::textures;
 
 pub type Files<'a> = &'a [(&'a str, &'a [u8])];
 
-/// A folder with `files`, of which `scene.xml` is loaded.
+/// Creates a folder with `files` and loads its `scene.xml`.
 pub fn load_in(files: Files<'_>) -> (TempDir, Result<Scene>) {
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in files {
@@ -34,7 +34,7 @@ pub fn load_in(files: Files<'_>) -> (TempDir, Result<Scene>) {
     (folder, scene)
 }
 
-/// The scene file around `body`.
+/// A scene file with the given body.
 pub fn xml(version: &str, body: &str) -> String {
     format!("<scene version=\"{version}\">\n{body}\n</scene>\n")
 }
@@ -50,7 +50,7 @@ pub fn load(body: &str) -> Scene {
     load_version("3.0.0", body, FILES_WITHOUT_IMAGES)
 }
 
-/// A file of a volume in the box from (1, 2, 3) to (2, 4, 6).
+/// A volume file in the box from (1, 2, 3) to (2, 4, 6).
 pub fn vol(counts: [u32; 3], channels: u32, values: &[f32]) -> Vec<u8> {
     let mut bytes = b"VOL\x03\x01\0\0\0".to_vec();
     counts.iter().chain([&channels]).for_each(|n| bytes.extend(n.to_le_bytes()));
@@ -58,7 +58,7 @@ pub fn vol(counts: [u32; 3], channels: u32, values: &[f32]) -> Vec<u8> {
     bytes
 }
 
-/// The name of such a file.
+/// Parameter with the name of such a file.
 pub const VOL: &str = "<string name=\"filename\" value=\"a.vol\"/>";
 
 /// The notes that are not about defaults.
@@ -82,12 +82,12 @@ pub fn png(texels: [[u8; 4]; 4]) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// Red, green; blue, white.
+/// Four texels: red, green; blue, white.
 pub fn four_colours() -> Vec<u8> {
     png([[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255; 4]])
 }
 
-/// One triangle in a `.serialized` file of version 4, with `f32`s.
+/// A `.serialized` file of version 4 with one triangle, in `f32`.
 pub fn serialized() -> Vec<u8> {
     use std::io::Write;
     let mut raw = 0x1000_u32.to_le_bytes().to_vec();
@@ -106,13 +106,13 @@ pub fn serialized() -> Vec<u8> {
     bytes
 }
 
-/// A rectangle of the bsdf.
+/// A rectangle with the given bsdf.
 fn with_bsdf(version: &str, bsdf: &str) -> Scene {
     let picture = four_colours();
     load_version(version, &format!("<shape type=\"rectangle\">{bsdf}</shape>"), &[("a.png", &picture)])
 }
 
-/// The material of a rectangle of the bsdf.
+/// Material of a rectangle with the given bsdf.
 #[track_caller]
 fn material(bsdf: &str) -> Material {
     let scene = with_bsdf("3.0.0", bsdf);
@@ -120,7 +120,7 @@ fn material(bsdf: &str) -> Material {
     scene.material_of(first_instance()).clone()
 }
 
-/// The first instance of any scene. The only way to name one from outside is to find it.
+/// The first instance of any scene. An id can only be obtained from a scene.
 fn first_instance() -> InstanceId {
     static FIRST: OnceLock<InstanceId> = OnceLock::new();
     *FIRST.get_or_init(|| {
@@ -140,7 +140,7 @@ fn texture_of(scene: &Scene) -> TextureId {
     }
 }
 
-/// The reflectance of a diffuse rectangle's texture at some coordinates.
+/// Reflectance of a diffuse rectangle's texture at the given coordinates.
 fn looked_up(version: &str, texture: &str, at: &[[f32; 2]]) -> Vec<[f32; 3]> {
     let scene = with_bsdf(version, &format!("<bsdf type=\"diffuse\">{texture}</bsdf>"));
     let texture = texture_of(&scene);
@@ -345,7 +345,7 @@ fn principled_materials_have_the_reflectance_of_their_specular() {
     assert!(matches!(glass.materials()[0].surface, Surface::Glass { ior: 1.5, .. }));
 }
 
-/// The coat lies on every part except glass; `α` falls with its gloss, also where that is a
+/// The coat lies on every part except glass. Its `α` falls with its gloss, also if the gloss is a
 /// texture.
 #[test]
 fn clear_coats_have_the_roughness_of_their_gloss() {
@@ -403,7 +403,7 @@ fn transforms_apply_in_the_order_of_the_file() {
     assert!(close(matrix.bounds().lo, Vec3::new(4.0, 5.0, 7.0)));
 }
 
-/// Normal of the first triangle of the only instance, in the world.
+/// World normal of the first triangle of the only instance.
 fn normal(scene: &Scene) -> Vec3 {
     scene.surface_point(first_instance(), 0, [0.3, 0.3, 0.4]).geometric_normal
 }
@@ -539,7 +539,7 @@ fn shapes_emit_and_lights_are_placed() {
     assert_eq!(*directional, Emitter::Directional { direction: Vec3::NEG_Y, irradiance: Rgb::gray(2.0) });
     let Emitter::Spot { position, axis, falloff, .. } = *spot else { panic!("{spot:?}") };
     assert!((position - Vec3::Z * 2.0).length() < 1e-6 && (axis - Vec3::NEG_Z).length() < 1e-6);
-    // Mitsuba 3.9: `sample_direction` below the light, by the distance from its axis.
+    // Mitsuba 3.9: `sample_direction` at points below the light, by their distance from its axis.
     for (x, expected) in [(0.6, 1.0), (0.8, 0.909_93), (0.9, 0.788_61), (1.2, 0.451_81), (1.5, 0.156_51)] {
         let cos = 2.0 / (4.0_f32 + x * x).sqrt();
         assert!((falloff.at(cos) - expected).abs() < 2e-3, "{x}: {}", falloff.at(cos));
@@ -564,7 +564,7 @@ fn emission_spectra_keep_their_unit() {
 
 #[test]
 fn environment_maps_have_mitsubas_axes() {
-    // One bright texel of 16 × 8; the directions are those in which Mitsuba 3.9 sees it.
+    // A map of 16 × 8 with one bright texel; the directions are those in which Mitsuba 3.9 sees it.
     for (row, column, direction) in
         [(1, 2, [0.356, 0.903, -0.24]), (4, 5, [0.808, -0.224, 0.545]), (6, 13, [-0.356, -0.903, -0.24])]
     {
@@ -579,8 +579,9 @@ fn environment_maps_have_mitsubas_axes() {
     }
 }
 
-/// The texel of row 2 and column 5 of 16×8, turned: directions in which Mitsuba 3.9.1 sees the
-/// middle of its light, whose rows reach from pole to pole, half a row nearer to them than here.
+/// A turned map of 16×8 whose texel in row 2 and column 5 is bright. Expected directions are those
+/// in which Mitsuba 3.9.1 sees its centre. Mitsuba's rows reach from pole to pole, so that they are
+/// up to half a row nearer to the poles than here.
 #[test]
 fn environment_maps_are_turned_as_mitsuba_turns_them() {
     let mut bytes = b"PF\n16 8\n-1.0\n".to_vec();
@@ -694,7 +695,7 @@ pub fn files_of_examples() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
-/// Body of a scene with the feature of a row.
+/// Body of a scene with the feature that a row describes.
 pub fn example(kind: &str, name: &str) -> String {
     let bitmap = |slot: &str, inside: &str| {
         format!(
@@ -798,7 +799,7 @@ fn every_feature_gives_the_note_that_its_row_promises() {
     assert!(table.rows.len() > 100);
     for row in table.rows {
         let (kind, name) = (row.kind, row.name);
-        // Media of a named substance are of the older versions alone.
+        // Only the older versions have media of a named substance.
         let version = if name == "homogeneous material" { "0.6.0" } else { "3.0.0" };
         let scene = load_version(version, &example(kind, name), &files);
         let promised = match row.support {
@@ -826,15 +827,16 @@ fn channels_of_images_are_chosen_by_name() {
 
 #[test]
 fn names_and_places_of_one_long_line_are_read_in_time() {
-    // A hundred thousand elements: if each were found by counting from the start of its line, a
-    // second would become an hour.
+    // A hundred thousand elements in one line. If the column of each were counted from the start of
+    // the line, a second would become an hour.
     let line = "<bsdf type=\"diffuse\"><rgb name=\"reflectance\" value=\"0.5\"/></bsdf>".repeat(50_000);
     let scene = load(&format!("{line}<shape type=\"cube\"><bsdf type=\"velvet\"/></shape>"));
     let first = scene.notes().iter().find(|n| n.message.contains("velvet")).unwrap().first;
     assert_eq!((first.line, first.column), (Some(2), Some(line.len() as u32 + 20)));
 }
 
-/// Mitsuba 3 and 0.6 alike; the picture of a simple room is 1 % brighter if lamps are grey.
+/// Shapes without a bsdf are grey in Mitsuba 3 and 0.6, and lamps black. With grey lamps, the
+/// picture of a simple room would be 1 % brighter.
 #[test]
 fn shapes_without_a_bsdf_are_grey_and_lamps_black() {
     let lamp = "<emitter type=\"area\"><rgb name=\"radiance\" value=\"1\"/></emitter>";
@@ -863,7 +865,7 @@ fn a_spectrum_of_one_number_is_equal_energy_in_emitters_since_version_3() {
             assert!((0.5 * found - expected).abs() < 1e-4, "{version} {value}: {found} for {expected}");
         }
     }
-    // A reflectance is adapted to white; a number stays a number.
+    // A reflectance is adapted to white; a plain number stays as it is.
     let body = "<shape type=\"rectangle\"><bsdf type=\"roughplastic\"><spectrum name=\"diffuse_reflectance\" value=\"0.25\"/>\
                 <spectrum name=\"alpha\" value=\"0.5\"/></bsdf></shape>";
     let Surface::Coated { reflectance, facets, .. } = load(body).materials()[0].surface else { panic!() };

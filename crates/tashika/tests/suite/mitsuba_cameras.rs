@@ -1,4 +1,4 @@
-//! Cameras of Mitsuba files: the rays of Mitsuba 3.9 itself, and those of the formulas of Mitsuba
+//! Cameras of Mitsuba files, compared with rays of Mitsuba 3.9 and with the formulas of Mitsuba
 //! 0.6.
 
 use tashika::film::Window;
@@ -14,7 +14,8 @@ fn camera(body: &str) -> Camera {
     scene.cameras()[0].clone()
 }
 
-/// Direction through a point of the film, in fractions of it, with a depth of 1.
+/// Direction of the ray through a point of the film, scaled to depth 1. `x` and `y` are fractions
+/// of the film.
 fn looks(camera: &Camera, x: f32, y: f32) -> [f32; 3] {
     let size = camera.resolution.unwrap();
     let film = Vec2::new(x * size[0] as f32, y * size[1] as f32);
@@ -31,7 +32,7 @@ fn cameras_look_where_mitsuba_looks() {
         ))
     };
     let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-3);
-    // Mitsuba 3.9: directions of rays through the film, of a camera at the origin.
+    // Mitsuba 3.9: directions of rays through the film, for a camera at the origin.
     let c = perspective("", "");
     assert!(near(looks(&c, 0.0, 0.5), [1.0, 0.0, 1.0]) && near(looks(&c, 0.5, 0.0), [0.0, 0.5, 1.0]));
     for (axis, corner) in [
@@ -80,14 +81,14 @@ fn lenses_and_parallel_cameras_are_read() {
     );
     let ray =
         parallel.ray(&CameraSample { film: Vec2::ZERO, lens: [0.5; 2], time: 0.5 }, [200, 100]).unwrap();
-    // Mitsuba 3.9: the film is two units wide, its left at +x.
+    // Mitsuba 3.9: the film is two units wide, with its left side at +x.
     assert!(
         (ray.origin - Vec3::new(1.0, 0.5, 0.0)).length() < 1e-5 && (ray.direction - Vec3::Z).length() < 1e-6
     );
     assert_eq!(parallel.name, "plan");
 }
 
-/// The directions of Mitsuba 0.6's own formula, with a turned camera.
+/// A turned camera; expected directions are computed by Mitsuba 0.6's formula.
 #[test]
 fn spherical_cameras_look_where_mitsuba_looks() {
     let c = camera(

@@ -1,4 +1,4 @@
-//! Reflectance of Mitsuba's materials here, against Mitsuba 3 itself: numbers that
+//! Reflectance of Mitsuba's materials in this renderer, compared with numbers of Mitsuba 3 that
 //! `scripts/mitsuba_materials.py` wrote.
 
 use crate::material_rows::{MITSUBA_3, allowed, rows};
@@ -8,7 +8,7 @@ fn materials_reflect_what_mitsuba_says() {
     let mut wrong = Vec::new();
     for row in rows().iter().filter(|row| row.format == MITSUBA_3) {
         let mut allowed = allowed(row);
-        // Rough glass is sampled, but has no values.
+        // For rough glass only the sampled albedos are compared; the table has no values.
         if row.text.contains("roughdielectric") || row.text.contains("spec_trans") {
             allowed[1] = f64::INFINITY;
         }

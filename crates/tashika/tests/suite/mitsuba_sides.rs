@@ -1,4 +1,4 @@
-//! Sides of a surface that reflect, in Mitsuba's files: compared with Mitsuba 3.9.1 for directions
+//! Sides on which surfaces of Mitsuba's files reflect, compared with Mitsuba 3.9.1 for directions
 //! behind a surface (`eval` with both cosines negative).
 
 use tashika::math::Vec3;
@@ -7,14 +7,14 @@ use tashika::scene::Scene;
 
 use crate::mitsuba::{load_in, xml};
 
-/// A rectangle of the bsdf.
+/// A rectangle with the given bsdf.
 fn scene(bsdf: &str) -> Scene {
     let text = xml("3.0.0", &format!("<shape type=\"rectangle\">{bsdf}</shape>"));
     load_in(&[("scene.xml", text.as_bytes())]).1.unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
-/// Mean red reflectance of the parts that are visible from the front of the rectangle and from its
-/// back, to a hundredth of a percent.
+/// Mean red reflectance of the front and of the back of the rectangle, over the parts that are
+/// visible from there; to a hundredth of a percent.
 fn reflectances(bsdf: &str) -> [f32; 2] {
     let scene = scene(bsdf);
     let instance = scene.instance_ids().next().unwrap();
@@ -55,7 +55,8 @@ fn two_sides_have_a_material_each() {
     assert_eq!((front, back), (0.7, 0.2));
 }
 
-/// A wrapper has the sides of the BSDF in it, a mix those of its parts if they agree.
+/// A wrapper reflects on the sides of the BSDF in it; a mix reflects on those of its parts if they
+/// agree.
 #[test]
 fn wrappers_have_the_sides_of_what_they_wrap() {
     let wrap = |plugin: &str, inside: &str| format!("<bsdf type=\"{plugin}\">{inside}</bsdf>");

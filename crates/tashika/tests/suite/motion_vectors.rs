@@ -1,5 +1,5 @@
-//! Motion vectors: closed forms for moving cameras and objects, by every projection; films with and
-//! without the vectors.
+//! Motion vectors: closed forms for moving cameras and objects in every projection, and films with
+//! and without the vectors.
 
 use glam::{Affine3A, DAffine3, DVec3, Vec2};
 use tashika::Renderer;
@@ -26,8 +26,8 @@ fn between(open: DAffine3, close: DAffine3) -> Track {
     Track::new([(SHUTTER[0], open), (SHUTTER[1], close)]).unwrap()
 }
 
-/// The camera moved by `way` (m, world) and turned by `angle` about its own upright axis, half of
-/// both before the middle of its time and half after it.
+/// The camera moved by `way` (m, world) and turned by `angle` about its own vertical axis. Half of
+/// both happens before the middle of its time, half after it.
 fn sent(camera: Camera, way: Vec3, angle: f32) -> Camera {
     let end = |half: f32| {
         let turned = Affine3A::from_quat(rotation(Vec3::Y, half * angle));
@@ -46,7 +46,7 @@ fn above(projection: Projection) -> Camera {
     Camera { projection, ..Camera::look_at("above", Vec3::Z * 5.0, Vec3::ZERO, Vec3::Y, 1.0) }
 }
 
-/// The vectors of a scene as its first camera sees it, by pixels.
+/// Motion vector of each pixel, as the first camera of a scene sees it.
 fn vectors(tracer: &Tracer) -> impl Fn(u32, u32) -> Vec2 + use<> {
     let mut film = Film::new(SIZE, Window::full(SIZE), &[planes::RADIANCE]).unwrap();
     add_motion(&Setting { tracer, view: view(tracer.scene(), SIZE, 1, 1) }, &mut film);
@@ -58,7 +58,7 @@ fn of_camera(camera: Camera, with_floor: bool) -> impl Fn(u32, u32) -> Vec2 {
     if with_floor {
         floor(&mut b);
     } else {
-        // Out of sight: a scene has to contain something.
+        // An object out of sight, because a scene must not be empty.
         place(&mut b, parallelogram(Vec3::Z * 900.0, Vec3::X, Vec3::Y), Material::new("far", lambert(0.5)));
     }
     b.add_camera(camera).unwrap();
@@ -70,8 +70,8 @@ fn near(found: Vec2, expected: Vec2, what: &str) {
     assert!((found - expected).length() < 2e-3, "{what}: {found} for {expected}");
 }
 
-/// A camera that pans over a plane at right angles to its axis, at a distance of 5 m: all of the
-/// plane moves the other way, by `way / (pixel's side there)`; right and up are positive.
+/// A camera pans over a plane at right angles to its axis, at a distance of 5 m. The whole plane
+/// moves in the opposite direction, by `way / (pixel's side there)`; right and up are positive.
 #[test]
 fn a_plane_goes_the_other_way_than_a_camera_that_pans() {
     let way = Vec3::new(2.5, 1.0, 0.0);
@@ -81,7 +81,7 @@ fn a_plane_goes_the_other_way_than_a_camera_that_pans() {
         (Projection::Perspective { vertical_fov: 0.9 }, 5.0 * 2.0 * tan(0.45) / height),
     ] {
         let mut camera = sent(above(projection), way, 0.0);
-        // The way is that through the lens' centre, however wide the lens is.
+        // The vector is that through the centre of the lens, however wide the lens is.
         camera.lens = Lens::round(0.3, 2.0);
         let found = of_camera(camera, true);
         for (x, y) in Window::full(SIZE).pixels() {
@@ -90,7 +90,7 @@ fn a_plane_goes_the_other_way_than_a_camera_that_pans() {
     }
 }
 
-/// A moving object has its own vector, and a standing one behind it has none.
+/// A moving object has its own vector; a static object behind it has none.
 #[test]
 fn a_square_that_moves_has_its_own_vector() {
     let mut b = builder();
@@ -110,7 +110,7 @@ fn a_square_that_moves_has_its_own_vector() {
     }
 }
 
-/// A wheel: each point of it has the chord of its own arc.
+/// A turning wheel: the vector of each point is the chord of its own arc.
 #[test]
 fn places_of_a_wheel_have_vectors_of_their_own() {
     const ANGLE: f32 = 0.7;
@@ -124,15 +124,16 @@ fn places_of_a_wheel_have_vectors_of_their_own() {
     let found = vectors(&tracer(b));
     for (x, y) in Window::full(SIZE).pixels() {
         let place = Vec2::new(x as f32 + 0.5 - 6.0, 4.0 - (y as f32 + 0.5));
-        // Of half the angle to either side: 2 sin(θ/2) to the left of the place, seen from the hub.
+        // Half of the angle lies before and half after: the chord is 2 sin(θ/2), to the left as
+        // seen from the hub.
         let expected = 2.0 * sin_cos(0.5 * ANGLE).0 * place.perp();
         near(found(x, y), expected, &format!("{x},{y}"));
     }
 }
 
-/// The environment moves by the camera's rotation alone. In perspective, a point at `x, y` from the
-/// middle, in focal lengths, with `φ = atan x`, goes from `φ − α/2` to `φ + α/2` for a camera that
-/// turns by `α` to the left, at the height `y cos φ / cos φ′`.
+/// The environment moves by the camera's rotation alone. Let a point in a perspective view be at
+/// `x, y` from the middle, in focal lengths, with `φ = atan x`. If the camera turns to the left by
+/// `α`, the point goes from `φ − α/2` to `φ + α/2`, and its height at `φ′` is `y cos φ / cos φ′`.
 #[test]
 fn the_environment_follows_the_turning_of_the_camera() {
     const ANGLE: f32 = 0.2;
@@ -154,8 +155,8 @@ fn the_environment_follows_the_turning_of_the_camera() {
     }
 }
 
-/// A picture by latitude and longitude rotates as a whole, over its edge too; in a fisheye, points
-/// move by the angles between their directions and the axis.
+/// A latitude-longitude picture moves as a whole, also across its edge. In a fisheye, a point moves
+/// by the change of the angle between its direction and the axis.
 #[test]
 fn all_around_ways_are_the_shorter_ones() {
     const ANGLE: f32 = 1.1;
@@ -170,8 +171,8 @@ fn all_around_ways_are_the_shorter_ones() {
     let found = of_camera(sent(fisheye, Vec3::ZERO, 0.3), false);
     for (x, y) in Window::full(SIZE).pixels() {
         let place = Vec2::new(x as f32 + 0.5 - 6.0, 4.0 - (y as f32 + 0.5));
-        // The edge is 4 pixels, or 1 radian, from the axis. A point that comes over the edge has no
-        // vector.
+        // The edge is 4 pixels, or 1 radian, from the axis. A point that enters across the edge has
+        // no vector.
         let theta = place.length() / 4.0;
         let at = |angle: f32| {
             let across = place.normalize() * sin_cos(theta).0;
@@ -194,8 +195,8 @@ fn what_comes_from_behind_the_camera_has_no_vector() {
     assert!(Window::full(SIZE).pixels().all(|(x, y)| found(x, y) == Vec2::ZERO));
 }
 
-/// By every method: vectors of standing objects are 0, the other planes are those of a render
-/// without vectors, and threads and shares have no effect.
+/// For every method, vectors of static objects are 0 and the other planes equal those of a render
+/// without vectors. Threads and the division into parts have no effect.
 #[test]
 fn vectors_change_nothing_else_and_are_the_same_for_threads_and_shares() {
     let of_sum = Request { vpls: Some(300), gather: Some(3), ..Request::of_a_sum() };

@@ -1,4 +1,4 @@
-//! Motion in files of pbrt and Mitsuba, at a time.
+//! Motion in files of pbrt and Mitsuba, at a requested time or while the shutter is open.
 
 use glam::{Affine3A, Vec3};
 use tashika::error::Result;
@@ -19,8 +19,8 @@ fn load_with(name: &str, text: &str, (at, shutter): (Option<f64>, Option<[f64; 2
     load_scene(&path, &LoadOptions { at, shutter, ..LoadOptions::default() })
 }
 
-/// The interval in which the shutter of the first camera is open, and its first, middle and last
-/// position.
+/// Interval in which the shutter of the first camera is open, and the camera's position at its
+/// start, middle and end.
 fn exposed(scene: &Scene) -> ([f64; 2], [Vec3; 3]) {
     let camera = &scene.cameras()[0];
     let motion = camera.motion.as_ref().expect("it moves");
@@ -46,7 +46,7 @@ fn turned(degrees: f32) -> Affine3A {
     Affine3A::from_quat(rotation(Vec3::Z, degrees.to_radians()))
 }
 
-/// Motion from `1 0 0` to `1 0 4`, with a turn by a right angle and growth from 1 to 3.
+/// Motion from `1 0 0` to `1 0 4`, with a rotation by a right angle and growth from 1 to 3.
 const MOVES: &str = "Translate 1 0 0 ActiveTransform EndTime Translate 0 0 4 Rotate 90 0 0 1 Scale 3 3 3 ActiveTransform All ";
 
 #[test]
@@ -84,7 +84,8 @@ fn pbrt_moves_things_between_its_two_transforms() {
             assert_eq!(still.animated_seconds(), Some([shift, shift + length]));
         }
     }
-    // Motion inside an object, and by named transforms; no note where a transform undoes it.
+    // Motion inside an object and by named transforms. If a transform cancels the motion there is
+    // no note.
     let text = format!(
         "{V4}ObjectBegin \"o\" {MOVES}{TRIANGLE} ObjectEnd AttributeBegin Translate 0 8 0 ObjectInstance \"o\" AttributeEnd"
     );
@@ -104,8 +105,8 @@ fn pbrt_moves_things_between_its_two_transforms() {
     assert!(has(&scene, NoteKind::Repaired, "shapes and lights with") && scene.instances().is_empty());
 }
 
-/// A moving part of a moving object: the product at each time. If only one of them moves, the other
-/// is applied before or after it.
+/// A moving part of a moving object: its transform is the product at each time. If only one of the
+/// two moves, the other is applied before or after it.
 #[test]
 fn parts_of_objects_of_pbrt_move_with_them() {
     let part = "ActiveTransform EndTime Translate 0 0 4 ActiveTransform All Scale 2 1 1 ";
@@ -126,11 +127,11 @@ fn parts_of_objects_of_pbrt_move_with_them() {
         assert!(found.abs_diff_eq(scale(1.0, 3.0) * slides, 1e-5), "{share}: {found:?}");
         let found = moved("Scale 2 1 1 ", whole, share);
         assert!(found.abs_diff_eq(turns * scale(2.0, 1.0), 1e-5), "{share}: {found:?}");
-        // Interpolated between 33 times each.
+        // Interpolated between 33 times of each product.
         let found = moved(part, whole, share);
         assert!(found.abs_diff_eq(turns * slides, 2e-3), "{share}: {found:?}");
     }
-    // Lights, and objects that turn into their mirror image, stand still, with a note.
+    // Lights, and objects that become their mirror image, stand still, with a note.
     let light = "ActiveTransform EndTime Translate 0 0 4 LightSource \"point\"";
     let scene = pbrt(&format!("{V4}{light} ActiveTransform All Identity {TRIANGLE}"), None);
     assert!(has(&scene, NoteKind::Approximated, "lights that move: where they are first"));
@@ -140,7 +141,7 @@ fn parts_of_objects_of_pbrt_move_with_them() {
     assert!(!scene.moves() && scene.instances()[0].to_world == Affine3A::IDENTITY);
 }
 
-/// The camera moves between the inverses of its transforms.
+/// A pbrt camera moves between the inverses of its two transforms.
 #[test]
 fn cameras_of_pbrt_move_as_rigidly_as_their_file_says() {
     let text = format!(
@@ -148,7 +149,7 @@ fn cameras_of_pbrt_move_as_rigidly_as_their_file_says() {
          ActiveTransform EndTime LookAt 4 0 0 5 0 0 0 1 0 ActiveTransform All {V4}{TRIANGLE}"
     );
     let ahead = |at: Option<f64>| {
-        // With a closed shutter: by default it is open for as long as the motion.
+        // The shutter is closed explicitly: by default it is open during the whole motion.
         let text = text.replace("\"perspective\"", "\"perspective\" \"float shutterclose\" 0");
         let scene = pbrt(&text, at);
         let camera = &scene.cameras()[0];
@@ -165,7 +166,7 @@ fn cameras_of_pbrt_move_as_rigidly_as_their_file_says() {
     let still = "cameras that move: where they are first";
     let closed = text.replace("\"perspective\"", "\"perspective\" \"float shutterclose\" 0");
     assert!(has(&pbrt(&closed, None), NoteKind::Approximated, still));
-    // As the file says, from 0 to 1 s, nothing is approximated.
+    // With the file's own shutter, from 0 to 1 s, nothing is approximated.
     let own = pbrt(&text, None);
     assert!(!has(&own, NoteKind::Approximated, "cameras"));
     let x = |x| Vec3::X * x;
@@ -176,8 +177,8 @@ fn cameras_of_pbrt_move_as_rigidly_as_their_file_says() {
     }
     let ahead = own.cameras()[0].motion.as_ref().unwrap().pose(0.5).transform_vector3(Vec3::NEG_Z);
     assert!((ahead - direction).length() < 1e-6, "it turns evenly, and is no mirror image meanwhile");
-    // At a time nothing is blurred unless a shutter is requested; then its interval is around the
-    // time.
+    // At a requested time nothing is blurred, unless a shutter is requested, too. Its interval is
+    // then relative to that time.
     assert!(pbrt(&text, Some(0.5)).cameras()[0].motion.is_none());
     let (shutter, places) = exposed(&load_with("s.pbrt", &text, (Some(0.5), Some([-0.25, 0.25]))).unwrap());
     assert_eq!((shutter, places[1].x.round()), ([0.25, 0.75], 2.0));
@@ -186,7 +187,7 @@ fn cameras_of_pbrt_move_as_rigidly_as_their_file_says() {
     let turned = pbrt(&text, None);
     assert!(has(&turned, NoteKind::Repaired, "shutters that close before they open"));
     assert_eq!(exposed(&turned).0, [0.25, 0.75]);
-    // A mirror image at one end only.
+    // The transform is a reflection at one end only.
     let text = format!("ActiveTransform EndTime Scale -1 1 1 ActiveTransform All {V4}{TRIANGLE}");
     let mirrored = pbrt(&text, None);
     assert!(mirrored.cameras()[0].motion.is_none());
@@ -255,7 +256,7 @@ fn sensors_of_mitsuba_move_while_their_shutter_is_open() {
     assert_eq!(closed.cameras()[0].position(), Vec3::X);
     assert_eq!(count(&closed, "animations: the first key is shown"), 2);
     assert!(!closed.moves());
-    // With a requested shutter both are blurred.
+    // With a requested shutter, both cameras are blurred.
     let xml = format!("<scene version=\"3.0.0\">{}</scene>", sensor(open));
     let asked = |at, shutter| load_with("s.xml", &xml, (at, Some(shutter))).unwrap();
     let blurred = asked(Some(1.0), [0.0, 1.0]);
@@ -279,7 +280,7 @@ fn sensors_of_mitsuba_move_while_their_shutter_is_open() {
     }
 }
 
-/// Parts of a group stand still in it, also where the group's instance moves, with a note.
+/// An instance of a shape group moves. Parts that move within the group stand still, with a note.
 #[test]
 fn instances_of_mitsuba_move_and_parts_of_groups_do_not() {
     let way = "<animation name=\"to_world\"><transform time=\"0\"><translate x=\"1\"/></transform>\

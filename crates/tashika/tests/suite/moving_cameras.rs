@@ -1,5 +1,5 @@
-//! Cameras that move while the shutter is open: a closed form, and the mean of pictures by cameras
-//! that stand, by every kind of method.
+//! Cameras that move while the shutter is open, compared with a closed form and, for every kind of
+//! method, with the mean of pictures by static cameras.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -29,9 +29,9 @@ fn view<'c>(camera: &'c Camera, size: [u32; 2], points: u32, seed: u64) -> View<
     View { camera, size, gather: GatherOptions { points, ..GatherOptions::default() }, seed }
 }
 
-/// An edge between light and nothing, seen by a camera that moves `D` pixels to the right at
-/// constant speed. With the box filter, the share of light in the pixel of centre `c`, for an edge
-/// at `e`, is
+/// An edge between light and nothing, seen by a camera that moves to the right by `D` pixels at
+/// constant speed. With the box filter, a pixel with centre `c` has, for an edge at `e`, the share
+/// of light
 ///
 /// ```text
 /// ∫₀¹ clamp(a − D s, 0, 1) ds = (H(a) − H(a − D)) / D      a = e − c + ½, H(t) = ∫₀ᵗ clamp(x, 0, 1) dx
@@ -55,7 +55,7 @@ fn an_edge_is_blurred_over_the_way_that_the_camera_goes() {
     camera.projection = Projection::Orthographic { height: SIDE as f32 };
     let from = affine(camera.to_world);
     let to = DAffine3 { translation: from.translation + DVec3::X * WAY, ..from };
-    // The shutter is open for the second half of a way twice as long.
+    // The camera moves twice as far; the shutter is open for the second half of the motion.
     let before = DAffine3 { translation: from.translation - DVec3::X * WAY, ..from };
     let camera = camera.moving(Track::new([(0.0, before), (2.0, to)]).unwrap(), [1.0, 2.0]);
     b.add_camera(camera.clone()).unwrap();
@@ -70,15 +70,16 @@ fn an_edge_is_blurred_over_the_way_that_the_camera_goes() {
             let all = |t: f64| if t < 1.0 { 0.5 * t.max(0.0) * t.max(0.0) } else { t - 0.5 };
             let a = f64::from(EDGE) - f64::from(x);
             let expected = (all(a) - all(a - WAY)) / WAY;
-            // Five standard errors of independent samples; stratified ones have smaller errors.
+            // Five standard errors of independent samples; the samples are stratified and have
+            // smaller errors.
             let tolerance = 5.0 * (expected * (1.0 - expected) / f64::from(POINTS)).sqrt() + 1e-4;
             assert!((found - expected).abs() <= tolerance, "pixel {x},{y}: {found} for {expected}");
         }
     }
 }
 
-/// The camera of the box, which moves to the right and nearer, and turns by 0.25, while its shutter
-/// is open from 0 to 1 s; and its pose at a time.
+/// The built-in box with a camera that moves to the right and forward and turns by 0.25 while its
+/// shutter is open, from 0 to 1 s. The function returns the static camera at a time.
 fn swung() -> (Tracer, Camera, impl Fn(f32) -> Camera) {
     let scene = builtin::tiny();
     let still = scene.cameras()[0].clone();
@@ -97,14 +98,14 @@ fn swung() -> (Tracer, Camera, impl Fn(f32) -> Camera) {
 
 const SIZE: [u32; 2] = [12, 12];
 
-/// Size of the images where many are rendered (pixels).
+/// Size of images of which many are rendered (pixels).
 const STILL_SIZE: [u32; 2] = [8, 8];
 
-/// Number of times, in the middle of equal parts of the time that the shutter is open.
+/// Number of static cameras, at the midpoints of equal parts of the shutter's interval.
 const TIMES: u32 = 12;
 
-/// Asserts that, over several seeds, each pixel of a moving camera equals the mean over cameras
-/// that stand at many of its poses, within their common error.
+/// Asserts over several seeds that each pixel of a moving camera equals the mean over static
+/// cameras at many of its poses, within the common error.
 fn assert_mean_of_stills(what: &str, render: impl Fn(&Camera, u64) -> Film) {
     const SEEDS: u64 = 12;
     const SIZE: [u32; 2] = STILL_SIZE;
@@ -124,9 +125,9 @@ fn assert_mean_of_stills(what: &str, render: impl Fn(&Camera, u64) -> Film) {
         image.push(difference.iter().sum::<f64>() / pixels as f64);
         differences.iter_mut().zip(difference).for_each(|(m, d)| m.push(d));
     }
-    // Student's t of 11 degrees: 7.5 is exceeded with probability 1.2·10⁻⁵, of 64 pixels with
-    // 8·10⁻⁴; the seeds are fixed. 0.2 % of the mean allow for the middles of 12 parts in place of
-    // all times.
+    // Student's t of 11 degrees of freedom exceeds 7.5 with probability 1.2·10⁻⁵, and in one of 64
+    // pixels with 8·10⁻⁴; the seeds are fixed. 0.2 % of the mean allow for the use of 12 midpoints
+    // instead of all times.
     let off = |m: &Moments| m.mean().abs() / (m.standard_error() + 2e-3 * mean);
     let worst = differences.iter().map(off).fold(0.0, f64::max);
     assert!(worst < 7.5, "{what}: a pixel is {worst} standard errors off");
@@ -143,15 +144,15 @@ fn a_moving_camera_sees_the_mean_of_what_standing_ones_see() {
     let (tracer, ..) = swung();
     let paths = PathTracer::new(&tracer, PathStop::Count(32), 16).unwrap();
     assert_mean_of_stills("path", |camera, seed| film_of(&tracer, &paths, view(camera, STILL_SIZE, 1, seed)));
-    // With equal lights, so that they do not matter.
+    // All images use the same VPLs, so that these cause no difference.
     let lights = VplOptions { count: 200, seed: 9, ..VplOptions::default() };
     let lights = VplSet::trace(&tracer, &lights).unwrap();
     let sums = FullSum::new(&lights);
     assert_mean_of_stills("sum", |camera, seed| film_of(&tracer, &sums, view(camera, STILL_SIZE, 32, seed)));
 }
 
-/// Claims about a moving camera's pixels hold, by every method: sums against the exact sum at the
-/// same gather points, light transport against path tracing.
+/// A moving camera, rendered by every method. Sums over VPLs are compared with the exact sum at the
+/// same gather points, light transport with path tracing. Claims hold.
 #[test]
 fn every_method_sees_the_camera_move() {
     let (tracer, moving, _) = swung();
@@ -163,7 +164,8 @@ fn every_method_sees_the_camera_move() {
     for method in SumMethod::ALL {
         let integrator = method.integrator(&lights, &options).unwrap();
         let found = luminances(&film_of(&tracer, &*integrator, seen));
-        // The first methods state a bound by estimates of their cut, which ignore shadow.
+        // The bounds of the first two methods are based on estimates of their cut that ignore
+        // shadows.
         let tolerance = if method.name() == "mdlc" || method.name() == "lightcuts" { 0.3 } else { 0.1 };
         let near = found.iter().zip(&exact).filter(|(f, e)| (*f - *e).abs() <= tolerance * *e + 1e-9).count();
         assert!(near >= 137, "{}: {near} of 144 pixels within {tolerance}", method.name());
@@ -181,7 +183,7 @@ fn every_method_sees_the_camera_move() {
         let half_width = f64::from(records.at(x, y).half_width);
         kept += usize::from((found[i] - truth[i]).abs() <= half_width + 3.0 * f64::from(errors[i]));
     }
-    // With 95 % each, fewer than 126 of 144 intervals hold with probability below 10⁻⁴.
+    // If each interval holds with 95 %, fewer than 126 of 144 hold with probability below 10⁻⁴.
     assert!(kept >= 126, "{kept} of 144 intervals hold the truth");
     let off: f64 = found.iter().zip(&truth).map(|(f, t)| f - t).sum::<f64>() / truth.iter().sum::<f64>();
     assert!(off.abs() < 0.01, "the image is {off} off");
@@ -220,7 +222,8 @@ fn threads_and_shares_do_not_change_a_bit() {
     assert_eq!(covered, 3 * 37 * 23);
 }
 
-/// A camera that turns about the middle of a sky sees all of a ring alike.
+/// A camera makes a whole turn, and a lamp covers a quarter of the ring that it sees. Each pixel
+/// has the mean over the ring.
 #[test]
 fn a_whole_turn_sees_the_mean_around() {
     let mut b = builder();
@@ -239,9 +242,9 @@ fn a_whole_turn_sees_the_mean_around() {
     let none = VplSet::new(Vec::new(), Provenance::default());
     let film = film_of(&tracer, &FullSum::new(&none), view(&camera, [3, 3], 1024, 1));
     for found in luminances(&film) {
-        // The lamp emits on both sides of its plane or on one: it is visible for a quarter of the
-        // time, and each end of that quarter decides about one point of a stratified sequence; the
-        // field of view is 1e-3.
+        // If the lamp does not emit towards the camera, the result is 0. Otherwise it is visible
+        // for a quarter of the time. The field of view is 1e-3, so that each end of that quarter
+        // affects only one point of a stratified sequence.
         assert!((found - 0.25).abs() <= 3.0 / 1024.0 || found == 0.0, "{found}");
     }
     assert!(luminances(&film).iter().all(|l| *l > 0.0), "the lamp shines towards the camera");

@@ -1,4 +1,4 @@
-//! Sums over VPLs of moving scenes: each instant has lights and gather points of its own.
+//! Sums over VPLs of moving scenes, in which each instant has separate lights and gather points.
 
 use glam::DVec3;
 use tashika::accel::Tracer;
@@ -26,8 +26,9 @@ fn set_at(tracer: &Tracer, count: u64, instants: u32) -> VplSet {
     VplSet::trace(tracer, &VplOptions { count, instants, seed: 4, ..VplOptions::default() }).unwrap()
 }
 
-/// A blade, a lamp that swings and grows, a pane, and a cloud that shrinks: lights and points of
-/// the wrong times would see other shadows, and other lamps.
+/// A room with a turning blade, a lamp that swings and grows, a pane, and a cloud that shrinks.
+/// Lights or gather points of a wrong time would see other shadows and lamps, and the sum would
+/// differ from the result of paths.
 #[test]
 fn sums_over_instants_are_what_paths_find() {
     for fog in [false, true] {
@@ -35,9 +36,9 @@ fn sums_over_instants_are_what_paths_find() {
     }
 }
 
-/// A spot lights a patch of the floor, and the patch lights the ceiling; a black board passes under
+/// A spot lights a patch of the floor, and the patch lights the ceiling. A black board passes under
 /// the spot for three fifths of the time. The light at the ceiling is two fifths of that without
-/// the board: light paths are of the time of their instant.
+/// the board, because light paths are traced at the time of their instant.
 #[test]
 fn light_that_is_reflected_comes_for_its_share_of_the_time() {
     let lit = |has_board: bool| {
@@ -49,7 +50,8 @@ fn light_that_is_reflected_comes_for_its_share_of_the_time() {
         let spot =
             Emitter::Spot { position: Vec3::Z * 2.0, axis: Vec3::NEG_Z, intensity: Rgb::WHITE, falloff };
         b.add_emitter(spot).unwrap();
-        // It crosses the axis of the spot, and lies in no way from the patch to the visible point.
+        // The board crosses the axis of the spot, but not the segments between the patch and the
+        // visible point.
         let way = if has_board { DVec3::Y * -5.0 } else { DVec3::Z * 0.01 };
         let x = if has_board { -0.3 } else { 8.0 };
         let board = parallelogram(Vec3::new(x, 1.0, 1.5), Vec3::X * 0.6, Vec3::Y * 3.0);
@@ -84,7 +86,7 @@ fn light_that_is_reflected_comes_for_its_share_of_the_time() {
 #[test]
 fn the_finest_cut_is_the_whole_sum() {
     let tracer = moving(true);
-    // Few instants, so that nodes of several points are split.
+    // There are few instants, so that nodes with several points are split.
     let lights = LightSet::new(set_at(&tracer, 150, 3));
     let in_media = lights.set().lights().iter().filter(|l| matches!(l.kind, VplKind::Volume(_))).count();
     assert!(in_media > 3 && lights.set().instants().len() == 3, "{in_media}");
@@ -102,8 +104,8 @@ fn threads_and_tiles_change_no_bit() {
     assert_same_bits(|| moving(true));
 }
 
-/// Each instant has its share of the lights, about evenly, and represents all of the light: every
-/// emitter emits at each of them.
+/// Each instant has about the same number of lights, and they represent all of the light: every
+/// emitter emits at every instant.
 #[test]
 fn each_instant_has_all_of_the_light() {
     let tracer = moving(false);
@@ -118,15 +120,15 @@ fn each_instant_has_all_of_the_light() {
             let from_lamp = |l: &&Vpl| (1.89..1.91).contains(&l.position.y) && l.direction.y < -0.99;
             of_instant.iter().filter(from_lamp).map(|l| f64::from(l.intensity.luminance())).sum::<f64>()
         };
-        // The lamp that stands at the ceiling: its light is exact, by the strata of its draws.
+        // The light of the static lamp at the ceiling is exact, because its draws are stratified.
         let of_lamp = (0..count as usize).map(direct).collect::<Vec<_>>();
         let expected = 4.0 * 0.8 * 0.8;
         assert!(of_lamp.iter().all(|sum| (sum / expected - 1.0).abs() < 0.2), "{count}: {of_lamp:?}");
     }
 }
 
-/// Camera samples have the time of their instant; the instants together have all samples, about
-/// evenly.
+/// Camera samples have the time of their instant. Together the instants have all samples, in about
+/// equal numbers.
 #[test]
 fn gather_points_are_of_the_instants() {
     let tracer = moving(false);
@@ -141,7 +143,7 @@ fn gather_points_are_of_the_instants() {
         }
         assert!(counts.iter().all(|count| (12..=16).contains(count)), "{counts:?}");
         for instant in 0..4 {
-            // Alone, an instant has all samples.
+            // If only one instant is selected, it has all samples.
             let gather = GatherOptions { points: 16, ..view.gather };
             let alone = View { gather, ..view }.pixel_at(&tracer, pixel, &instants.only(instant));
             assert!(alone.points.len() > 12 && alone.points.iter().all(|p| p.instant == instant));

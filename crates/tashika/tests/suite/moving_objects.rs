@@ -1,5 +1,5 @@
-//! Objects that move while the shutter is open: closed forms, the mean of pictures in which they
-//! stand, and refusals.
+//! Objects that move while the shutter is open: closed forms, comparisons with the mean of pictures
+//! of static objects, and refusals.
 
 use std::sync::atomic::AtomicBool;
 
@@ -30,7 +30,7 @@ use crate::sums::directly_lit;
 /// Interval in which the shutter is open (s).
 const SHUTTER: [f64; 2] = [1.0, 2.0];
 
-/// A translation along `way` while the shutter is open.
+/// A translation by `way` while the shutter is open.
 pub fn pushed(way: DVec3) -> Track {
     let keys = [(1.0, DVec3::ZERO), (2.0, way)];
     Track::new(keys.map(|(t, way)| (t, DAffine3::from_translation(way)))).unwrap()
@@ -47,8 +47,8 @@ fn paths(tracer: &Tracer, count: u32, size: [u32; 2], seed: u64) -> Film {
     film(tracer, &PathTracer::new(tracer, PathStop::Count(count), 1000).unwrap(), size, 1, seed)
 }
 
-/// A lamp whose edge at `e` moves `D` pixels to the left. With the box filter, its share of the
-/// pixel of centre `c` is
+/// A lamp moves to the left by `D` pixels; its edge starts at `e`. With the box filter, its share
+/// of a pixel with centre `c` is
 ///
 /// ```text
 /// ∫₀¹ clamp(a − D s, 0, 1) ds = (H(a) − H(a − D)) / D      a = e − c + ½, H(t) = ∫₀ᵗ clamp(x, 0, 1) dx
@@ -80,14 +80,14 @@ fn a_lamp_that_crosses_a_pixel_is_seen_for_its_share_of_the_time() {
     }
 }
 
-/// A camera that looks along `−z` through so narrow a film that all rays are the axis.
+/// Adds a camera that looks along `−z`. Its film is so narrow that all rays are along the axis.
 fn needle(b: &mut SceneBuilder, eye: Vec3) {
     b.add_camera(Camera::look_at("c", eye, eye + Vec3::NEG_Z, Vec3::Y, 1e-4)).unwrap();
 }
 
-/// Compares means of the needle's film with the expected value: that over 16,384 paths, and that of
-/// sums over the emitters at 32 instants, by 20 seeds. 4.4 standard errors are exceeded once in
-/// 10⁵, 7.5 by Student's t of 19 degrees once in 10⁶.
+/// Compares the means of a camera along an axis with the expected value: the mean over 16,384
+/// paths, and that of sums over the emitters at 32 instants with 20 seeds. 4.4 standard errors are
+/// exceeded once in 10⁵; 7.5 by Student's t of 19 degrees of freedom once in 10⁶.
 fn assert_axis(b: SceneBuilder, expected: f64, what: &str) {
     let tracer = tracer(b);
     let mean_of = |film: &Film| {
@@ -108,8 +108,9 @@ fn assert_axis(b: SceneBuilder, expected: f64, what: &str) {
     }
 }
 
-/// A point of a white floor under a point light, 2 m above: `ρ/π · I/d²`. A board passes between
-/// them for three fifths of the time, opaque or of half opacity, and stops its share of the light.
+/// A point of a white floor, 2 m below a point light: `ρ/π · I/d²`. A board passes between them for
+/// three fifths of the time. An opaque board blocks all of the light in that time, a half-opaque
+/// board half of it.
 #[test]
 fn a_board_before_a_lamp_stops_its_share_of_the_light() {
     for opacity in [1.0_f32, 0.5] {
@@ -117,7 +118,7 @@ fn a_board_before_a_lamp_stops_its_share_of_the_light() {
         let floor = parallelogram(Vec3::new(-9.0, -9.0, 0.0), Vec3::X * 18.0, Vec3::Y * 18.0);
         place(&mut b, floor, Material::new("floor", lambert(0.8)));
         b.add_emitter(Emitter::Point { position: Vec3::Z * 2.0, intensity: Rgb::gray(5.0) }).unwrap();
-        // Black, so that nothing comes back from it; the camera looks from below it.
+        // The board is black, so that it reflects no light; the camera is below it.
         let board = parallelogram(Vec3::new(1.0, -1.0, 1.5), Vec3::X * 3.0, Vec3::Y * 2.0);
         let mut black = Material::new("board", lambert(0.0));
         black.alpha = (opacity < 1.0).then(|| Alpha { value: opacity.into(), mode: AlphaMode::Blend });
@@ -128,15 +129,15 @@ fn a_board_before_a_lamp_stops_its_share_of_the_light() {
     }
 }
 
-/// A lamp of half-width `a`, a metre above a floor, that grows from 0.3 to 1.8 m. The radiance
-/// below its middle is
+/// A lamp of half-width `a`, a metre above a floor, grows from 0.3 to 1.8 m. The radiance of the
+/// floor below its centre is
 ///
 /// ```text
 /// ρ/π ∫₀¹ L ∫∫ 1/(1 + x² + y²)² dx dy du      |x|, |y| ≤ a(u) = 0.3 + 1.5 u
 /// ```
 ///
-/// While small it is found by sampling it, while large by reaching it: both densities are of the
-/// time.
+/// While the lamp is small, mostly sampling it finds the light; while it is large, mostly hitting
+/// it by BSDF samples does. Both densities must be those at the time of the path.
 #[test]
 fn a_lamp_that_grows_lights_by_its_size_at_each_time() {
     let mut b = builder();
@@ -157,7 +158,7 @@ fn a_lamp_that_grows_lights_by_its_size_at_each_time() {
     assert_axis(b, 0.8 / std::f64::consts::PI * mean, "a lamp that grows");
 }
 
-/// A slab of an absorbing medium passes the axis for three fifths of the time.
+/// A slab of an absorbing medium crosses the axis for three fifths of the time.
 #[test]
 fn a_medium_that_passes_absorbs_for_its_share_of_the_time() {
     let mut b = builder();
@@ -180,8 +181,8 @@ fn a_medium_that_passes_absorbs_for_its_share_of_the_time() {
     assert_axis(b, 0.4 + 0.6 * f64::from(exp(-2.0 * 0.5)), "absorbed");
 }
 
-/// Track of a turn around an axis through `about`, a way along `way` and a growth by the factor
-/// `growth`, over the shutter's time.
+/// Track over the shutter's interval: a rotation by `turn` around an axis through `about`, a
+/// translation along `way`, and growth by the factor `growth`.
 fn spun(about: DVec3, turn: f64, way: DVec3, growth: f64) -> Track {
     let key = |u: f64| {
         let (sin, cos) = sin_cos_f64(turn * u);
@@ -193,8 +194,8 @@ fn spun(about: DVec3, turn: f64, way: DVec3, growth: f64) -> Track {
     Track::new([key(0.0), key(1.0)]).unwrap()
 }
 
-/// A room in which a blade turns, a lamp swings and grows, a pane slides before the scene behind
-/// it, and a cloud shrinks if there is one: in motion, or standing at a time.
+/// A room in which a blade turns, a lamp swings and grows, a pane slides in front of the scene and,
+/// with fog, a cloud shrinks. The objects are in motion, or static at a given time.
 pub fn workshop(at: Option<f64>, fog: bool) -> Scene {
     let mut b = diffuse_room();
     add_ceiling_lamp(&mut b, 4.0);
@@ -235,9 +236,9 @@ pub fn workshop(at: Option<f64>, fog: bool) -> Scene {
     b.build().unwrap()
 }
 
-/// Compares the picture of moving objects with the mean of pictures in which they stand at their
-/// poses, at the shares of the time passed to `standing`: each pixel over several seeds, within
-/// their common error.
+/// Compares the picture of moving objects with the mean of pictures of static objects. `standing`
+/// returns the scene at a fraction of the shutter's time. Each pixel agrees over several seeds,
+/// within the common error.
 pub fn assert_seen_as_the_mean(what: &str, moving: Scene, standing: impl Fn(f64) -> Scene) {
     const SEEDS: u64 = 12;
     const TIMES: u32 = 12;
@@ -259,9 +260,9 @@ pub fn assert_seen_as_the_mean(what: &str, moving: Scene, standing: impl Fn(f64)
         image.push(difference.iter().sum::<f64>() / pixels as f64);
         differences.iter_mut().zip(difference).for_each(|(m, d)| m.push(d));
     }
-    // Student's t of 11 degrees: 7.5 is exceeded with probability 1.2·10⁻⁵, of 130 numbers with
-    // 2·10⁻³; the seeds are fixed. 0.5 % of the mean allow for the middles of 12 parts in place of
-    // all times.
+    // Student's t of 11 degrees of freedom exceeds 7.5 with probability 1.2·10⁻⁵, and in one of 130
+    // numbers with 2·10⁻³; the seeds are fixed. 0.5 % of the mean allow for the use of 12 midpoints
+    // instead of all times.
     let off = |m: &Moments| m.mean().abs() / (m.standard_error() + 5e-3 * mean);
     let worst = differences.iter().map(off).fold(0.0, f64::max);
     assert!(image.standard_error() < 0.01 * mean, "not sharp: {} of {mean}", image.standard_error());
@@ -282,8 +283,8 @@ fn what_moves_is_seen_as_the_mean_of_where_it_stands() {
     }
 }
 
-/// The paths of reconstructed pictures see objects in motion, and so do the features that determine
-/// which pixels are alike.
+/// In reconstructed pictures, paths see objects in motion. So do the features that determine which
+/// pixels are similar.
 #[test]
 fn paths_of_pictures_are_those_of_the_integrator() {
     const SEEDS: u64 = 12;
@@ -306,7 +307,7 @@ fn paths_of_pictures_are_those_of_the_integrator() {
             image.push(difference.iter().sum::<f64>() / differences.len() as f64);
             differences.iter_mut().zip(difference).for_each(|(m, d)| m.push(d));
         }
-        // As in `what_moves_is_seen_as_the_mean_of_where_it_stands`.
+        // The same rule as in `what_moves_is_seen_as_the_mean_of_where_it_stands`.
         let off = |m: &Moments| m.mean().abs() / m.standard_error();
         let worst = differences.iter().map(off).fold(0.0, f64::max);
         assert!(image.standard_error() < 0.01 * mean, "not sharp: {} of {mean}", image.standard_error());
@@ -346,8 +347,9 @@ fn threads_and_windows_change_no_bit_of_what_moves() {
     }
 }
 
-/// Light transport by VPLs has no time: it refuses moving objects before it begins, and names the
-/// methods that do not, and a time at which all stands still. Paths make the claims of the default.
+/// Light transport by VPLs does not support motion. It refuses moving objects at the start; the
+/// message names the methods that render them, and a time at which everything stands still. The
+/// default method makes its claims by paths.
 #[test]
 fn what_knows_no_time_refuses_what_moves_and_says_what_renders_it() {
     let tracer = Tracer::new(workshop(None, false).into());

@@ -1,4 +1,4 @@
-//! OBJ and MTL files: every statement has the meaning that the format gives it, checked by numbers.
+//! OBJ and MTL files: every statement has the meaning that the format gives it, tested by numbers.
 
 use std::fs;
 
@@ -13,7 +13,7 @@ use tempfile::TempDir;
 
 use crate::cases::lenient;
 
-/// A folder with `files`, of which `scene.obj` is loaded.
+/// Creates a folder with `files` and loads its `scene.obj`.
 fn load_in(files: &[(&str, &[u8])]) -> (TempDir, Result<Scene>) {
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in files {
@@ -33,7 +33,7 @@ pub fn load_obj(text: &str) -> Scene {
     load(&[("scene.obj", text.as_bytes())])
 }
 
-/// A triangle of the material `m`, described by `mtl`.
+/// A triangle with the material `m`, described by `mtl`.
 pub fn load_material(mtl: &str, images: &[(&str, &[u8])]) -> Scene {
     let obj = b"mtllib scene.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n";
     let text = format!("newmtl m\n{mtl}");
@@ -46,7 +46,7 @@ fn material(mtl: &str) -> Material {
     load_material(mtl, &[]).materials()[0].clone()
 }
 
-/// A PNG of `width` texels a row.
+/// A PNG with `width` texels per row.
 pub fn png(width: u32, texels: &[[u8; 4]]) -> Vec<u8> {
     let raw: Vec<u8> = texels.concat();
     let picture = image::RgbaImage::from_raw(width, texels.len() as u32 / width, raw).unwrap();
@@ -133,7 +133,7 @@ fn concave_polygons_keep_their_area_and_direction() {
         let triangles = corners(&scene.meshes()[0]);
         let areas: Vec<f32> = triangles.iter().map(|t| 0.5 * double_area(*t).dot(normal)).collect();
         assert!(areas.iter().all(|&a| a > 0.0), "{areas:?}");
-        // A fan would cover 9 − 2 + overlaps; coordinates are wrong by 2⁻²⁴ of 3.
+        // A fan would cover 9 − 2 plus its overlaps. Coordinates have an error of 2⁻²⁴ of 3.
         assert!((areas.iter().sum::<f32>() - 7.0).abs() < 1e-5, "{areas:?}");
         assert_eq!(messages(&scene).len(), 2, "material and camera: {:?}", messages(&scene));
     }
@@ -193,8 +193,8 @@ fn meshes_follow_materials_in_the_order_of_their_first_face() {
     assert_eq!(note(&scene, "faces without material").unwrap().kind, NoteKind::Defaulted);
 }
 
-/// A unit cube around the origin whose faces are cut along diagonals, so that the numbers of
-/// triangles at its corners differ.
+/// A unit cube around the origin. Its faces are cut along diagonals, so that its corners have
+/// different numbers of triangles.
 fn cube() -> String {
     let mut text = String::new();
     for i in 0..8 {
@@ -213,8 +213,8 @@ fn smoothing_does_not_depend_on_how_faces_are_cut() {
     let mesh = &scene.meshes()[0];
     assert_eq!(mesh.positions().len(), 8);
     for (p, n) in mesh.positions().iter().zip(mesh.normals()) {
-        // Weights by area, or none, are wrong by 0.1 and more; these are sums of a few rounded
-        // angles.
+        // Without weights, or with weights by area, the normals are wrong by 0.1 and more. The
+        // tolerance covers sums of a few rounded angles.
         assert!((p.normalize() - *n).length() < 1e-6, "{p}: {n}");
     }
 }
@@ -247,13 +247,13 @@ fn smoothing_groups_end_at_their_edges() {
 
 #[test]
 fn smoothing_weighs_reflex_corners_by_their_whole_angle() {
-    // An L in the plane z = 0 with its reflex corner (1, 1), where a wall x = 1 stands on it.
+    // An L in the plane z = 0 with a reflex corner at (1, 1). A wall x = 1 stands on this corner.
     let text = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nv 1 1 1\nv 1 2 1\n\
                 s 1\nf 1 2 3 4 5 6\nf 4 5 8 7\n";
     let scene = load_obj(text);
     let mesh = &scene.meshes()[0];
     let at = mesh.positions().iter().position(|p| *p == Vec3::new(1.0, 1.0, 0.0)).unwrap();
-    // 270° of the floor and 90° of the wall.
+    // The floor has an angle of 270° at the corner, the wall one of 90°.
     let expected = Vec3::new(1.0, 0.0, 3.0).normalize();
     assert!((mesh.normals()[at] - expected).length() < 1e-6, "{}", mesh.normals()[at]);
 }
@@ -309,7 +309,7 @@ fn what_is_left_out_is_noted_once_with_its_first_line_and_count() {
         assert_eq!((n.kind, n.first.line, n.count), (kind, Some(line), count), "{part}");
     }
     assert_eq!(scene.instanced_triangles(), 1);
-    // Those above, and the defaults for material and camera.
+    // The expected notes, and the defaults for material and camera.
     assert_eq!(messages(&scene).len(), expected.len() + 2, "{:?}", messages(&scene));
 }
 
@@ -491,7 +491,7 @@ fn materials_emit_and_let_light_through() {
     }
 }
 
-/// Two rows of two texels: red, green above blue, white.
+/// Two rows of two texels: red and green above blue and white.
 fn four_colors() -> Vec<u8> {
     png(2, &[[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255, 255, 255, 255]])
 }
@@ -511,7 +511,8 @@ fn images_stand_upright_on_their_coordinates() {
     let scene = load(&[("scene.obj", obj), ("a.mtl", mtl), ("my picture.png", &four_colors())]);
     let color = base(&scene.materials()[0]);
     let at: Vec<Rgb> = scene.meshes()[0].uvs().iter().map(|&uv| color.at(scene.textures(), uv)).collect();
-    // Low left is blue, low right white, high left red; all times Kd.
+    // The colours are blue at the lower left, white at the lower right, red at the upper left; all
+    // times Kd.
     assert_eq!(at, [Rgb::new(0.0, 0.0, 1.0), Rgb::new(1.0, 0.5, 1.0), Rgb::new(1.0, 0.0, 0.0)]);
 }
 
@@ -642,7 +643,7 @@ fn a_missing_image_is_told_at_the_line_of_its_statement() {
     let told = note(&scene, "gone.png").unwrap();
     assert_eq!((told.kind, told.first.line), (NoteKind::Missing, Some(4)));
     assert_eq!(told.first.item.as_deref(), Some("newmtl m"));
-    // An equal definition on other lines is the same material.
+    // An equal definition of the same material on other lines gives no note.
     let twice = "map_Kd a.png\nnewmtl m\n\nmap_Kd a.png\n";
     assert!(note(&load_material(twice, &[]), "defined again").is_none());
 }
@@ -676,7 +677,7 @@ fn a_slip_is_refused_with_the_name_that_was_meant() {
         let said = refusal(&obj, mtl);
         assert!(said.contains(expected), "{said}");
     }
-    // Numbered names, and keywords that differ in meaning, are notes.
+    // Numbered names, and keywords that differ in meaning, give notes and not errors.
     let scene = load(&[
         ("scene.obj", format!("mtllib scene.mtl\n{triangle}usemtl wall_2\nf 1 2 3\n").as_bytes()),
         ("scene.mtl", b"newmtl wall_1\nmap_Tr a.png\n"),

@@ -1,4 +1,4 @@
-//! Every row of the OBJ loader's table, in files of its own.
+//! Every row of the OBJ loader's table, each in separate files.
 
 use tashika::io::{Feature, Support, features};
 use tashika::scene::{NormalInput, NoteKind, Pixels, Scene};
@@ -39,7 +39,7 @@ fn example(kind: &str, name: &str) -> Scene {
                 (_, "call") => "call b.obj",
                 _ => panic!("no example of {name}"),
             };
-            // The scene of a material has usemtl and mtllib.
+            // The scene of a material already has usemtl and mtllib.
             if statement.is_empty() {
                 material("Kd 1")
             } else {

@@ -1,7 +1,7 @@
-//! Light from infinity through panes of solid glass, against closed forms.
+//! Light from infinity through panes of solid glass, compared with closed forms.
 //!
-//! A face reflects `F`. The transmittance of `n` faces is `(1 − F)ⁿ` without reflections, and
-//! `(1 − F) / (1 + (n − 1) F)` with all reflections between them (Stokes 1862).
+//! A face reflects `F`. The transmittance of `n` faces is `(1 − F)ⁿ` without interreflection, and
+//! `(1 − F) / (1 + (n − 1) F)` with all interreflections between them (Stokes 1862).
 
 use std::f64::consts::{PI, TAU};
 
@@ -25,10 +25,10 @@ const REFLECTANCE: f64 = 0.5;
 const IOR: f32 = 1.5;
 /// Relative error requested for each pixel.
 const ERROR: f64 = 0.1;
-/// Permitted error of a mean in standard errors: exceeded by chance with probability 10⁻⁶.
+/// Permitted error of a mean in standard errors, exceeded by chance with probability 10⁻⁶.
 const Z: f64 = 4.9;
 
-/// Returns a tile of a centimetre that fills the picture of a camera a metre above it.
+/// Returns a tile of one centimetre that fills the picture of a camera a metre above it.
 fn tile() -> SceneBuilder {
     let mut b = builder();
     let tile = parallelogram(Vec3::new(-5e-3, 0.0, -5e-3), Vec3::Z * 1e-2, Vec3::X * 1e-2);
@@ -44,7 +44,7 @@ fn add_glass(b: &mut SceneBuilder, mesh: MeshData) {
     place(b, mesh, Material::new("pane", glass));
 }
 
-/// Adds a pane of ten centimetres above camera and tile.
+/// Adds a pane of glass, ten centimetres thick, above camera and tile.
 fn add_pane(b: &mut SceneBuilder, height: f32) {
     add_glass(b, cuboid(Vec3::new(-50.0, height, -50.0), Vec3::new(50.0, height + 0.1, 50.0), false));
 }
@@ -64,15 +64,17 @@ fn films(tracer: &Tracer) -> Vec<(&'static str, Film)> {
     .collect()
 }
 
-/// Asserts the mean of the pixels, and the standard deviation of pixels of 64 paths, relative.
+/// Asserts the mean of the pixels, and an upper bound on the relative standard deviation of pixels
+/// of 64 paths.
 fn assert_mean(tracer: &Tracer, expected: f64, most_deviation: f64) {
     for (name, film) in films(tracer) {
         let mut pixels = Moments::default();
         film.colors().unwrap().for_each(|color| pixels.push(color.r.into()));
         let (mean, error) = (pixels.mean(), pixels.standard_error());
-        // Rounding of a radiance that is equal in all pixels. Pixels with a claim end before they
-        // have met rare light, and those of audited pictures share samples: both err by less than
-        // requested.
+        // Error that the standard error does not include. In `paths` it is the rounding of a
+        // radiance that is equal in all pixels. Pixels with a claim may end before they have
+        // sampled rare light, and pixels of audited pictures share samples: both have a smaller
+        // error than requested.
         let own = if name == "paths" { 1e-5 } else { 0.5 * ERROR };
         let tolerance = Z * error + own * expected;
         assert!((mean - expected).abs() <= tolerance, "{name}: {mean} ± {error} for {expected}");
@@ -83,13 +85,13 @@ fn assert_mean(tracer: &Tracer, expected: f64, most_deviation: f64) {
     }
 }
 
-/// Returns the reflectance of a face for light at an angle of this cosine.
+/// Returns the reflectance of a face for light with the given cosine of the angle of incidence.
 fn reflected(cos: f64) -> f64 {
     fresnel::dielectric(cos as f32, IOR).into()
 }
 
-/// In light of radiance 1 from everywhere panes change nothing: light that they block is replaced
-/// by light that they reflect.
+/// Panes in light of radiance 1 from everywhere. They change nothing, because they reflect as much
+/// light as they block.
 #[test]
 fn panes_in_even_light_change_nothing() {
     for panes in [1, 2] {
@@ -100,8 +102,9 @@ fn panes_in_even_light_change_nothing() {
     }
 }
 
-/// A sky of one bright texel, 5.6° wide: directions by the BSDF meet it once in 800, and pixels of
-/// 64 paths would vary by 350 % if nothing else found it.
+/// A sky with one bright texel, 5.6° wide, above panes. Directions from the BSDF hit it once in 800
+/// times, so pixels of 64 paths would vary by 350 % without other sampling. The deviation is much
+/// smaller.
 #[test]
 fn a_small_sun_is_found_through_panes() {
     let (width, height) = (64, 32);
@@ -109,7 +112,7 @@ fn a_small_sun_is_found_through_panes() {
     let pixels = Pixels::Float((0..width * height).map(|k| [if k == at { 1e3 } else { 0.0 }; 3]).collect());
     let image = Image { name: "sun".into(), width, height, pixels };
     let environment = Environment::lat_long(image, Rgb::WHITE, Mat3::IDENTITY);
-    // Midpoints of `(cos θ, φ)`, about the vertical.
+    // Midpoints in `(cos θ, φ)`, with the vertical as axis.
     const STEPS: [u32; 2] = [2000, 4000];
     let mut irradiance = [0.0; 3];
     for step in 0..STEPS[0] {
@@ -125,7 +128,7 @@ fn a_small_sun_is_found_through_panes() {
             .sum();
         let of_step = around * TAU / f64::from(STEPS[1]) * cos / f64::from(STEPS[0]);
         for (panes, sum) in irradiance.iter_mut().enumerate() {
-            // Transmittance of these faces, with the light between all of them.
+            // Transmittance of these faces with all interreflections between them.
             let faces = 2.0 * panes as f64;
             *sum += of_step * (1.0 - face) / (1.0 + (faces - 1.0) * face);
         }
@@ -138,8 +141,8 @@ fn a_small_sun_is_found_through_panes() {
     }
 }
 
-/// No path meets a sun without extent: it is sampled, and arrives as far as faces do not reflect
-/// it.
+/// A sun without extent above panes, which no path can hit. It is sampled, and the tile receives
+/// the part that the faces do not reflect.
 #[test]
 fn a_single_direction_is_found_through_panes() {
     let irradiance = Rgb::gray(10.0);
@@ -148,7 +151,7 @@ fn a_single_direction_is_found_through_panes() {
         let mut b = tile();
         (0..panes).for_each(|k| add_pane(&mut b, 1.0 + k as f32));
         if turned {
-            // A wedge bends all light, so that none arrives.
+            // A wedge deflects all light, so that none arrives.
             let faces = cuboid(Vec3::new(-50.0, 3.0, -50.0), Vec3::new(50.0, 4.0, 50.0), false);
             let lean = |p: &Vec3| if p.y > 3.5 { *p + Vec3::Y * 0.01 * p.x } else { *p };
             let positions = faces.positions.iter().map(lean).collect();

@@ -1,5 +1,5 @@
-//! Claims of the default method about scenes that need paths, compared with converged pictures and
-//! with other seeds.
+//! Scenes in which the default method needs paths. Its claims are compared with converged pictures
+//! and with other seeds.
 
 use std::sync::Arc;
 
@@ -34,8 +34,8 @@ fn paths(film: &Film) -> &[f32] {
     film.plane(planes::PAIRS).unwrap().f32_samples().unwrap()
 }
 
-/// Share of pixels whose interval holds the value of another film. Its half-width is the root of
-/// the sum of both squared half-widths.
+/// Share of pixels whose interval contains the value of another film. The half-width of the
+/// comparison is the root of the sum of both squared half-widths.
 fn holding(film: &Film, other: &Film) -> f64 {
     let values = [film, other].map(luminances);
     let widths = [film, other].map(|film| {
@@ -46,9 +46,10 @@ fn holding(film: &Film, other: &Film) -> f64 {
     (0..values[0].len()).filter(holds).count() as f64 / values[0].len() as f64
 }
 
-/// Pixels claim, end because their interval is narrow enough, and their intervals hold the result
-/// of paths of nine times the work, and those of other seeds. Over three films of 80 pixels each
-/// the expected share is 95 %, and 91 % or fewer hold once in two hundred times.
+/// Fog and motion: pixels end when their interval is narrow enough, and they have claims. The
+/// intervals contain the result of paths with nine times the work, and those of other seeds. Over
+/// three films of 80 pixels each the expected share is 95 %; a share of 91 % or less has
+/// probability 1/200.
 #[test]
 fn what_is_claimed_of_fog_and_of_what_moves_is_so() {
     for (name, scene) in scenes() {
@@ -75,7 +76,8 @@ fn what_is_claimed_of_fog_and_of_what_moves_is_so() {
     }
 }
 
-/// Statistics of a neighbourhood do not depend on the pixel that uses them first.
+/// Statistics of a neighbourhood do not depend on the pixel that requests them first, so that
+/// threads and parts do not change the result.
 #[test]
 fn threads_and_shares_change_no_bit_of_what_is_claimed() {
     let tracer = Tracer::new(Arc::new(foggy_room()));
@@ -88,7 +90,8 @@ fn threads_and_shares_change_no_bit_of_what_is_claimed() {
     assert!(there.clone().count() > 0 && there.clone().all(|(part, whole)| part == whole));
 }
 
-/// Without a requested error the work is limited, and each pixel states the error that it has.
+/// Without a requested error the work is limited, and each pixel states the error that it has
+/// reached.
 #[test]
 fn without_an_error_it_is_a_picture_that_says_what_it_is_worth() {
     let tracer = Tracer::new(Arc::new(foggy_room()));

@@ -16,7 +16,7 @@ use tempfile::TempDir;
 
 use crate::cases::lenient;
 
-/// Beginning of a scene, in each version of the format.
+/// Start of a scene, in each version of the format.
 pub const V3: &str = "Film \"image\" Camera \"perspective\" WorldBegin\n";
 pub const V4: &str = "Film \"rgb\" Camera \"perspective\" WorldBegin\n";
 
@@ -24,8 +24,8 @@ pub const V4: &str = "Film \"rgb\" Camera \"perspective\" WorldBegin\n";
 pub const TRIANGLE: &str =
     " Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point3 P\" [0 0 0 1 0 0 0 1 0]\n";
 
-/// A NanoVDB file whose grid `density` is active at the indices 0 and 1 of all axes, half a metre
-/// apart: a root with nothing but a tile of 3.
+/// A NanoVDB file with a grid `density`. Its root has only one tile of value 3. The active indices
+/// are 0 and 1 on all axes, half a metre apart.
 pub fn nvdb() -> Vec<u8> {
     let mut grid = vec![0; 672 + 64 + 64 + 32];
     let mut put = |at: usize, value: &[u8]| grid[at..at + value.len()].copy_from_slice(value);
@@ -48,7 +48,7 @@ pub fn nvdb() -> Vec<u8> {
     file
 }
 
-/// A folder in which scenes are written.
+/// Folder in which scenes are written and loaded.
 pub struct Folder(pub TempDir);
 
 impl Folder {
@@ -59,8 +59,8 @@ impl Folder {
     pub fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
         let path = self.0.path().join(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
-        // Some file systems flush a file that is rewritten in place, which is slow; a new one costs
-        // nothing.
+        // Rewriting a file in place makes some file systems flush it, which is slow. A new file
+        // does not.
         let _ = fs::remove_file(&path);
         fs::write(path, bytes).unwrap();
     }
@@ -71,12 +71,12 @@ impl Folder {
     }
 }
 
-/// The scene of a text that needs no other files.
+/// Scene of a text that needs no other files.
 pub fn scene(text: &str) -> Scene {
     Folder::new().load(text).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
-/// Message by which a text is refused, without the folder.
+/// Message of the error for a text, without the folder's name.
 pub fn refusal(text: &str) -> String {
     let folder = Folder::new();
     let error = folder.load(text).unwrap_err().to_string();
@@ -94,7 +94,7 @@ pub fn noted(scene: &Scene, kind: NoteKind, start: &str) -> bool {
     notes(scene).iter().any(|(k, message)| *k == kind && message.starts_with(start))
 }
 
-/// World position of a point of the first instance.
+/// World position of a point in the space of the first instance.
 fn placed(scene: &Scene, point: [f32; 3]) -> Vec3 {
     scene.instances()[0].to_world.transform_point3(point.into())
 }
@@ -105,7 +105,7 @@ fn close(a: Vec3, b: [f32; 3]) -> bool {
 
 #[test]
 fn the_format_is_told_by_what_the_files_use() {
-    // The size of films without one differs: 640×480 and 1280×720.
+    // The default size of a film differs: 640×480 and 1280×720.
     for (text, width) in [
         ("Camera \"perspective\" WorldBegin Material \"matte\"", 640),
         ("Camera \"perspective\" WorldBegin Material \"diffuse\"", 1280),
@@ -133,7 +133,7 @@ fn transforms_multiply_from_the_right_in_the_order_of_the_text() {
         ("Translate 1 2 3 Identity", [1.0, 1.0, 1.0]),
         ("Translate 1 2 3 TransformBegin Scale 2 2 2 TransformEnd", [2.0, 3.0, 4.0]),
         ("Translate 1 2 3 CoordinateSystem \"a\" Identity CoordSysTransform \"a\"", [2.0, 3.0, 4.0]),
-        // Half of the way, in the middle of the time.
+        // In the middle of the time, half of the motion.
         ("ActiveTransform EndTime Translate 1 2 3 ActiveTransform All", [1.5, 2.0, 2.5]),
         ("ActiveTransform StartTime Translate 1 2 3", [1.5, 2.0, 2.5]),
     ] {
@@ -237,7 +237,7 @@ fn objects_are_kept_once_and_placed_by_both_transforms() {
     }
 }
 
-/// The ray through a place of the film, in fractions from the top left.
+/// Ray through a point of the film, given in fractions from the top left.
 fn ray(scene: &Scene, x: f32, y: f32) -> (Vec3, Vec3) {
     let camera = &scene.cameras()[0];
     let size = camera.resolution.unwrap();
@@ -251,14 +251,14 @@ fn cameras_show_x_to_the_right_of_z_and_mirrors_as_the_file_asks() {
     let film = "Film \"rgb\" \"integer xresolution\" 400 \"integer yresolution\" 200";
     let head =
         |before: &str, camera: &str| scene(&format!("{film} {before} Camera {camera} WorldBegin {TRIANGLE}"));
-    // Without a transform pbrt looks along +z with +x to the right: a mirror for right-handed eyes.
+    // Without a transform pbrt looks along +z with +x to the right, a left-handed frame.
     let plain = head("", "\"perspective\" \"float fov\" 90");
     assert!(close(ray(&plain, 0.5, 0.5).1, [0.0, 0.0, 1.0]));
     let (_, corner) = ray(&plain, 1.0, 0.0);
     assert!(close(corner / corner.z, [2.0, 1.0, 1.0]), "fov is that of the shorter side: {corner}");
     let look_at = head("LookAt 1 2 3  1 2 -7  0 1 0", "\"perspective\"");
     assert!(close(ray(&look_at, 0.5, 0.5).0, [1.0, 2.0, 3.0]));
-    // Looking along −z, right is cross(up, forward) = −x: pbrt's frame is left-handed.
+    // Looking along −z, pbrt's right is cross(up, forward) = −x: its frame is left-handed.
     assert!(ray(&look_at, 1.0, 0.5).1.x < 0.0 && ray(&look_at, 0.5, 0.0).1.y > 0.0);
     let mirrored = head("Scale -1 1 1 LookAt 1 2 3  1 2 -7  0 1 0", "\"perspective\"");
     assert!(ray(&mirrored, 1.0, 0.5).1.x > 0.0 && ray(&mirrored, 0.5, 0.0).1.y > 0.0);
@@ -344,7 +344,8 @@ fn shapes_emit_on_the_side_that_pbrt_gives_them() {
         assert_eq!(emits("", TRIANGLE), up);
         assert_eq!(emits("ReverseOrientation", TRIANGLE), down);
         assert_eq!(emits("ReverseOrientation ReverseOrientation", TRIANGLE), up);
-        // pbrt's exclusive or makes up for corners that a mirror turns around.
+        // In pbrt, a mirror reverses the order of the corners; the exclusive or with its handedness
+        // undoes that.
         assert_eq!(emits("Scale -1 1 1", TRIANGLE), up);
         assert_eq!(emits("Scale -1 1 1 ReverseOrientation", TRIANGLE), down);
         assert_eq!(emits("Scale 1 1 -1", TRIANGLE), down);
@@ -367,7 +368,7 @@ fn shapes_have_the_texture_coordinates_of_pbrt_with_v_down() {
     assert_eq!(uvs(&given), [Vec2::new(0.0, 1.0), Vec2::new(0.5, 1.0), Vec2::new(0.0, 0.75)]);
     let defaults = [Vec2::new(0.0, 1.0), Vec2::new(1.0, 1.0), Vec2::new(1.0, 0.0)];
     assert_eq!(uvs(TRIANGLE), defaults);
-    // Two triangles that share corners: each has the defaults.
+    // Two triangles that share corners each get the default coordinates.
     let quad =
         "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [0 0 0 1 0 0 1 1 0 0 1 0]";
     assert_eq!(uvs(quad), [defaults, defaults].concat());
@@ -459,7 +460,7 @@ fn includes_are_found_from_the_main_folder_beside_and_compressed() {
     for instance in scene.instances() {
         assert!(close(instance.to_world.translation.into(), [1.0, 1.0, 1.0]));
     }
-    // Import restores transform and material, and its definitions stay.
+    // After Import, transform and material are restored; its definitions remain.
     folder.write(
         "f.pbrt",
         "Translate 9 9 9 MakeNamedMaterial \"m\" \"string type\" \"diffuse\" AttributeBegin",

@@ -59,7 +59,7 @@ fn lights_without_extent_follow_their_parameters() {
     assert!(close(intensity, [10.0 / 1.991_787; 3], 1e-4), "{intensity:?}");
     let Emitter::Spot { falloff: old, .. } = only(V3, &format!("{spot} WorldEnd")) else { panic!() };
     assert_eq!(old.shape, FalloffShape::Fourth);
-    // Half of the way between the cosines.
+    // At the midpoint between the two cosines.
     assert!((old.at(0.683_012_7) - 0.0625).abs() < 1e-5, "{}", old.at(0.683_012_7));
 
     let distant = "Rotate 90 0 0 1 LightSource \"distant\" \"point3 from\" [1 0 0] \"point3 to\" [0 0 0] \"rgb L\" [3 2 1]";
@@ -89,7 +89,7 @@ fn lights_of_shapes_have_the_radiance_or_the_power_asked_for() {
         [1.0, 20.0, 300.0],
         0.0
     ));
-    // The triangle has an area of 1/2, in a world twice as large of 2.
+    // The triangle has an area of 1/2. In a world that is scaled by two its area is 2.
     let power = "\"float power\" 10";
     let expected = 10.0 / (0.5 * std::f32::consts::PI);
     assert!(close(radiance(V4, power, TRIANGLE), [expected; 3], 1e-6));
@@ -99,7 +99,7 @@ fn lights_of_shapes_have_the_radiance_or_the_power_asked_for() {
         [expected / 2.0; 3],
         1e-6
     ));
-    // Light and alpha belong to the shape: one material for each combination.
+    // Light and alpha belong to the shape: each combination becomes a material.
     let text = format!("{V4} {TRIANGLE} AreaLightSource \"diffuse\" {TRIANGLE} {TRIANGLE}");
     assert_eq!(scene(&text).materials().len(), 2);
     let black = scene(&format!("{V4} AreaLightSource \"diffuse\" \"rgb L\" [0 0 0] {TRIANGLE}"));
@@ -126,7 +126,7 @@ fn spectra_become_the_colours_that_pixels_show() {
     assert!((flat.luminance() - 5.0).abs() < 0.02, "{flat:?}");
     // White of Rec. 709 is D65: X Y Z = 0.9505 1 1.089.
     assert!(close(light(V3, "\"xyz I\" [0.9505 1 1.089]"), [1.0; 3], 1e-3));
-    // A reflectance of 1 is white in every space; light of ACES has the warmer white of ACES.
+    // A reflectance of 1 is white in every space; light of ACES keeps its warmer white.
     let reflectance = |space: &str, rgb: &str| {
         let text = format!(
             "ColorSpace \"{space}\" Material \"diffuse\" \"rgb reflectance\" {rgb} ColorSpace \"srgb\""
@@ -137,7 +137,7 @@ fn spectra_become_the_colours_that_pixels_show() {
     for space in ["srgb", "rec2020", "dci-p3", "aces2065-1"] {
         assert!(close(Rgb::from(reflectance(space, "[0.5 0.5 0.5]")), [0.5; 3], 1e-5), "{space}");
     }
-    // By the matrix of ITU-R BT.2087-0, inverse.
+    // By the inverse of the matrix of ITU-R BT.2087-0.
     let green = Rgb::from(reflectance("rec2020", "[0.3 0.4 0.3]"));
     assert!(close(green, [0.2412, 0.4133, 0.2899], 2e-4), "{green:?}");
     let warm = light(V4, "\"rgb I\" [1 1 1]");
@@ -159,7 +159,7 @@ fn spectra_become_the_colours_that_pixels_show() {
     }
 }
 
-/// A picture of `width` × `height` linear texels, as a Radiance file.
+/// A Radiance file of `width` × `height` linear texels.
 fn hdr(width: u32, height: u32, texel: impl Fn(u32, u32) -> [f32; 3]) -> Vec<u8> {
     let picture = DynamicImage::from(ImageBuffer::from_fn(width, height, |x, y| Texel(texel(x, y))));
     let mut bytes = std::io::Cursor::new(Vec::new());
@@ -167,7 +167,8 @@ fn hdr(width: u32, height: u32, texel: impl Fn(u32, u32) -> [f32; 3]) -> Vec<u8>
     bytes.into_inner()
 }
 
-/// A PNG of two columns and rows: black except for the top left texel, opacity 255 or 128.
+/// A PNG of two columns and two rows. The top left texel is bright, the others are black; the
+/// opacity is 255 or 128.
 fn png(opacity: u8) -> Vec<u8> {
     let picture = DynamicImage::from(ImageBuffer::from_fn(2, 2, |x, y| {
         let v = if (x, y) == (0, 0) { 255 } else { 0 };
@@ -181,21 +182,21 @@ fn png(opacity: u8) -> Vec<u8> {
 #[test]
 fn lights_at_infinity_are_turned_as_each_format_turns_them() {
     let folder = Folder::new();
-    // pbrt-v3: rows from the pole +z, columns from +x towards +y. The bright texel is at φ = 90°, θ
-    // = 90°.
+    // pbrt-v3: rows begin at the pole +z, columns at +x and turn towards +y. The bright texel is at
+    // φ = 90°, θ = 90°.
     folder.write("lat.hdr", hdr(16, 9, |x, y| if (x, y) == (4, 4) { [1.0, 0.5, 0.25] } else { [0.0; 3] }));
     let radiance = |text: &str, direction: [f32; 3]| {
         let scene = folder.load(text).unwrap();
         scene.environment().unwrap().radiance(Vec3::from(direction).normalize())
     };
-    // The texel's centre, half a texel beyond 90°.
+    // Direction of the texel's centre, half a texel beyond 90°.
     let (sin, cos) = sin_cos(4.5 / 16.0 * std::f32::consts::TAU);
     let map = "LightSource \"infinite\" \"string mapname\" \"lat.hdr\" \"rgb L\" [2 2 2] WorldEnd";
     assert!(close(radiance(&format!("{V3} {map}"), [cos, sin, 0.0]), [2.0, 1.0, 0.5], 0.02));
     assert!(radiance(&format!("{V3} {map}"), [-cos, -sin, 0.0]).is_black());
     assert!(close(radiance(&format!("{V3} Rotate 90 0 0 1 {map}"), [-sin, cos, 0.0]), [2.0, 1.0, 0.5], 0.02));
     assert!(close(radiance(&format!("{V3} Scale -2 2 2 {map}"), [-cos, sin, 0.0]), [2.0, 1.0, 0.5], 0.02));
-    // Up in the picture is +z.
+    // The top of the picture is +z.
     folder.write("up.hdr", hdr(8, 4, |_, y| [f32::from(u8::from(y == 0)); 3]));
     let up = "LightSource \"infinite\" \"string mapname\" \"up.hdr\" WorldEnd";
     assert!(close(radiance(&format!("{V3} {up}"), [0.01, 0.0, 1.0]), [1.0; 3], 0.02));
@@ -217,7 +218,7 @@ fn lights_at_infinity_are_turned_as_each_format_turns_them() {
     assert!(noted(&scene, NoteKind::Ignored, "further maps"));
 }
 
-/// The one material of a text in a folder with the images `a.png` (opaque) and `b.png` (half
+/// The only material of a text. Its folder has the images `a.png` (opaque) and `b.png` (half
 /// transparent).
 fn material(head: &str, text: &str) -> (Scene, Surface) {
     let folder = Folder::new();
@@ -316,7 +317,7 @@ fn materials_made_of_parts_keep_their_sum() {
     let alpha = scene.materials().last().unwrap().alpha.unwrap();
     assert!((value(alpha.value) - 0.25).abs() < 1e-6);
 
-    // The amount is that of the first material in pbrt-v3 and of the second in pbrt-v4.
+    // The amount is the share of the first material in pbrt-v3 and of the second in pbrt-v4.
     let named = |name: &str, class: &str| format!("MakeNamedMaterial \"{name}\" \"string type\" \"{class}\"");
     let (scene, surface) = material(
         V3,
@@ -449,7 +450,7 @@ fn textures_are_decoded_as_each_format_says() {
     };
     assert!(is_srgb(V3, "") && !is_srgb(V3, "\"bool gamma\" \"false\"") && is_srgb(V4, ""));
     assert!(!is_srgb(V4, "\"string encoding\" \"linear\"") && is_srgb(V4, "\"string encoding\" \"sRGB\""));
-    // In pbrt-v4, the number of an image with opacity is its opacity.
+    // In pbrt-v4, a number from an image with opacity is the opacity.
     let channel = |head: &str, image: &str| {
         let text = format!("Texture \"a\" \"float\" \"imagemap\" \"string filename\" \"{image}\"");
         let folder = Folder::new();
@@ -496,7 +497,7 @@ fn textures_combine() {
         combined("\"mix\" \"rgb tex1\" [0 0 0] \"rgb tex2\" [1 1 0] \"float amount\" 0.5"),
         [[0.5, 0.5, 0.0]; 2]
     );
-    // Colours and numbers have names of their own.
+    // Textures of colours and of numbers may have the same name.
     let (scene, surface) = material(
         V4,
         "Texture \"t\" \"float\" \"constant\" \"float value\" 0.1 Material \"diffuse\" \"texture reflectance\" \"t\"",
@@ -534,10 +535,10 @@ fn materials_have_textured_roughness_bumps_and_normal_maps() {
     assert_eq!(bumped(V4, "\"diffuse\""), None);
 }
 
-/// The grid of a medium.
+/// Parameter of a medium with a grid of one cell.
 const ONE_CELL: &str = "\"float density\" 2";
 
-/// A scene with one feature of the table, and no other that is not fully supported.
+/// A scene with one feature of the table. All of its other features are fully supported.
 pub fn scene_with(feature: &Feature) -> String {
     let Feature { kind, name, .. } = feature;
     let of_v3 = [

@@ -1,8 +1,8 @@
-//! pbrt's cameras that see all around: every point of the film has the direction of pbrt's own
+//! pbrt's cameras that see all directions: every point of the film has the direction of pbrt's
 //! formula.
 //!
-//! The formulas are written out here from the format's description, in its left-handed frame, and
-//! share nothing with the layouts of the library except the octahedron's known directions.
+//! The formulas are written out here from the format's description, in its left-handed frame. They
+//! share no code with the library, except the known directions of the octahedron.
 
 use std::f32::consts::PI;
 
@@ -14,7 +14,7 @@ use crate::pbrt::{TRIANGLE, notes, scene};
 
 const FILM: &str = "Film \"image\" \"integer xresolution\" 400 \"integer yresolution\" 200 ";
 
-/// The direction of a place of the film, in fractions from the top left.
+/// Direction through a point of the film, given in fractions from the top left.
 fn direction(scene: &Scene, u: f32, v: f32) -> Vec3 {
     let camera = &scene.cameras()[0];
     let size = camera.resolution.expect("the film's");
@@ -40,8 +40,8 @@ fn latitudes_and_longitudes_are_those_of_pbrt() {
             let (found, expected) = (direction(&plain, u, v), by_angles(u, v));
             assert!((found - expected).length() < 1e-5, "{words} at {u}, {v}: {found} for {expected}");
         }
-        // From (1, 2, 3) along −z: pbrt's x, to the right of its perspective picture, is −x of the
-        // world here.
+        // A camera at (1, 2, 3) that looks along −z. pbrt's x, which is to the right in its
+        // perspective picture, is −x of the world here.
         let placed = camera("LookAt 1 2 3  1 2 -7  0 1 0", words);
         assert_eq!(placed.cameras()[0].position(), Vec3::new(1.0, 2.0, 3.0));
         for (u, v, expected) in [(0.25, 0.5, Vec3::NEG_Z), (0.0, 0.5, Vec3::NEG_X), (0.4, 0.0, Vec3::Y)] {
@@ -56,8 +56,8 @@ fn latitudes_and_longitudes_are_those_of_pbrt() {
 fn equal_areas_are_those_of_pbrt() {
     for words in ["\"spherical\"", "\"spherical\" \"string mapping\" \"equalarea\""] {
         let plain = camera("", words);
-        // Of the octahedron of pbrt (z up before y and z change places): the centre, middles of
-        // edges, a corner.
+        // Points of pbrt's octahedron, with z up before y and z are swapped: the centre, midpoints
+        // of edges, a corner.
         for (u, v, expected) in [
             (0.5, 0.5, Vec3::Y),
             (1.0, 0.5, Vec3::X),

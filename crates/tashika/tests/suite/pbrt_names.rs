@@ -1,12 +1,12 @@
-//! Names of pbrt scenes: version 3 uses the last definition before a name, version 4 a definition
-//! anywhere.
+//! Names in pbrt scenes. In version 3 a name refers to the last definition before it; in version 4
+//! a definition may be anywhere.
 
 use tashika::color::Rgb;
 use tashika::scene::{NoteKind, Scene, Surface};
 
 use super::pbrt::{Folder, TRIANGLE, V3, V4, notes, scene};
 
-/// Returns the reflectances of the meshes' materials, in their order.
+/// Returns the reflectances of the meshes' materials, in the order of the meshes.
 fn reflectances(scene: &Scene) -> Vec<[f32; 3]> {
     let surfaces = scene.meshes().iter().map(|mesh| scene.materials()[mesh.material.index()].surface);
     let reflectance = |surface: Surface| match surface {
@@ -34,7 +34,7 @@ fn version_4_takes_names_before_their_definition() {
     for text in [
         format!("NamedMaterial \"g\" {TRIANGLE} {green}"),
         format!("{textured} {texture} NamedMaterial \"g\" {TRIANGLE}"),
-        // Early definitions use others before and after them.
+        // Definitions that are needed early use other definitions before and after them.
         format!("NamedMaterial \"g\" {TRIANGLE} {textured} {texture}"),
         format!("{texture} NamedMaterial \"g\" {TRIANGLE} {textured}"),
         format!("NamedMaterial \"g\" {TRIANGLE} {of_scaled} {scaled} {texture}"),
@@ -44,7 +44,7 @@ fn version_4_takes_names_before_their_definition() {
         assert_eq!(notes(&scene), [], "{text}");
         assert_eq!(reflectances(&scene), [[0.0, 0.5, 0.0]], "{text}");
     }
-    // Second part of a mix whose parts are defined after it.
+    // A mix whose parts are defined after it; the result is its second part.
     for text in [
         format!("{mix} {red} {green} NamedMaterial \"m\" {TRIANGLE}"),
         format!("NamedMaterial \"m\" {TRIANGLE} {mix} {red} {green}"),
@@ -99,7 +99,7 @@ fn version_3_takes_what_was_defined_last_before() {
         texture("0 0.5 0")
     ));
     assert_eq!((notes(&scene), reflectances(&scene)), (vec![], vec![[0.75, 0.0, 0.0], [0.0, 0.5, 0.0]]));
-    // A definition that comes too late is missing.
+    // In pbrt-v3, a definition after its use counts as missing.
     let late = super::pbrt::scene(&format!("{V3} NamedMaterial \"m\" {TRIANGLE} {green} WorldEnd"));
     assert!(matches!(&notes(&late)[..], [(NoteKind::Repaired, m)] if m.contains("\"m\" is not defined")));
 }
@@ -113,7 +113,7 @@ fn names_that_use_themselves_are_not_defined() {
         notes(&scene).iter().all(|(kind, m)| *kind == NoteKind::Repaired && m.contains("is not defined"))
     );
     assert!(!notes(&scene).is_empty());
-    // A long chain of names needs no deep recursion.
+    // A chain of 20,000 names is resolved without deep recursion.
     let chain: String = (0..20_000)
         .map(|i| format!("Texture \"t{i}\" \"spectrum\" \"scale\" \"texture tex\" \"t{}\"\n", i + 1))
         .collect();

@@ -1,6 +1,6 @@
-//! Tests of every plane of the schema from every method: a plane has its value in closed form, or
-//! is absent. The scenes are in clear air, in fog and in motion; the films are whole images, parts,
-//! and merged parts; some have groups of lights.
+//! Tests of every plane of the schema for every method: a plane has its closed-form value, or is
+//! absent. The scenes are in clear air, in fog and in motion. The films are whole images, parts and
+//! merged parts; some have groups of lights.
 
 use std::path::Path;
 
@@ -40,8 +40,8 @@ enum Air {
     Motion,
 }
 
-/// Returns a floor under the left half of the film, seen from above by parallel rays, a metre to
-/// the pixel, under a white sky.
+/// Returns a floor under the left half of the film and a white sky. The camera looks down with
+/// parallel rays, one metre per pixel.
 fn scene(air: Air) -> Tracer {
     let mut b = builder();
     let floor = parallelogram(Vec3::new(-60.0, -60.0, 0.0), Vec3::X * 60.0, Vec3::Y * 120.0);
@@ -72,7 +72,8 @@ fn place_moving(b: &mut SceneBuilder, mesh: MeshData, material: Material) {
     b.add_moving_instance(mesh, track, [0.0, 1.0]).unwrap().unwrap();
 }
 
-/// Returns a renderer for each method, and for each kind of promise of ours and of paths.
+/// Returns a renderer for each method, and for each kind of claim of the default method and of path
+/// tracing.
 fn renderers(tracer: &Tracer) -> Vec<(String, Renderer<'static>)> {
     let plain = || Renderer::on(tracer).size(SIZE).vpls(300).gather_points(16).mattes(2).motion_vectors();
     let mut all: Vec<(String, Renderer<'static>)> = MethodName::all()
@@ -128,22 +129,21 @@ fn check(film: &Film, air: Air, asked: &str) {
                 assert!(far <= most && found.len() == expected.len(), "{at}: {found:?} for {expected:?}");
             };
             match row.key {
-                // Camera paths that fog scatters have no first surface.
+                // Camera paths that scatter in fog have no first surface.
                 "DEPTH" if !in_fog || found[0] > 0.0 => is(&[sees(HEIGHT)], ROUNDING * HEIGHT),
                 "NORMAL" if !in_fog || found[2] > 0.0 => is(&[0.0, 0.0, sees(1.0)], ROUNDING),
                 "COVERAGE" if !in_fog => is(&[sees(1.0)], ROUNDING),
                 "ALBEDO" if !in_fog => is(&[sees(ALBEDO); 3], ROUNDING * ALBEDO),
                 "PAIRS" | "RAYS" => assert!(found[0] > 0.0 || !is_floor, "{at}"),
-                // Fog may absorb all paths of a pixel.
+                // The fog may absorb all paths of a pixel.
                 "RADIANCE" => {
                     let is_lit = |c: &f32| c.is_finite() && (*c > 0.0 || in_fog && *c == 0.0);
                     assert!(found.iter().all(is_lit), "{at}: {found:?}");
                 }
-                // Zero means exact; an unknown error is NaN.
+                // Zero means that the value is exact; an unknown error is NaN.
                 "STANDARD_ERROR" => assert!(found[0].is_nan() || found[0] >= 0.0, "{at}: {found:?}"),
                 "MOTION" => is(&[0.0, if is_floor && air == Air::Motion { 1.0 } else { 0.0 }], 1e-4),
-                // Mean of the times of 16 samples at least, within four of their standard
-                // deviations.
+                // Mean time of at least 16 samples, within four of its standard deviations.
                 "TIME" => is(&[sees(0.5)], 4.0 / (12.0 * 16.0_f32).sqrt()),
                 "TRANSMITTANCE" => {
                     let [absorbs, scatters, thickness] = FOG;

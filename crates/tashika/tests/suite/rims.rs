@@ -1,4 +1,4 @@
-//! Rims of objects on a black background: pixels whose samples meet nothing.
+//! Rims of objects on a black background: pixels of which all samples may miss the object.
 
 use tashika::color::Rgb;
 use tashika::film::{Claim, RenderFilm};
@@ -13,7 +13,7 @@ use crate::cases::{builder, film, lambert, luminances, parallelogram, tracer};
 const SIZE: [u32; 2] = [48, 32];
 const SEEDS: u64 = 4;
 
-/// Returns sixty leaves in the light of a sun from the camera, in nothing.
+/// Returns sixty leaves on a black background, lit by a sun from the direction of the camera.
 fn leaves() -> Tracer {
     let mut b: SceneBuilder = builder();
     let mut s = Stream::new(3, Purpose::Test, 0);
@@ -30,8 +30,9 @@ fn leaves() -> Tracer {
     tracer(b)
 }
 
-/// One in thirty choices of a hundred camera samples misses a thirtieth of a pixel. Empty pixels
-/// claim to be black, and no pixel is less certain than requested.
+/// An object covers a thirtieth of a pixel. One in thirty sets of a hundred camera samples misses
+/// it. Pixels whose samples meet nothing claim to be black, and their interval contains the truth
+/// as often as requested.
 #[test]
 fn a_rim_that_no_sample_met_is_within_the_interval() {
     let tracer = leaves();
@@ -52,7 +53,7 @@ fn a_rim_that_no_sample_met_is_within_the_interval() {
                 exact += f64::from(u8::from(record.half_width == 0.0));
             } else if *truth < 0.04 * brightest {
                 rims += 1.0;
-                // The reference has an error of 3 % for such a share of a pixel.
+                // The reference has an error of 3 % if such a share of the pixel is covered.
                 kept += f64::from(u8::from(distance <= f64::from(record.half_width) + 0.1 * truth));
             }
         }

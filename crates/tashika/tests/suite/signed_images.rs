@@ -1,7 +1,8 @@
-//! Floating-point images with values below zero: stored values as data, at least zero as colours.
+//! Floating-point images with values below zero. As data the values are used as stored; as colours
+//! they are at least zero.
 //!
-//! A bump map turns the normal by its slopes, so that a constant offset of all heights has no
-//! effect, whatever its sign. Heights of at most [`MOST`] are interpolated with at most eight
+//! A bump map turns the normal by its slopes. A constant offset of all heights, of either sign,
+//! therefore has no effect. Heights of at most [`MOST`] are interpolated with at most eight
 //! roundings, and slopes are differences over a step of 5·10⁻⁴. Their error is at most
 //! `2 · 8 · MOST · 2⁻²⁴ / 5·10⁻⁴`.
 
@@ -13,7 +14,7 @@ use super::cases::lenient;
 use super::textures::load;
 use super::usd;
 
-/// Largest height of the test's maps.
+/// Largest height of the maps in these tests.
 const MOST: f32 = 2.5;
 
 /// Largest difference of a unit normal between two maps that differ by a constant.
@@ -26,7 +27,7 @@ fn heights(offset: f32) -> Vec<u8> {
     b"Pf 4 4 -1\n".iter().copied().chain(numbers).collect()
 }
 
-/// Returns a square with a bump map, and with a reflectance.
+/// Returns a square with a bump map and with the given reflectance.
 fn bumped(format: &str, reflectance: &str, offset: f32) -> Scene {
     let map = heights(offset);
     let files: &[(&str, &[u8])] = &[("h.pfm", &map)];
@@ -52,7 +53,7 @@ fn bumped(format: &str, reflectance: &str, offset: f32) -> Scene {
     load("a.pbrt", &text, files, &lenient()).unwrap()
 }
 
-/// Normals at some places of the first triangle.
+/// Normals at some points of the first triangle.
 fn normals(scene: &Scene) -> Vec<Vec3> {
     let instance = scene.instance_ids().next().unwrap();
     let places = [[0.2, 0.3, 0.5], [0.6, 0.3, 0.1], [0.3, 0.6, 0.1], [0.34, 0.33, 0.33]];
@@ -85,7 +86,7 @@ fn a_height_map_means_the_same_wherever_its_zero_is() {
 fn one_image_may_be_a_height_and_a_colour() {
     let reflectance = "<texture type=\"bitmap\" name=\"reflectance\"><boolean name=\"raw\" value=\"true\"/>\
                        <string name=\"filename\" value=\"h.pfm\"/></texture>";
-    // Six of sixteen heights of −0.25, 0 and 0.25 are below zero.
+    // The heights are −0.25, 0 and 0.25; six of sixteen are below zero.
     let scene = bumped("Mitsuba", reflectance, -0.25);
     for (found, expected) in normals(&scene).into_iter().zip(normals(&bumped("Mitsuba", "", 0.0))) {
         assert!((found - expected).length() < ROUNDED, "{found} instead of {expected}");
@@ -93,14 +94,14 @@ fn one_image_may_be_a_height_and_a_colour() {
     let mesh = &scene.meshes()[0];
     let Surface::Lambert { reflectance } = scene.materials()[mesh.material.index()].surface else { panic!() };
     let at = |x: u8| reflectance.at(scene.textures(), Vec2::new((f32::from(x) + 0.5) / 4.0, 0.125));
-    // The top row is the file's last: 12 to 15.
+    // The top row of the image is the last row of the file: heights 12 to 15.
     assert_eq!([at(0), at(1), at(2)], [0.0, 0.0, 0.25].map(Rgb::gray));
     let said = "image \"h.pfm\" has texels below zero, which no colour is: taken as 0";
     assert_eq!(repairs(&scene), [(said.to_owned(), 6)]);
 }
 
-/// The normal of a texel `t` is `scale · t + bias`: for the usual map of 0 to 1, for texels that
-/// are normals themselves, and for other maps.
+/// The normal of a texel `t` is `scale · t + bias`. Tested for the usual map from 0 to 1, for
+/// texels that are the normal's components, and for other maps.
 #[test]
 fn normals_of_usd_have_the_scale_and_the_bias_that_they_are_stored_by() {
     let normal = [0.6_f32, 0.0, 0.8];

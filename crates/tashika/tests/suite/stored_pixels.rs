@@ -1,8 +1,9 @@
-//! Pixels of every method as they are stored in `stored_pixels.txt`: a changed value is a decision.
+//! Pixels of every method, compared with the values in `stored_pixels.txt`: a value changes only by
+//! a decision.
 //!
-//! The table has the shortest decimals that read back to the same bits, so that equal text is equal
-//! bits. One table is valid for debug and release builds, and for all instruction sets. This
-//! command rewrites it, for values that are meant to change:
+//! The table has the shortest decimals that read back to the same bits, so that equal text means
+//! equal bits. One table is valid for debug and release builds, and for all instruction sets. If
+//! values are meant to change, this command rewrites the table:
 //!
 //!     TASHIKA_UPDATE_GOLDEN=pixels cargo test --release -p tashika --test suite stored_pixels
 //!
@@ -31,7 +32,7 @@ const SIZE: [u32; 2] = [6, 4];
 const PIXELS: [[u32; 2]; 6] = [[1, 1], [2, 1], [4, 1], [1, 2], [3, 3], [4, 2]];
 const VPLS: u64 = 1500;
 
-/// A scene, as every method sees it.
+/// A scene with its settings, rendered by every method.
 struct Stored {
     name: &'static str,
     tracer: Tracer,
@@ -39,8 +40,8 @@ struct Stored {
     options: ControlOptions,
 }
 
-/// The built-in room, whose surfaces are of several kinds, and a diffuse room where all channels
-/// are controlled and some pixels run out of pairs.
+/// The built-in room, whose surfaces are of several kinds, and a diffuse room. In the diffuse room
+/// the error of all channels is controlled, and some pixels reach the limit of pairs.
 fn stored() -> [Stored; 2] {
     let mut diffuse = diffuse_room();
     add_ceiling_lamp(&mut diffuse, 5.0);

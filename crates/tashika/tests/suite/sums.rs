@@ -1,5 +1,5 @@
-//! Tests of sums over VPLs, for any scene: the whole sum equals the result of paths, its cuts are
-//! estimates of it, and bits depend on nothing but the request.
+//! Tests of sums over VPLs, for any scene. The whole sum equals the result of paths, cuts are
+//! estimates of the whole sum, and the bits of a result depend only on the request.
 
 use tashika::accel::Tracer;
 use tashika::film::{Claim, Film, Window};
@@ -19,7 +19,7 @@ pub fn set(tracer: &Tracer, count: u64, seed: u64, clamp: Clamp) -> VplSet {
     VplSet::trace(tracer, &VplOptions { count, seed, clamp, ..VplOptions::default() }).unwrap()
 }
 
-/// The whole sum over the emitters of a scene alone.
+/// Whole sum over VPLs on emitters, without indirect light.
 pub fn directly_lit(tracer: &Tracer, direct: u64, size: [u32; 2], points: u32, seed: u64) -> Film {
     let options =
         VplOptions { count: direct, seed, max_depth: 0, clamp: Clamp::Off, ..VplOptions::default() };
@@ -27,8 +27,8 @@ pub fn directly_lit(tracer: &Tracer, direct: u64, size: [u32; 2], points: u32, s
     film(tracer, &FullSum::new(&lights), size, points, seed)
 }
 
-/// Mean by channel over several images, and its standard error, of the lower half, which does not
-/// show the lamp at the ceiling.
+/// Mean of each channel over the lower half of several images, with its standard error. The lower
+/// half does not show the lamp at the ceiling.
 fn means(images: impl Iterator<Item = Film>) -> [Moments; 3] {
     let mut means = [Moments::default(); 3];
     for image in images {
@@ -42,10 +42,11 @@ fn means(images: impl Iterator<Item = Film>) -> [Moments; 3] {
     means
 }
 
-/// The sum over VPLs equals the result of paths. Means of the image, of several sets against paths,
-/// agree within 4.4 standard errors, and within the share `taken_away` by a clamp of 2 cm.
+/// Asserts that the sum over VPLs equals the result of paths. The mean over several VPL sets and
+/// that over paths agree within 4.4 standard errors, and within the share `taken_away` by a clamp
+/// of 2 cm.
 ///
-/// * `points`: gather points a pixel; many where a small lamp is seen.
+/// * `points`: gather points per pixel; many if a small lamp is visible.
 pub fn assert_sums_are_what_paths_find(name: &str, tracer: &Tracer, taken_away: f64, points: u32) {
     let size = [8, 6];
     let is_slow = std::env::var_os("TASHIKA_SLOW_TESTS").is_some();
@@ -87,7 +88,8 @@ fn luminance(record: &PixelRecord) -> f64 {
     f64::from(record.radiance.luminance())
 }
 
-/// For all clusters, bounds of pairs and orders of terms, the finest cut is the whole sum.
+/// Asserts that the finest cut equals the whole sum, for every method of clusters, bounds and
+/// order.
 pub fn assert_finest_cuts_are_whole(tracer: &Tracer, lights: &LightSet) {
     let exact = estimate(tracer, lights, SumMethod::Exact, &ControlOptions::default());
     assert!(exact.iter().all(|record| record.claim == Claim::Exact));
@@ -104,13 +106,13 @@ pub fn assert_finest_cuts_are_whole(tracer: &Tracer, lights: &LightSet) {
         let mut complete = 0;
         for (found, exact) in estimate(tracer, lights, method, &options).iter().zip(&exact) {
             assert_ne!(found.stop, Stop::Budget, "{method}");
-            // Where all samples are alike.
+            // The samples were all alike, so the pixel stopped before its cut was complete.
             if found.stop == Stop::RuleMet && has_interval(method) {
                 continue;
             }
             complete += 1;
-            // Terms by pairs are rounded after division and multiplication by their probability;
-            // samples of tables once more.
+            // Terms by pairs are divided and multiplied by their probability, with rounding;
+            // samples of tables are rounded once more.
             let off = (luminance(found) - luminance(exact)).abs();
             assert!(
                 off <= 2e-6 * luminance(exact),
@@ -123,8 +125,8 @@ pub fn assert_finest_cuts_are_whole(tracer: &Tracer, lights: &LightSet) {
     }
 }
 
-/// Cuts are estimates of the sum: right on average where they are unbiased at a fixed cut, and
-/// within their intervals where these are claimed.
+/// Asserts that cuts estimate the whole sum: without bias at a fixed cut if the method is unbiased,
+/// and within their intervals if the method claims any.
 pub fn assert_cuts_keep_their_claims(tracer: &Tracer, lights: &LightSet) {
     let exact = estimate(tracer, lights, SumMethod::Exact, &ControlOptions::default());
     let mean = |records: &[PixelRecord]| records.iter().map(luminance).sum::<f64>();
@@ -148,7 +150,7 @@ pub fn assert_cuts_keep_their_claims(tracer: &Tracer, lights: &LightSet) {
             }
         }
         assert!(claimed > 200.0, "{promise}: {claimed}");
-        // The confidence is 95 %.
+        // Claims have a confidence of 95 %.
         assert!(kept >= kept_at_least * claimed, "{promise}: {kept} of {claimed}");
     }
 }

@@ -1,4 +1,4 @@
-//! Images of 16 bits and `.tx` files through the loaders of every format, by exact values.
+//! Images of 16 bits and `.tx` files in every format, compared with exact values.
 
 use base64::Engine as _;
 use image::{DynamicImage, ImageBuffer, ImageFormat, Rgba};
@@ -13,7 +13,7 @@ use super::gltf::Document;
 /// Output of `maketx` for a ramp of 7 × 5 texels: tiles of 64 × 64, three levels.
 pub const TX: &[u8] = include_bytes!("../../../../fuzz/seeds/image/tiled.tx");
 
-/// A PNG of 16 bits a channel: one opaque texel, whose values are none of 8 bits.
+/// A PNG with 16 bits per channel: one opaque texel, whose values cannot be stored in 8 bits.
 pub fn wide() -> Vec<u8> {
     let picture = DynamicImage::from(ImageBuffer::from_pixel(1, 1, Rgba([1_u16, 300, 0xfffe, 0xffff])));
     let mut bytes = std::io::Cursor::new(Vec::new());
@@ -21,7 +21,7 @@ pub fn wide() -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// The scene of a text in a folder with these files.
+/// Loads a text from a folder with the given files.
 pub fn load(name: &str, text: &str, files: &[(&str, &[u8])], options: &LoadOptions) -> Result<Scene> {
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in files.iter().chain([&(name, text.as_bytes())]) {
@@ -30,7 +30,7 @@ pub fn load(name: &str, text: &str, files: &[(&str, &[u8])], options: &LoadOptio
     load_scene(&folder.path().join(name), options)
 }
 
-/// The only image of a scene that has the image `file`, as colours or as numbers.
+/// The only image of a scene that uses the image `file`, as colours or as numbers.
 fn image_of(format: &str, file: &str, bytes: &[u8], colors: bool) -> tashika::scene::Image {
     let scene = match format {
         "Mitsuba" => {

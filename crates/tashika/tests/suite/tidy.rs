@@ -1,9 +1,8 @@
-//! The sources themselves: layers, forbidden words, sizes, heads, references.
+//! Tests of the source texts: layers, forbidden words, sizes, file heads, references.
 //!
-//! Rules that neither the compiler nor clippy checks, run over the workspace by the tests below.
-//!
-//! They do not prove that code keeps to the meaning of its layer. The tables list which module may
-//! name which.
+//! The tests below check rules that neither the compiler nor clippy checks, on the whole workspace.
+//! The tables list which module may name which. That code does not exceed the purpose of its layer
+//! is not proved by them.
 
 mod broken;
 mod rules;

@@ -1,5 +1,5 @@
-//! Pictures of scenes with triangles that are tiny relative to their distance, as exporters write
-//! at the caps and poles of cones and spheres. The pictures are those without the triangles.
+//! Scenes with triangles that are tiny relative to their distance, as exporters write at the caps
+//! and poles of cones and spheres. The pictures equal those without these triangles.
 
 use std::sync::Arc;
 
@@ -15,7 +15,8 @@ use crate::cases::{builder, glowing, lambert, parallelogram, place};
 const SIZE: [u32; 2] = [24, 16];
 const PATHS: u32 = 64;
 
-/// Returns the radiance of all pixels of a floor below a lamp with a square cap of a radius.
+/// Returns the radiance of all pixels. The scene is a floor below a lamp with a square cap of the
+/// given radius.
 fn picture(cap: Option<f32>, cap_shines: bool) -> Vec<f32> {
     let mut b = builder();
     place(
@@ -32,7 +33,8 @@ fn picture(cap: Option<f32>, cap_shines: bool) -> Vec<f32> {
         let first = of.positions.len() as u32;
         of.positions.extend(corners);
         of.triangles.extend([[first, first + 2, first + 1], [first, first + 3, first + 2]]);
-        // The cap shares a leaf with a large object, so that most rays test it.
+        // The cap shares a leaf of the tree with a large object, so that most rays are tested
+        // against it.
         if !cap_shines {
             let first = caps.positions.len() as u32;
             caps.positions.extend([
@@ -56,8 +58,8 @@ fn picture(cap: Option<f32>, cap_shines: bool) -> Vec<f32> {
     pixels.iter().map(|pixel| pixel.radiance.luminance()).collect()
 }
 
-/// A cap that does not emit covers no path, down to the smallest cap that is kept: all bits equal
-/// those with the smallest cap.
+/// A cap that does not emit covers no path. All pictures with tiny caps have the same bits, down to
+/// the smallest cap that the scene retains.
 #[test]
 fn a_tiny_cap_is_not_seen_and_casts_no_shadow() {
     let smallest = picture(Some(1e-30), false);
@@ -67,9 +69,9 @@ fn a_tiny_cap_is_not_seen_and_casts_no_shadow() {
     }
 }
 
-/// A cap that is a part of the lamp adds no light: the differences of pixels have a mean of zero,
-/// within five of its standard errors. The bits differ, since triangles of the lamp are sampled
-/// with other random numbers.
+/// A cap that is part of the lamp adds no light: the mean difference of pixels is zero within five
+/// of its standard errors. The bits differ, since triangles of the lamp are sampled with other
+/// random numbers.
 #[test]
 fn a_tiny_cap_of_a_lamp_adds_no_light() {
     let plain = picture(None, true);

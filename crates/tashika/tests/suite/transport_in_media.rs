@@ -1,5 +1,6 @@
-//! Our estimate of light transport in media and inside glass, against the path tracer, which uses
-//! no VPLs: sums, compensation by paths, and lights drawn for pictures.
+//! The default method's estimate of light transport in media and inside glass, against the path
+//! tracer, which uses no VPLs. It consists of sums, compensation by paths, and drawn lights in
+//! pictures.
 
 use tashika::color::Rgb;
 use tashika::integrator::{ControlOptions, Estimator, GuidedLights, LightTransport, Truth};
@@ -19,7 +20,8 @@ fn glass() -> Surface {
     Surface::Glass { ior: 1.5, reflectance: Rgb::WHITE, transmittance: Rgb::WHITE, facets: 0.0.into() }
 }
 
-/// A lamp in a room, with additions by `add`, and the camera in the medium that it returns.
+/// A room with a lamp and the objects that `add` places. The camera is in the medium that `add`
+/// returns.
 fn room_with(add: impl FnOnce(&mut SceneBuilder) -> Option<MediumId>) -> SceneBuilder {
     let mut b = diffuse_walls();
     add_ceiling_lamp(&mut b, 5.0);
@@ -28,9 +30,9 @@ fn room_with(add: impl FnOnce(&mut SceneBuilder) -> Option<MediumId>) -> SceneBu
     b
 }
 
-/// White milk in glass under an even sky is invisible, since the VPLs of light paths inside
-/// glass are worth `1/η²` of their flux to a viewer outside. Two-sided level 10⁻⁵ for each of 16
-/// pixels.
+/// White milk in glass, under a sky of equal radiance. It is invisible, because VPLs of light paths
+/// inside glass contribute `1/η²` of their flux to a viewer outside. Two-sided level 10⁻⁵ for each
+/// of 16 pixels.
 #[test]
 fn white_milk_in_glass_is_invisible_in_a_furnace() {
     let mut b = builder();
@@ -52,7 +54,7 @@ fn white_milk_in_glass_is_invisible_in_a_furnace() {
     }
 }
 
-/// Glass and air that absorb, with surfaces in them.
+/// Absorbing glass and absorbing air, with surfaces in both.
 #[test]
 fn glass_and_air_that_absorb_and_surfaces_in_them() {
     let b = room_with(|b| {
@@ -73,7 +75,7 @@ fn fog_about_the_camera() {
     transport_agrees(b, 0.02, "fog");
 }
 
-/// Milk in glass, and smoke behind an invisible boundary; drawn transmittances.
+/// Milk in glass, and smoke behind an invisible boundary; transmittances are drawn.
 #[test]
 fn milk_and_smoke_in_the_room() {
     let b = room_with(|b| {

@@ -1,4 +1,4 @@
-//! Textures in tiles through the loaders of the formats that name them.
+//! Textures in UDIM tiles, in every format that supports them.
 
 use tashika::color::Rgb;
 use tashika::error::{Error, Result};
@@ -12,19 +12,19 @@ use super::textures;
 
 const FORMATS: [&str; 3] = ["Mitsuba", "pbrt", "OBJ"];
 
-/// A picture of one colour of 0 and 255.
+/// An image of one colour whose channels are 0 or 255.
 fn plain(color: [u8; 3]) -> Vec<u8> {
     png([[color[0], color[1], color[2], 255]; 4])
 }
 
-/// The picture of tile 1001: green above, blue below.
+/// Image of tile 1001: green above, blue below.
 fn halves() -> Vec<u8> {
     let (green, blue) = ([0, 255, 0, 255], [0, 0, 255, 255]);
     png([green, green, blue, blue])
 }
 
-/// A triangle with the middle of its texture coordinates, `v` up, at `(u, v)`, painted by
-/// `pattern`.
+/// A triangle with the texture `pattern`. The middle of its texture coordinates is at `(u, v)`,
+/// with `v` up.
 fn scene(
     format: &str,
     pattern: &str,
@@ -70,7 +70,7 @@ fn color(scene: &Scene, u: f32, v: f32) -> Rgb {
     reflectance.at(scene.textures(), Vec2::new(u, 1.0 - v))
 }
 
-/// The notes of files that are missing or damaged.
+/// Notes about missing or damaged files.
 fn faults(scene: &Scene) -> Vec<(NoteKind, String)> {
     let notes = scene.notes().iter().filter(|n| n.kind <= NoteKind::Repaired);
     notes.map(|n| (n.kind, n.message)).collect()
@@ -83,7 +83,7 @@ fn tiles_are_chosen_by_the_floor_of_the_coordinates() {
         ("w.1001.png", &halves),
         ("W.1002.PNG", &red),
         ("w.1011.png", &white),
-        // Names that are no tiles: without a number, or with one that is no tile's.
+        // Files that are not tiles: one without a number, and one whose number is out of range.
         ("w.10a2.png", b"no picture"),
         ("w.0999.png", b"no picture"),
         ("w.10011.png", b"no picture"),
@@ -107,7 +107,7 @@ fn missing_tiles_are_missing_files() {
     let red = plain([255, 0, 0]);
     let strict = LoadOptions::default();
     for format in FORMATS {
-        // No tile at all, and a missing one that the triangle needs.
+        // A set without tiles, and a set without the tile that the triangle uses.
         for (tiles, part) in [
             (vec![], "w.<UDIM>.png"),
             (vec![("w.1001.png", &red[..])], "image \"w.<UDIM>.png\" has no tile 1023: grey of 0.5"),
@@ -121,7 +121,7 @@ fn missing_tiles_are_missing_files() {
                 assert_eq!(color(&scene, 2.5, 2.5), Rgb::gray(0.5), "{format}");
             }
         }
-        // Beyond the numbers of tiles nothing is missing.
+        // Outside the range of tile numbers, no tile counts as missing.
         let scene = scene(format, "w.<UDIM>.png", [-0.5, 0.5], &[("w.1001.png", &red)], &strict).unwrap();
         assert_eq!(color(&scene, -0.5, 0.5), Rgb::gray(0.5), "{format}");
     }

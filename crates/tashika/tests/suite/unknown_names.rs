@@ -1,5 +1,5 @@
-//! Names that a format does not know: each gives a note with its line, or an error if the name is a
-//! slip of a known one.
+//! Names that a format does not have. Each gives a note with its line, or an error if it is a slip
+//! of an existing name.
 
 use tashika::error::Error;
 use tashika::io::{FormatFeatures, features};
@@ -9,7 +9,7 @@ use super::mitsuba::{example, files_of_examples, load_in, xml};
 use super::pbrt::{Folder, V3, V4, notes, refusal};
 use super::pbrt_appearance::{folder_of_features, scene_with};
 
-/// A name that is near no other.
+/// A name that is similar to no other.
 const BOGUS: &str = "quux_flavour";
 
 fn format(name: &str) -> FormatFeatures {
@@ -21,7 +21,7 @@ fn line_of_bogus(text: &str) -> u32 {
     1 + text[..text.find(BOGUS).unwrap()].matches('\n').count() as u32
 }
 
-/// Returns the counts and lines of the notes on the name, and the number of other notes except
+/// Returns the counts and lines of the notes on `BOGUS`, and the number of all other notes, except
 /// those on defaults.
 fn told(scene: &Scene) -> (Vec<(u64, Option<u32>)>, usize) {
     let notes: Vec<_> = scene.notes().iter().filter(|n| n.kind != NoteKind::Defaulted).collect();
@@ -76,7 +76,7 @@ fn mitsuba_notes_a_parameter_that_a_plugin_does_not_know() {
         let scene = load_in(&all).1.unwrap_or_else(|error| panic!("{error}\n{text}"));
         (text, scene)
     };
-    // Spectral films have a spectrum of any name for each channel.
+    // A spectral film has one spectrum for each channel, with any name.
     let free = ["specfilm", "max_smooth_angle"];
     let mut plugins = 0;
     for row in format("Mitsuba").rows {
@@ -146,7 +146,7 @@ fn pbrt_refuses_a_slip_and_says_which_name_was_meant() {
         assert!(refused.contains(expected), "{text}: {refused}");
         assert!(matches!(Folder::new().load(&text), Err(Error::Invalid { .. })));
     }
-    // Names of the other version, numbered names, and names far from all others are notes.
+    // Names of the other version, numbered names, and names that resemble no other give notes.
     for (text, count) in [
         (format!("{V4} Material \"diffuse\" \"rgb Ks\" [1 1 1]"), 1),
         (format!("{V3} Material \"matte\" \"rgb Ks\" [1 1 1] WorldEnd"), 1),
@@ -199,7 +199,7 @@ fn mitsuba_refuses_a_slip_and_says_which_name_was_meant() {
         let refused = refusal(body);
         assert!(refused.contains(expected), "{body}: {refused}");
     }
-    // A name in the spelling of older versions is known.
+    // Names in the spelling of older versions are known.
     let old = xml(
         "0.6.0",
         "<shape type=\"cube\"><transform name=\"toWorld\"/><float name=\"weight\" value=\"1\"/></shape>",

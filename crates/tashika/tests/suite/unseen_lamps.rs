@@ -1,4 +1,4 @@
-//! Lamps of alpha 0: they are invisible, and emit in full.
+//! Lamps of alpha 0: they are invisible, and emit fully.
 
 use tashika::color::Rgb;
 use tashika::integrator::{PathStop, PathTracer};
@@ -22,8 +22,8 @@ fn what_is_below_is_lit_in_full_and_seen_through_the_lamp() {
     let floor = parallelogram(Vec3::new(-9.0, 0.0, -9.0), Vec3::Z * 18.0, Vec3::X * 18.0);
     place(&mut b, floor, Material::new("floor", lambert(0.6)));
     add_unseen_lamp(&mut b, 1.0, 10.0);
-    // View from above, through the lamp, so narrow that the whole film is the point below its
-    // middle.
+    // The camera looks down through the lamp. Its view is so narrow that the whole film is the
+    // point below the lamp's centre.
     b.add_camera(Camera::look_at("c", Vec3::new(0.0, 2.0, 0.0), Vec3::ZERO, Vec3::Z, 1e-3)).unwrap();
     let tracer = tracer(b);
     let path = PathTracer::new(&tracer, PathStop::Count(20_000), 8).unwrap();

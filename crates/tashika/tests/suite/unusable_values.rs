@@ -1,6 +1,5 @@
-//! Unusable values in pbrt, Mitsuba and glTF files. Objects without effect on the picture are
-//! omitted, values with an effect are repaired, both with a note, and the rest of the scene is
-//! loaded.
+//! Unusable values in pbrt, Mitsuba and glTF files. An object that does not affect the picture is
+//! omitted; a value that does is repaired. Both give a note, and the rest of the scene is loaded.
 
 use std::fs;
 
@@ -11,7 +10,7 @@ use tashika::scene::{NoteKind, Projection, Scene};
 use super::pbrt::{TRIANGLE, V4};
 use crate::cases::lenient;
 
-/// Returns a scene with a triangle that is placed once, its only note, and the line of the note.
+/// Loads a scene with one placed triangle. Returns it with its only note and the note's line.
 fn repair(name: &str, text: &str) -> (Scene, String, Option<u32>) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
@@ -184,7 +183,7 @@ fn gltf_goes_on_without_what_cannot_be_used() {
     }
 }
 
-/// Encodes in base64 (RFC 4648).
+/// Encodes bytes in base64 (RFC 4648).
 fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::new();

@@ -1,7 +1,7 @@
-//! USD: the same scene in all encodings, and prims put together from layers.
+//! USD: the same scene in all encodings, and prims that are composed from layers.
 //!
-//! Files of `usd/` were written by Pixar's own library, and `composed.json` has that library's
-//! reading of them (`scripts/usd_samples.py`). Damaged files are in `damaged_usd`.
+//! Files of `usd/` were written by Pixar's own library, and `composed.json` has the result of that
+//! library for them (`scripts/usd_samples.py`). Damaged files are in `damaged_usd`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -20,13 +20,13 @@ use crate::cases::{film, luminances};
 /// The folder with the files.
 pub const SAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/suite/usd");
 
-/// Loads a file of that folder.
+/// Loads a file of the folder [`SAMPLES`].
 pub fn sample(name: &str) -> Scene {
     load_scene(&Path::new(SAMPLES).join(name), &LoadOptions::default())
         .unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// Loads a text in a folder of its own, in metres, with `+y` up.
+/// Loads a text in a separate folder, in metres, with `+y` up.
 pub fn load(text: &str) -> Result<Scene> {
     load_with(text, &[], &LoadOptions::default())
 }
@@ -44,7 +44,7 @@ pub fn load_with(text: &str, others: &[(&str, &[u8])], options: &LoadOptions) ->
     load_scene(&path, options)
 }
 
-/// A layer in metres.
+/// A complete layer in metres with the given prims.
 pub fn whole(text: &str) -> String {
     if text.starts_with("#usda") {
         return text.to_owned();
@@ -52,7 +52,7 @@ pub fn whole(text: &str) -> String {
     format!("#usda 1.0\n(\n    metersPerUnit = 1\n    defaultPrim = \"W\"\n)\n{text}")
 }
 
-/// A quad in the plane `z = 0`, with more in its prim.
+/// A quad in the plane `z = 0`; `more` is added to its prim.
 pub fn quad(name: &str, more: &str) -> String {
     format!(
         "def Mesh \"{name}\" {{
@@ -102,7 +102,7 @@ fn as_gltf(folder: &Path) -> PathBuf {
         let mesh = d.push("meshes", json!({ "primitives": [primitive] }));
         d.push("nodes", json!({ "mesh": mesh }));
     };
-    // Texture coordinates of glTF run down.
+    // In glTF, texture coordinates run down.
     let uvs = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
     quad(&[[-2.0, 0.0, 2.0], [2.0, 0.0, 2.0], [2.0, 0.0, -2.0], [-2.0, 0.0, -2.0]], Some(&uvs), 0);
     quad(&[[-2.0, 0.0, -2.0], [2.0, 0.0, -2.0], [2.0, 3.0, -2.0], [-2.0, 3.0, -2.0]], None, 1);
@@ -129,7 +129,7 @@ fn as_gltf(folder: &Path) -> PathBuf {
     path
 }
 
-/// Pixels of a picture of 24 × 18, bit for bit.
+/// Pixels of a picture of 24 × 18, as bits.
 fn picture(scene: Scene) -> Vec<u64> {
     let tracer = tashika::accel::Tracer::new(std::sync::Arc::new(scene));
     let integrator = PathTracer::new(&tracer, PathStop::Count(8), 4).unwrap();
@@ -159,8 +159,9 @@ fn vector(value: &Value) -> Vec3 {
     Vec3::new(x as f32, y as f32, z as f32)
 }
 
-/// References, payloads, variants, a class, a sublayer, overs, instances, a strong binding, pivots
-/// and a reset of the stack: all objects in the world are where Pixar's library has them.
+/// A scene with references, payloads, variants, a class, a sublayer, overs, instances, a strong
+/// binding, pivots and a reset of the transform stack. All objects have the world positions that
+/// Pixar's library computes.
 #[test]
 fn composed_scenes_are_what_pixars_library_reads() {
     let scene = sample("composed.usda");
@@ -200,7 +201,7 @@ fn composed_scenes_are_what_pixars_library_reads() {
     let [Emitter::Directional { direction, irradiance }] = scene.emitters() else { panic!() };
     assert!((*direction - vector(&light("/World/Sun")["axis"])).length() < 1e-5);
     assert!((Vec3::from(irradiance.to_array()) - vector(&light("/World/Sun")["radiance"])).length() < 1e-5);
-    // Two instances of one chair share its meshes.
+    // Two instances of one chair share their meshes.
     let mesh = |path: &str| {
         let index = scene.instance_ids().position(|id| scene.object_name(id) == path).unwrap();
         scene.instances()[index].mesh
@@ -221,7 +222,7 @@ fn layers_are_stronger_in_their_order_and_lists_are_edited() {
     let scene = load_with(&text, &files, &LoadOptions::default()).unwrap();
     assert_eq!(base_color(&scene, "/W/Q"), Rgb::new(1.0, 0.0, 0.0));
     assert_eq!(corners(&scene)["/W/Q"][0], Vec3::new(1.0, 0.0, 0.0));
-    // A stronger layer removes a reference that a weaker one added.
+    // A stronger layer removes a reference that a weaker layer added.
     let weak = b"#usda 1.0\ndef Xform \"W\" ( prepend references = [</P>, </R>] ) { }".as_slice();
     let [p, r] = ["P", "R"].map(|name| format!("class Xform \"{name}\" {{ {} }}\n", quad(name, "")));
     let head = "#usda 1.0\n(\n metersPerUnit = 1\n subLayers = [@weak.usda@]\n)\n";
@@ -239,7 +240,7 @@ fn layers_are_stronger_in_their_order_and_lists_are_edited() {
 
 #[test]
 fn strengths_follow_the_kinds_of_arcs() {
-    // Local, class, variant, reference, payload, specialised class.
+    // In order of strength: local, class, variant, reference, payload, specialised class.
     let colors = ["(1,0,0)", "(0,1,0)", "(0,0,1)", "(1,1,0)", "(0,1,1)", "(1,0,1)"];
     let color = |i: usize| format!("color3f[] primvars:displayColor = [{}]", colors[i]);
     for (strongest, expected) in colors.iter().enumerate() {
@@ -316,8 +317,8 @@ fn cycles_are_refused_and_what_is_missing_is_listed() {
     assert!(outside.to_string().contains("allow-outside"), "{outside}");
 }
 
-/// Each level repeats the one below it ten times: eight levels are more prims than a scene may
-/// have.
+/// Each level references the one below it ten times. Eight levels would have more prims than a
+/// scene may have.
 #[test]
 fn references_in_references_do_not_fill_the_memory() {
     let mut text = String::from("class \"L0\" { def Xform \"X\" { } }\n");
@@ -363,7 +364,7 @@ fn times_choose_among_samples() {
 fn units_and_axes_become_metres_and_y_up() {
     let mesh = quad("Q", "");
     let scene = load(&format!("#usda 1.0\n( upAxis = \"Z\" )\n{mesh}")).unwrap();
-    // Centimetres; y goes to −z.
+    // The file is in centimetres, and its y becomes −z.
     assert!((corners(&scene)["/Q"][2] - Vec3::new(0.01, 0.0, -0.01)).length() < 1e-7);
     let scene = load(&format!("#usda 1.0\n( metersPerUnit = 2 )\n{mesh}")).unwrap();
     assert_eq!(corners(&scene)["/Q"][2], Vec3::new(2.0, 2.0, 0.0));

@@ -1,8 +1,8 @@
-//! Bounds on work and memory of USD files, in proportion to their bytes, for prims that double in
-//! any way.
+//! USD files in which prims double repeatedly, in any way. Work and memory are bounded in
+//! proportion to the bytes of the file.
 //!
-//! Each text here stands for more than 2³⁰ prims, opinions or instances, so that the test would not
-//! end without the bounds.
+//! Each text here stands for more than 2³⁰ prims, opinions or instances. Without the bounds the
+//! tests would not end.
 
 use super::usd::{load, quad};
 
@@ -17,7 +17,7 @@ fn nested(arc: &str) -> String {
     quad("L0", "") + &levels + &prim("W", LEVELS)
 }
 
-/// Returns prims that are composed of two others each.
+/// Returns prims each of which is composed of two others.
 fn listed(arc: &str) -> String {
     let level = |i: usize| {
         let below = i - 1;
@@ -28,7 +28,7 @@ fn listed(arc: &str) -> String {
     quad("a0", "") + &quad("b0", "") + &levels + &format!("def Xform \"W\" ( {arc} = </a{LEVELS}> ) {{ }}\n")
 }
 
-/// Returns the error of a text; the error must have a location.
+/// Returns the error of a text and checks that it has a location.
 fn refused(text: &str) -> String {
     let error = load(text).unwrap_err().to_string();
     let (_, place) = error.split_once("s.usda:").unwrap_or_else(|| panic!("no file: {error}"));
@@ -61,7 +61,7 @@ fn prims_that_double_are_refused_with_what_doubles() {
 
 #[test]
 fn instances_are_bounded_by_the_bytes_of_the_file() {
-    // 2 × 10⁴ points of 2 × 10⁴ cubes each, in a megabyte.
+    // 20,000 cubes at 20,000 points each, in a text of one megabyte.
     let cubes: String = (0..20_000).map(|i| format!("def Cube \"c{i}\" {{ }}\n")).collect();
     let points = |each: &str| vec![each; 20_000].join(", ");
     let text = format!(

@@ -1,4 +1,4 @@
-//! Every row of the USD loader's table, in a file of its own.
+//! Every row of the USD loader's table, each in a separate file.
 
 use tashika::io::{Feature, LoadOptions, Support, features, load_scene};
 use tashika::scene::NoteKind;
@@ -10,7 +10,7 @@ fn rows() -> &'static [Feature] {
     features().into_iter().find(|f| f.format == "USD").expect("a table of USD").rows
 }
 
-/// A quad of a material with these inputs, beside other shaders.
+/// A quad whose material has the given inputs, beside other shaders.
 fn surface(inputs: &str, shaders: &str) -> String {
     let st = "texCoord2f[] primvars:st = [(0, 0)] ( interpolation = \"constant\" )";
     let mesh = quad("W", &format!("rel material:binding = </M>\n {st}"));
@@ -23,7 +23,7 @@ fn surface(inputs: &str, shaders: &str) -> String {
     )
 }
 
-/// A quad of a material with a texture for the colour.
+/// A quad whose material has a texture as colour.
 fn textured(more: &str, shaders: &str) -> String {
     surface("color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>", &(texture("T", more) + shaders))
 }
@@ -34,7 +34,7 @@ fn texture(name: &str, more: &str) -> String {
     )
 }
 
-/// A quad of a material of MaterialX, whose surface has these inputs, beside other nodes.
+/// A quad with a MaterialX material. Its surface has the given inputs; `nodes` are further nodes.
 fn materialx(definition: &str, inputs: &str, nodes: &str) -> String {
     let st = "texCoord2f[] primvars:st = [(0, 0)] ( interpolation = \"constant\" )";
     let mesh = quad("W", &format!("rel material:binding = </M>\n {st}"));
@@ -47,7 +47,7 @@ fn materialx(definition: &str, inputs: &str, nodes: &str) -> String {
     )
 }
 
-/// A quad of a Standard Surface with a node `T` for its colour.
+/// A quad with a Standard Surface whose colour is the node `T`.
 fn with_node(definition: &str, inputs: &str, more: &str) -> String {
     let node = format!("def Shader \"T\" {{ uniform token info:id = \"{definition}\"\n {inputs} }}\n{more}");
     materialx(STANDARD, "color3f inputs:base_color.connect = </M/T.outputs:out>", &node)
@@ -55,19 +55,19 @@ fn with_node(definition: &str, inputs: &str, more: &str) -> String {
 
 const STANDARD: &str = "ND_standard_surface_surfaceshader";
 
-/// A quad and a light of that type.
+/// A quad and a light of the given type.
 fn light(kind: &str, inputs: &str) -> String {
     let light = format!("def {kind} \"L\" {{\n {inputs}\n }}\n");
     quad("W", "") + &light
 }
 
-/// A quad that is moved by an operation.
+/// A quad with a transform operation.
 fn moved(op: &str, more: &str) -> String {
     let order = "uniform token[] xformOpOrder = [\"xformOp:translate\"]";
     format!("def Xform \"W\" {{\n {op}\n {order}\n {more}\n {} }}\n", quad("Q", ""))
 }
 
-/// A file with the feature of a row, and nothing else that deserves a note.
+/// A file with the feature of a row and with nothing else that gives a note.
 fn example(kind: &str, name: &str) -> String {
     let plain = quad("W", "");
     let head = |metadata: &str| format!("#usda 1.0\n(\n {metadata}\n)\n{plain}");
@@ -319,7 +319,7 @@ fn every_row_gives_its_note_and_no_other() {
     }
     for row in rows() {
         let path = if row.kind == "file" {
-            // The content of encodings is tested elsewhere; `usd` is either.
+            // The contents of the encodings are tested elsewhere; a `.usd` file may be in either.
             let name = match row.name {
                 "usd" => "simple.usdc".to_owned(),
                 name => format!("simple.{name}"),

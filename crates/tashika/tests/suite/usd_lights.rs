@@ -1,7 +1,7 @@
 //! Lights of USD against closed forms.
 //!
-//! Irradiance is summed over the lights' own surfaces, cut into small parts: with `K²` parts a side
-//! the error is below `1/K²` of it.
+//! Irradiance is summed over the surfaces of the lights, cut into small parts. With `K²` parts per
+//! triangle the relative error is below `1/K²`.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ use tashika::scene::{Emitter, NoteKind, Scene};
 use super::gltf::notes;
 use super::usd::{load, load_with, quad};
 
-/// Number of parts of a triangle's side.
+/// Number of parts along a triangle's side.
 const PARTS: u32 = 48;
 
 /// Irradiance (red) of a point with normal `n` by emitting surfaces, without occlusion.
@@ -25,7 +25,7 @@ fn irradiance(scene: &Scene, at: Vec3, n: Vec3) -> f64 {
             let part = 0.5 * (b - a).cross(c - a).length() / f64::from(PARTS * PARTS);
             for i in 0..PARTS {
                 for j in 0..2 * (PARTS - i) - 1 {
-                    // Middles of the parts, which point up and down in turn.
+                    // Centres of the parts, of which every second is upside down.
                     let third = if j % 2 == 0 { 1.0 / 3.0 } else { 2.0 / 3.0 };
                     let u = (i as f32 + third) / PARTS as f32;
                     let v = ((j / 2) as f32 + third) / PARTS as f32;
@@ -43,7 +43,8 @@ fn irradiance(scene: &Scene, at: Vec3, n: Vec3) -> f64 {
     sum
 }
 
-/// Irradiance by a rectangle of radiance 1 right above, at a distance; sides of `2a` and `2b`.
+/// Irradiance below the centre of a rectangle of radiance 1 with sides `2a` and `2b`, at the given
+/// distance.
 fn below_rectangle(a: f64, b: f64, distance: f64) -> f64 {
     let corner = |x: f64, y: f64| {
         let (p, q) = ((x * x + distance * distance).sqrt(), (y * y + distance * distance).sqrt());
@@ -74,12 +75,12 @@ fn rectangles_shine_down_with_their_radiance_or_power() {
     );
     near(irradiance(&lamp("bool inputs:normalize = true"), BELOW, Vec3::Z), expected / 3.0, 2e-3);
     near(irradiance(&lamp("color3f inputs:color = (0.25, 1, 1)"), BELOW, Vec3::Z), expected / 4.0, 2e-3);
-    // As files before 2021 spell it.
+    // In the spelling of files before 2021.
     near(irradiance(&lamp("float intensity = 3"), BELOW, Vec3::Z), 3.0 * expected, 2e-3);
 }
 
-/// Light that is normalized keeps its power when it is scaled; the picture does not depend on the
-/// unit in which the scene is written.
+/// A normalized light keeps its power when it is scaled. The picture does not depend on the unit of
+/// the file.
 #[test]
 fn sizes_are_those_in_the_world_and_in_the_scenes_units() {
     let lamp = |unit: f64, scale: f64| {
@@ -109,7 +110,7 @@ fn disks_spheres_and_cylinders_shine_as_their_closed_forms() {
     near(irradiance(&scene, BELOW, Vec3::Z), PI / 16.0, 5e-3);
     let scene = load("def SphereLight \"W\" { bool inputs:normalize = true }").unwrap();
     near(irradiance(&scene, BELOW, Vec3::Z), PI / 16.0 / PI, 5e-3);
-    // A thin line along x at a distance: L 2r ∫ cos²θ d / (x² + d²) dx.
+    // A thin line along x: L 2r ∫ cos²θ d / (x² + d²) dx at the distance d.
     let scene =
         load("def CylinderLight \"W\" { float inputs:radius = 0.005\n float inputs:length = 2 }").unwrap();
     let steps = 10_000;
@@ -169,7 +170,8 @@ fn points_and_cones_have_the_intensity_of_their_sphere() {
     near(f64::from(falloff.cos_inner), 30.0_f64.to_radians().cos(), 1e-5);
 }
 
-/// Colours by `UsdLuxBlackbodyTemperatureAsRgb`, which uses a spline: within 3% of the largest.
+/// Expected colours are those of `UsdLuxBlackbodyTemperatureAsRgb`. It uses a spline, so they agree
+/// within 3% of the largest channel.
 #[test]
 fn temperatures_are_the_colours_of_black_bodies() {
     for (kelvin, expected) in [
@@ -197,10 +199,11 @@ fn domes_are_seen_from_inside() {
     for direction in [Vec3::X, Vec3::NEG_Y, Vec3::new(0.6, 0.0, -0.8)] {
         assert_eq!(sky.radiance(direction), Rgb::gray(4.0));
     }
-    // Four columns: longitudes from π to −π, each of its own colour; the lower half is black.
+    // Four columns, at longitudes from π to −π, each of a different colour. The lower half is
+    // black.
     let columns = [[1.0_f32, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0]];
     let rows = [[[0.0; 3]; 4], columns];
-    // PFM begins with the lowest row.
+    // A PFM file begins with the lowest row.
     let texels = rows.iter().flatten().flatten().flat_map(|v| v.to_le_bytes());
     let pfm: Vec<u8> = b"PF 4 2 -1\n".iter().copied().chain(texels).collect();
     let dome = |head: &str, light: &str| {
@@ -212,14 +215,14 @@ fn domes_are_seen_from_inside() {
     };
     let plain = "def DomeLight \"W\" { asset inputs:texture:file = @sky.pfm@ }";
     let scene = dome("", plain);
-    // Middles of columns: longitudes 3π/4, π/4, −π/4, −3π/4, from z towards x.
+    // Centres of the columns: longitudes 3π/4, π/4, −π/4, −3π/4, measured from z towards x.
     for (x, z, expected) in [(1.0, -1.0, 0), (1.0, 1.0, 1), (-1.0, 1.0, 2), (-1.0, -1.0, 3)] {
         let found = Vec3::from(seen(&scene, x, 1.5, z));
         assert!((found - Vec3::from(columns[expected])).length() < 1e-4, "{x} {z}: {found}");
         assert_eq!(seen(&scene, x, -1.5, z), [0.0; 3]);
     }
-    // With z up, the pole of a plain dome is still its y, which is −z of the world here. The pole
-    // of the later kind is z, and its longitude 0 is at −y, which is +z of the world.
+    // In a file with z up, the pole of a `DomeLight` is still its y, which is −z of the world here.
+    // The pole of a `DomeLight_1` is z, and its longitude 0 is at −y, which is +z of the world.
     let scene = dome("upAxis = \"Z\"", plain);
     assert!(seen(&scene, 1.0, 1.0, -1.5) != [0.0; 3] && seen(&scene, 1.0, 1.0, 1.5) == [0.0; 3]);
     let scene = dome("upAxis = \"Z\"", &plain.replace("DomeLight", "DomeLight_1"));
@@ -234,7 +237,7 @@ fn domes_are_seen_from_inside() {
 /// A texture's first texel is at `(+x, +y)` of the light, its last at `(−x, −y)`.
 #[test]
 fn textures_of_rectangles_are_upright_as_seen_from_below() {
-    // PFM begins with the lowest row: all is black but the first texel of the upper one.
+    // A PFM file begins with the lowest row. Only the first texel of the upper row is bright.
     let texels = [0.0_f32, 0.0, 1.0, 0.0].iter().flat_map(|v| v.to_le_bytes().repeat(3));
     let pfm: Vec<u8> = b"PF 2 2 -1\n".iter().copied().chain(texels).collect();
     let text = "def RectLight \"W\" { asset inputs:texture:file = @t.pfm@ }";

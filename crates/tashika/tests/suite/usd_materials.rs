@@ -10,7 +10,7 @@ use tashika::scene::{
 use super::gltf::notes;
 use super::usd::{load, load_with, quad};
 
-/// A quad with a `UsdPreviewSurface` of these inputs, beside other shaders.
+/// A quad whose `UsdPreviewSurface` has the given inputs, beside other shaders.
 fn text(inputs: &str, shaders: &str) -> String {
     format!(
         "{}def Material \"M\" {{
@@ -27,7 +27,7 @@ fn text(inputs: &str, shaders: &str) -> String {
     )
 }
 
-/// A texture of 2 × 2 texels: red, green above blue, white.
+/// A texture of 2 × 2 texels: red and green above blue and white.
 fn texture(name: &str, more: &str) -> String {
     format!(
         "def Shader \"{name}\" {{\n uniform token info:id = \"UsdUVTexture\"\n asset inputs:file = @t.tga@
@@ -113,8 +113,8 @@ fn coats_emission_and_opacity() {
     assert_eq!(notes(&clear).len(), 1);
 }
 
-/// Textures are read by the rules of the file: its wrapping, scale, bias, rotation, named channel
-/// and decoding.
+/// Textures are looked up with the wrapping, scale, bias, rotation, channel and decoding that the
+/// file states.
 #[test]
 fn textures_are_looked_up_as_the_file_says() {
     let reader = "def Shader \"R\" { uniform token info:id = \"UsdPrimvarReader_float2\"\n token inputs:varname = \"other\" }";
@@ -131,12 +131,13 @@ fn textures_are_looked_up_as_the_file_says() {
     let Texture::Image(image) = found.textures().nodes[base_color.texture.unwrap().index()] else { panic!() };
     assert_eq!(image.wrap, [Wrap::Repeat, Wrap::Clamp]);
     assert!(matches!(found.images()[image.image.index()].pixels, Pixels::Linear8(_)));
-    // st = (1, 1), scaled (0.5, 0.25), turned (−0.25, 0.5), moved (−0.125, 1); here v runs down.
+    // st = (1, 1) is scaled to (0.5, 0.25), turned to (−0.25, 0.5) and moved to (−0.125, 1). Here v
+    // runs down.
     let place = image.transform.0.transform_point2(Vec2::new(1.0, 0.0));
     assert!((place - Vec2::new(-0.125, 0.0)).length() < 1e-6, "{place}");
     let place = image.transform.0.transform_point2(Vec2::new(0.0, 1.0));
     assert!((place - Vec2::new(0.125, 0.5)).length() < 1e-6, "{place}");
-    // The upper left texel is red where v is up: at st (0.25, 0.75).
+    // The upper left texel is red: st is (0.25, 0.75), as v runs up.
     let plain = scene("color3f inputs:diffuseColor.connect = </M/T.outputs:rgb>", &texture("T", ""));
     let Surface::MetallicRoughness { base_color, .. } = material(&plain).surface else { panic!() };
     let at = |scene: &Scene, u: f32, v: f32| base_color.at(scene.textures(), Vec2::new(u, 1.0 - v));
@@ -230,8 +231,8 @@ fn prims_without_a_material_show_their_colour() {
     assert_eq!(color(&materialx), (Rgb::new(1.0, 0.5, 0.0), 1));
 }
 
-/// Equal materials of two copies of an asset are one, and so are their meshes; other opinions make
-/// another.
+/// Two copies of an asset share equal materials and their meshes. A copy with other opinions has
+/// another material.
 #[test]
 fn copies_share_materials_until_they_differ() {
     let asset =
@@ -264,11 +265,12 @@ fn cameras_have_their_field_of_view_lens_and_offset() {
     assert!((vertical_fov - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
     assert!((usual.shift - Vec2::new(0.1, 0.2)).length() < 1e-6);
     assert!((usual.position() - Vec3::new(1.0, 3.0, -2.0)).length() < 1e-6);
-    // It looks along −z of the file, which is down.
+    // The camera looks along −z of the file, which is down.
     assert!((usual.to_world.transform_vector3(Vec3::NEG_Z) - Vec3::NEG_Y).length() < 1e-6);
     assert_eq!(usual.lens.radius, 0.0);
     let open = camera("float focalLength = 50\n float fStop = 2.5\n float focusDistance = 7");
-    // 50 tenths of a decimetre are 0.5 m, over twice the stop.
+    // The focal length is 50 tenths of a decimetre, 0.5 m. The radius is that divided by twice the
+    // f-number.
     assert!((open.lens.radius - 0.1).abs() < 1e-6 && (open.lens.focus_distance - 0.7).abs() < 1e-6);
     let flat = camera("token projection = \"orthographic\"\n float verticalAperture = 300");
     let Projection::Orthographic { height } = flat.projection else { panic!() };

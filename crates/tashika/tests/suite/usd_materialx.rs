@@ -1,5 +1,5 @@
-//! MaterialX in USD, in numbers: the surfaces that are read, their networks of nodes, and the
-//! choice among a material's surfaces.
+//! MaterialX in USD, in numbers: supported surfaces, networks of nodes, and the choice between a
+//! material's surfaces.
 
 use glam::Vec2;
 use tashika::color::Rgb;
@@ -18,7 +18,7 @@ fn node(name: &str, id: &str, inputs: &str) -> String {
     format!("def Shader \"{name}\" {{ uniform token info:id = \"{id}\"\n {inputs} }}\n")
 }
 
-/// 2 × 2 texels of a TGA, rows from the top, where `v` runs up: red and green, blue and half grey.
+/// A TGA of 2 × 2 texels, rows from the top; `v` runs up: red and green above blue and half grey.
 fn tga() -> Vec<u8> {
     let mut bytes = vec![0; 18];
     (bytes[2], bytes[12], bytes[14], bytes[16], bytes[17]) = (2, 2, 2, 24, 0x20);
@@ -32,7 +32,7 @@ fn load(text: &str) -> Scene {
     load_with(text, &[("t.tga", &tga())], &LoadOptions::default()).unwrap()
 }
 
-/// A quad whose material has these outputs and shaders.
+/// A quad whose material has the given outputs and shaders.
 fn bound(outputs: &str, shaders: &str) -> String {
     let st = "texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1), (0, 1)] ( interpolation = \"vertex\" )
     texCoord2f[] primvars:other = [(0, 0), (1, 0), (1, 1), (0, 1)] ( interpolation = \"vertex\" )";
@@ -54,7 +54,7 @@ fn color_of(scene: &Scene) -> ColorInput {
     base_color
 }
 
-/// A colour where `v` runs up.
+/// Value of a colour at coordinates whose `v` runs up.
 fn at(scene: &Scene, color: ColorInput, [u, v]: [f32; 2]) -> [f32; 3] {
     color.at(scene.textures(), Vec2::new(u, 1.0 - v)).to_array()
 }
@@ -140,7 +140,7 @@ fn what_lets_light_through_is_glass_or_a_pane() {
     let pane = scene(STANDARD, &format!("{inputs}\n bool inputs:thin_walled = 1"), "");
     let Surface::ThinGlass { ior, transmittance, .. } = material(&pane).surface else { panic!() };
     assert_eq!((ior, transmittance), (1.5, Rgb::new(0.25, 1.0, 0.5).into()));
-    // The metal lets nothing through.
+    // The metal does not transmit.
     let partly =
         scene(OPEN, "float inputs:transmission_weight = 0.5\n float inputs:base_metalness = 0.5", "");
     let Surface::Mix { first, second, amount } = material(&partly).surface else { panic!() };
@@ -175,7 +175,8 @@ fn emission_is_a_colour_times_its_strength_and_opacity_stops_light() {
     assert_eq!(material(&scene(GLTF, "float inputs:alpha = 0.5", "")).alpha, None, "opaque is its mode");
 }
 
-/// Nodes in a graph: textures times a colour, mixed and inverted, one channel as roughness.
+/// A graph of nodes: textures are multiplied by a colour, mixed and inverted, and one channel is
+/// the roughness. All have the values of the nodes' formulas.
 #[test]
 fn networks_of_nodes_have_the_values_of_their_formulas() {
     let image = |name: &str, kind: &str, more: &str| {
@@ -201,7 +202,7 @@ fn networks_of_nodes_have_the_values_of_their_formulas() {
     let Surface::MetallicRoughness { base_color: mixed, roughness, .. } = material(&found).surface else {
         panic!()
     };
-    // Red above on the left, where v is up: ¾ + ¼ (1 − p), p the texel times the colour.
+    // The upper left texel is red: ¾ + ¼ (1 − p), where p is the texel times the colour.
     near(at(&found, mixed, [0.25, 0.75]), [0.875, 1.0, 1.0]);
     near(at(&found, mixed, [0.75, 0.75]), [1.0, 0.75, 1.0]);
     near(at(&found, mixed, [0.75, 0.25]), [0.975, 0.95, 0.9875]);
@@ -223,7 +224,8 @@ fn networks_of_nodes_have_the_values_of_their_formulas() {
     assert!(matches!(material(&bumpy).normal, Some(NormalInput::Map { scale: 0.5, .. })));
 }
 
-/// Maps of coordinates by hand: `place2d` around its pivot in both orders, tiles, and glTF's.
+/// Transforms of coordinates, computed by hand: `place2d` around its pivot in both orders, tiles,
+/// and glTF's transform.
 #[test]
 fn textures_are_placed_as_their_nodes_say() {
     let map = |id: &str, inputs: &str, more: &str| {
@@ -233,7 +235,7 @@ fn textures_are_placed_as_their_nodes_say() {
         assert_eq!(notes(&found), []);
         let texture = color_of(&found).texture.unwrap();
         let tashika::scene::Texture::Image(image) = found.textures().nodes[texture.index()] else { panic!() };
-        // Where v runs up again.
+        // Converts back to coordinates whose v runs up.
         move |u: f32, v: f32| {
             let place = image.transform.0.transform_point2(Vec2::new(u, 1.0 - v));
             Vec2::new(place.x, 1.0 - place.y)
@@ -249,9 +251,9 @@ fn textures_are_placed_as_their_nodes_say() {
         assert!((found - Vec2::from(expected)).length() < 1e-5, "{found} for {expected:?}");
     };
     let numbers = "float2 inputs:pivot = (0.5, 0.5)\n float2 inputs:scale = (2, 4)\n float inputs:rotate = 90\n float2 inputs:offset = (0.1, 0.2)";
-    // (1, 1) − p = (½, ½); over the scale (¼, ⅛); turned (⅛, −¼); less the offset, and p again.
+    // (1, 1) − p = (½, ½); divided by the scale (¼, ⅛); turned (⅛, −¼); minus the offset, plus p.
     close(place(numbers)(1.0, 1.0), [0.5 + 0.125 - 0.1, 0.5 - 0.25 - 0.2]);
-    // (½, ½) − o = (0.4, 0.3); turned (0.3, −0.4); over the scale (0.15, −0.1).
+    // (½, ½) − o = (0.4, 0.3); turned (0.3, −0.4); divided by the scale (0.15, −0.1).
     close(place(&format!("{numbers}\n int inputs:operationorder = 1"))(1.0, 1.0), [0.65, 0.4]);
     let tiled = map(
         "ND_tiledimage_color3",
@@ -259,7 +261,8 @@ fn textures_are_placed_as_their_nodes_say() {
         "",
     );
     close(tiled(0.5, 0.25), [0.75, 0.5]);
-    // glTF's transform runs down from the upper left: (¼, ¼) there is scaled to (½, ¾) and moved.
+    // glTF's transform runs down from the upper left: (¼, ¼) in its frame is scaled to (½, ¾) and
+    // moved.
     let of_gltf = map(
         "ND_gltf_image_color3_color3_1_0",
         "float2 inputs:scale = (2, 3)\n float2 inputs:offset = (0.125, 0.0625)",
@@ -268,8 +271,8 @@ fn textures_are_placed_as_their_nodes_say() {
     close(of_gltf(0.25, 0.75), [0.625, 1.0 - 0.8125]);
 }
 
-/// The surface of MaterialX is taken if all of it is supported, else the surface for other
-/// renderers, else the supported part of it.
+/// The MaterialX surface of a material is used if all of it is supported. Otherwise the surface for
+/// other renderers is used, and without one the supported part of the MaterialX surface.
 #[test]
 fn the_surface_that_is_understood_is_taken() {
     let material = |nodes: &str, outputs: &str| {
@@ -288,7 +291,7 @@ fn the_surface_that_is_understood_is_taken() {
     assert_eq!(material(&noise, alone), ([0.8; 3], 1));
 }
 
-/// Numbers that no material has are moved to the nearest that one may have, with a note.
+/// Numbers outside the range of materials are moved to the nearest valid number, with a note.
 #[test]
 fn numbers_out_of_range_are_repaired() {
     let inputs = "float inputs:base = 3\n color3f inputs:base_color = (0.5, 2, -1)\n float inputs:sheen = 7
@@ -302,7 +305,7 @@ fn numbers_out_of_range_are_repaired() {
     assert_eq!((color_of(&bright), notes(&bright).len()), (Rgb::new(0.5, 1.0, 0.0).into(), 1));
 }
 
-/// A cyclic network, and one that doubles with each node, end.
+/// A cyclic network, and a network that doubles with each node, both end.
 #[test]
 fn endless_networks_end() {
     let circle = node("A", "ND_invert_color3", "color3f inputs:in.connect = </M/A.outputs:out>");
@@ -350,7 +353,7 @@ const DOCUMENT: &str = r#"<?xml version="1.0"?>
 </materialx>
 "#;
 
-/// A quad of a material of [`DOCUMENT`], or of another file in its place.
+/// A quad with a material of [`DOCUMENT`], or of another document that replaces it.
 fn referring(material: &str, document: &str) -> tashika::error::Result<Scene> {
     let text = quad(
         "W",
@@ -371,7 +374,7 @@ fn documents_that_stages_refer_to_are_read() {
     };
     near(at(&paint, base_color, [0.25, 0.75]), [0.5, 0.0, 0.0]);
     near(at(&paint, base_color, [0.75, 0.75]), [0.0, 1.0, 0.0]);
-    // A fifth of the way from black to white, decoded.
+    // A fifth of the way from black to white, decoded from sRGB.
     assert!((at(&paint, base_color, [0.75, 0.25])[1] - 0.0331).abs() < 1e-3);
     let lamp = referring("Lamp", DOCUMENT).unwrap();
     let radiance = material(&lamp).emission.unwrap().radiance.factor.to_array();
@@ -386,7 +389,7 @@ fn damaged_documents_are_refused_with_their_line() {
     assert!(error.contains("look.mtlx:10") && error.contains("XML"), "{error}");
     let error = told("<?xml version=\"1.0\"?><scene/>");
     assert!(error.contains("<scene>") && error.contains("materialx"), "{error}");
-    // Any other damage is a scene or an error.
+    // Any other damage gives a scene or an error.
     let bytes = DOCUMENT.as_bytes();
     for at in 0..bytes.len() {
         let mut damaged = bytes.to_vec();

@@ -1,4 +1,4 @@
-//! Meshes of USD: values that vary over them, faces of subsets, shapes with a name, transforms.
+//! Meshes of USD: primvars and their interpolation, subsets of faces, named shapes, transforms.
 
 use glam::{DMat4, DVec3, Vec2, Vec3};
 use tashika::color::Rgb;
@@ -39,7 +39,7 @@ fn with_texture(text: &str) -> Scene {
     super::usd::load_with(text, &[("t.pfm", &pfm)], &options).unwrap()
 }
 
-/// Texture coordinates of a point of the pair in a face, `v` up.
+/// Texture coordinates of a face at a point of the pair, `v` up.
 fn uv(scene: &Scene, face: usize, point: [f32; 2]) -> Vec2 {
     let mesh = &scene.meshes()[0];
     let at = Vec3::new(point[0], point[1], 0.0);
@@ -52,7 +52,8 @@ fn uv(scene: &Scene, face: usize, point: [f32; 2]) -> Vec2 {
 #[test]
 fn values_vary_as_their_interpolation_says() {
     let uvs = |n: usize| (0..n).map(|i| format!("({i}, {})", 10 * i)).collect::<Vec<_>>().join(", ");
-    // Indices of the values of the middle lower point (1, 0) in the left and in the right face.
+    // Indices of the values that the lower middle point (1, 0) has in the left and in the right
+    // face.
     for (kind, count, left, right) in [
         ("constant", 1, 0, 0),
         ("uniform", 2, 0, 1),
@@ -66,7 +67,7 @@ fn values_vary_as_their_interpolation_says() {
         let expected = [left, right].map(|i| Vec2::new(i as f32, 10.0 * i as f32));
         assert_eq!(found, expected, "{kind}");
         assert_eq!(notes(&scene), [], "{kind}");
-        // The same values through indices that run backwards.
+        // The same values with indices in reverse order.
         let indices: Vec<String> = (0..count).rev().map(|i| i.to_string()).collect();
         let st = format!("{st}\nint[] primvars:st:indices = [{}]", indices.join(", "));
         let scene = with_texture(&pair(&st));
@@ -166,7 +167,7 @@ def Material \"Blue\" {{ token outputs:surface.connect = </Blue/N.outputs:out>
     assert_eq!(color("( bindMaterialAs = \"strongerThanDescendants\" )"), Rgb::new(1.0, 0.0, 0.0));
 }
 
-/// Area of a scene's one mesh, in the world.
+/// World area of the only mesh of a scene.
 fn area(scene: &Scene) -> f64 {
     let id = scene.instance_ids().next().unwrap();
     let triangles = scene.mesh_of(id).triangles().len() as u32;
@@ -204,7 +205,7 @@ fn shapes_have_their_areas_and_axes() {
         ("Cone \"W\" { double radius = 0.5\n double height = 3 }", PI * 0.5 * (slant + 0.5), [1.0, 1.0, 3.0]),
     ] {
         let scene = load(&format!("def {shape}")).unwrap();
-        // Cones are not exact, and axes of polygons are not those of circles.
+        // Cones are not exact, and the semi-axes of polygons differ from those of circles.
         assert!((area(&scene) / expected - 1.0).abs() < 2e-3, "{shape}: {} {expected}", area(&scene));
         let bounds = scene.bounds();
         assert!((bounds.size() - Vec3::from(size)).length() < 0.02, "{shape}: {bounds:?}");
@@ -212,7 +213,8 @@ fn shapes_have_their_areas_and_axes() {
     }
 }
 
-/// USD's matrices act on rows: the product by hand is the transpose of the one on columns.
+/// USD's matrices act on row vectors. The product computed by hand is therefore the transpose of
+/// the product for columns.
 #[test]
 fn operations_multiply_in_their_order() {
     let ops = "double3 xformOp:translate = (1, 2, 3)
@@ -226,10 +228,10 @@ fn operations_multiply_in_their_order() {
         [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
     let moved = |t: [f64; 3]| row([x, y, z, [t[0], t[1], t[2], 1.0]]);
     let scale = row([[2.0, 0.0, 0.0, 0.0], [0.0, 3.0, 0.0, 0.0], [0.0, 0.0, 4.0, 0.0], w]);
-    // Row by row, the images of the axes: about x, y goes to z; about z, x goes to y.
+    // Images of the axes, row by row: the rotation about x takes y to z; that about z takes x to y.
     let about_x = row([x, z, [0.0, -1.0, 0.0, 0.0], w]);
     let about_z = row([y, [-1.0, 0.0, 0.0, 0.0], z, w]);
-    // Columns here are the rows of USD, so the product runs the other way round.
+    // Columns here are the rows of USD, so that the factors are in the opposite order.
     let all =
         moved([1.0, 2.0, 3.0]) * moved([5.0, 0.0, 0.0]) * about_z * about_x * scale * moved([-5.0, 0.0, 0.0]);
     let found = &corners(&scene)["/W/Q"];
@@ -237,8 +239,8 @@ fn operations_multiply_in_their_order() {
         let expected = all.transform_point3(DVec3::from_array(p)).as_vec3();
         assert!((*found - expected).length() < 1e-5, "{found} {expected}");
     }
-    // By hand: (1, 0, 0) less the pivot is (−4, 0, 0), scaled (−8, 0, 0), turned (0, −8, 0), back
-    // (6, −6, 3).
+    // By hand: (1, 0, 0) minus the pivot is (−4, 0, 0), scaled (−8, 0, 0), turned (0, −8, 0), moved
+    // back (6, −6, 3).
     assert!((found[1] - Vec3::new(6.0, -6.0, 3.0)).length() < 1e-5, "{}", found[1]);
 }
 
@@ -285,10 +287,10 @@ def Xform \"B\" {{ double3 xformOp:translate = (0, 5, 0)\n uniform token[] xform
     );
     let scene = load(&text).unwrap();
     let all = corners(&scene);
-    // B itself is drawn, too; A is only repeated.
+    // B is drawn itself; A is drawn only by its instances.
     assert_eq!(all.keys().collect::<Vec<_>>(), ["/B/Q", "/W"]);
     let first: Vec<Vec3> = all["/W"].chunks(4).map(|c| c[1]).collect();
-    // Half a turn about z and twice as large: (1, 5, 0) goes to (−2, −10, 0).
+    // Half a turn about z with a scale of two takes (1, 5, 0) to (−2, −10, 0).
     let expected = [[1.0, 0.0, 0.0], [8.0, -10.0, 0.0], [31.0, 5.0, 0.0]].map(Vec3::from);
     assert!(
         first.len() == 3 && first.iter().zip(expected).all(|(a, b)| (*a - b).length() < 1e-4),

@@ -1,4 +1,4 @@
-//! Unusable USD prims: prims that are invisible and emit no light are omitted, with a note.
+//! Unusable USD prims: those that are invisible and emit no light are omitted, with a note.
 
 use tashika::error::Result;
 use tashika::io::{LightChanges, LoadOptions, open_scene};
@@ -81,7 +81,7 @@ fn inverses_that_are_not_there_leave_out_what_they_move() {
     assert!(notes(&scene).iter().any(|(k, m)| *k == NoteKind::Repaired && m.contains("inverses")));
 }
 
-/// Opens a scene as users do.
+/// Opens a scene as the program does for a user.
 fn opened(text: &str, at: Option<f64>) -> Result<Scene> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("s.usda");
@@ -98,7 +98,7 @@ fn moments_at_which_nothing_is_there_show_the_background() {
         assert_eq!(scene.instances().len(), count, "{frame}");
         assert!(scene.environment().is_some(), "{frame}");
     }
-    // Without a time, and in a file without changes, there is nothing to render.
+    // A quad that is always invisible: there is nothing to render, with or without a time.
     let never = quad("Q", "token visibility = \"invisible\"") + "def DomeLight \"D\" { }";
     for at in [None, Some(0.5)] {
         assert!(opened(&never, at).is_err(), "{at:?}");

@@ -1,5 +1,5 @@
-//! Inherited values of USD prims: materials, purposes, visibility and display colours, of subsets
-//! and prototypes too.
+//! Inherited values of USD prims: materials, purposes, visibility and display colours, also of
+//! subsets and prototypes.
 
 use std::collections::BTreeMap;
 
@@ -51,7 +51,8 @@ const RED: [f32; 3] = [1.0, 0.0, 0.0];
 const GREEN: [f32; 3] = [0.0, 1.0, 0.0];
 const BLUE: [f32; 3] = [0.0, 0.0, 1.0];
 
-/// Returns two quads as the faces of one mesh, the second with `subset`.
+/// Returns a mesh of two quads. `more` is added to the mesh; `subset` is the content of a subset
+/// with the second quad.
 fn two_faces(more: &str, subset: &str) -> String {
     format!(
         r#"def Mesh "M" {{
@@ -82,7 +83,7 @@ fn bindings_that_are_stronger_than_descendants_hold_for_subsets() {
     assert_eq!(found(&strong), [GREEN]);
     let mesh = two_faces(&bind("blue", STRONG), &bind("red", ""));
     assert_eq!(found(&mesh), [BLUE]);
-    // Bindings for final renders come first, for subsets too.
+    // Bindings of purpose `full` take precedence, also for subsets.
     let full = two_faces(&bind("blue", ""), "rel material:binding:full = </L/green>\n");
     assert_eq!(found(&full), [BLUE, GREEN]);
     let above = two_faces("rel material:binding:full = </L/green>\n", &bind("red", ""));
@@ -91,7 +92,7 @@ fn bindings_that_are_stronger_than_descendants_hold_for_subsets() {
 
 #[test]
 fn bindings_to_what_is_no_material_show_the_display_colour() {
-    // Rule of `ComputeBoundMaterial`: the nearest binding counts, even if its material is missing.
+    // Rule of `ComputeBoundMaterial`: the nearest binding applies, even if its material is missing.
     let text = |path: &str| {
         let own = format!("rel material:binding = <{path}>\ncolor3f[] primvars:displayColor = [(1, 0, 0)]");
         format!("{LOOKS}def Xform \"X\" {{ rel material:binding = </L/green>\n{} }}", quad("Q", &own))
@@ -125,7 +126,8 @@ fn subsets_of_other_elements_and_families_do_not_bind() {
     }
 }
 
-/// Returns an instancer of two prototypes, one below it and one elsewhere, at `x = 0` and `x = 10`.
+/// Returns an instancer of two prototypes at `x = 0` and `x = 10`. The first prototype is below the
+/// instancer, the second elsewhere.
 fn instancer(more: &str, below: &str, elsewhere: &str) -> String {
     format!(
         r#"def PointInstancer "P" {{
@@ -154,7 +156,7 @@ fn prototypes_are_what_they_are_in_their_own_place() {
     assert!(grey[1] != BLUE, "{grey:?}");
     let strong = format!("rel material:binding = </L/blue> {STRONG}\n");
     assert_eq!(found(&instancer(&strong, &bind("red"), &bind("green"))), [BLUE, GREEN]);
-    // Display colours and purposes are inherited likewise.
+    // Display colours and purposes are inherited in the same way.
     let shown = |color: &str| format!("color3f[] primvars:displayColor = [{color}]\n");
     assert_eq!(found(&instancer("", &shown("(1, 0, 0)"), &shown("(0, 1, 0)"))), [RED, GREEN]);
     let guide = "uniform token purpose = \"guide\"\n";
@@ -211,13 +213,13 @@ fn constant_display_colours_and_opacities_are_inherited() {
     assert_eq!(found(&below(red, "")), [RED]);
     assert_eq!(found(&below(&format!("{red} ( interpolation = \"constant\" )"), "")), [RED]);
     assert_eq!(found(&below(red, "color3f[] primvars:displayColor = [(0, 0, 1)]")), [BLUE]);
-    // A value per vertex is not inherited, and hides inherited ones.
+    // A value per vertex is not inherited by children, but overrides inherited values.
     let blocked = below(&format!("{red} ( interpolation = \"vertex\" )"), "");
     let blocked = format!("def Xform \"Y\" {{ {red}\n {blocked} }}");
     assert_eq!(found(&blocked), found(&quad("Q", "")));
     let grey = found(&quad("Q", ""))[0];
     assert_eq!(found(&below(&format!("{red} ( interpolation = \"vertex\" )"), "")), [grey]);
-    // Only the used entries of a palette count.
+    // Only the palette entries that are used count.
     let palette =
         "color3f[] primvars:displayColor = [(0, 1, 0), (1, 0, 0)]\nint[] primvars:displayColor:indices = [1]";
     assert_eq!(found(&below(palette, "")), [RED]);

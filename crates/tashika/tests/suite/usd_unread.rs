@@ -1,5 +1,5 @@
-//! Properties of USD files that are not read: properties of schemas have a row of the table, others
-//! a note.
+//! Properties of USD files that are not read. Properties of schemas are noted by their row of the
+//! table, others by name.
 
 use tashika::scene::NoteKind;
 
@@ -32,7 +32,7 @@ fn names_that_no_schema_has_are_noted_unless_they_are_the_users_own() {
     ] {
         assert_eq!(said(&quad("W", own)), [], "{own}");
     }
-    // Many names give few notes.
+    // Many unknown names give a limited number of notes.
     let many: String = (0..80).map(|i| format!("int odd{i} = 1\n")).collect();
     assert_eq!(said(&quad("W", &many)).len(), 51);
 }

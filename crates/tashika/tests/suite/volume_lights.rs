@@ -1,5 +1,5 @@
-//! Sums over VPLs in participating media: against quadrature, against the path tracer, which shares
-//! none of their estimators, and cuts of them against the whole sum.
+//! Sums over VPLs in participating media: the whole sum against quadrature and against the path
+//! tracer, which shares none of its estimators, and cuts against the whole sum.
 
 use tashika::accel::Tracer;
 use tashika::bsdf::HenyeyGreenstein;
@@ -24,7 +24,7 @@ use crate::sums::{
     assert_sums_are_what_paths_find, directly_lit, set,
 };
 
-/// A point light beside the axis of a camera in fog, at gather points in it.
+/// A point light beside the axis of a camera in fog, with gather points in the fog.
 #[test]
 fn light_that_is_scattered_once_is_that_of_quadrature() {
     let mut b = builder();
@@ -38,7 +38,8 @@ fn light_that_is_scattered_once_is_that_of_quadrature() {
     assert_means(&found, expected, f64::from(ALBEDO) + 1e-4, 0.01, "a point");
 }
 
-/// A lamp with an area beside the axis: VPLs on surfaces light points in media with their cosine.
+/// An area lamp beside the axis. VPLs on surfaces light points in media with the cosine at the
+/// surface.
 #[test]
 fn a_lamp_in_fog_is_that_of_quadrature() {
     let mut b = builder();
@@ -58,19 +59,19 @@ fn a_lamp_in_fog_is_that_of_quadrature() {
             / f64::from(cells * cells)
     });
     let found = directly_lit(&tracer(b), 2000, [16, 16], 200, 3);
-    // Midpoints of 1/24 m at a distance of 1/4 m; the lamp's VPLs are spread evenly over its
-    // length, and at random over its width: half a per cent.
+    // Quadrature by midpoints of 1/24 m at a distance of 1/4 m. The lamp's VPLs are spread evenly
+    // over its length and at random over its width: half a per cent.
     assert_means(&found, expected, f64::from(ALBEDO) + 1e-3 + 5e-3, 0.01, "a lamp");
 }
 
-/// Light found by VPLs in the fog: a beam along the axis of the camera is scattered on its way, and
-/// lights a small white tile beside it. The irradiance of the tile is the integral over the beam of
-/// the transmittance to a point, the phase function, and the transmittance from there.
+/// A beam along the axis of the camera scatters in fog and lights a small white tile beside it.
+/// VPLs in the fog carry this light. The irradiance of the tile is an integral over the beam:
+/// transmittance to a point, phase function, and transmittance from there to the tile.
 #[test]
 fn a_beam_lights_a_tile_as_quadrature_says() {
     let mut b = builder();
     let fog = barely_scattering(&mut b);
-    // A narrow spot at the origin, along −z; a black wall ends the beam after 2 m.
+    // A narrow spot at the origin shines along −z. A black wall ends the beam after 2 m.
     let falloff = tashika::scene::Falloff {
         cos_inner: 0.999_99,
         cos_outer: 0.999_98,
@@ -81,7 +82,7 @@ fn a_beam_lights_a_tile_as_quadrature_says() {
     b.add_emitter(Emitter::Spot { position: Vec3::ZERO, axis, intensity: Rgb::WHITE, falloff }).unwrap();
     let black = parallelogram(Vec3::new(-1.0, -1.0, -2.0), Vec3::X * 2.0, Vec3::Y * 2.0);
     place(&mut b, black, Material::new("end", lambert(0.0)));
-    // The tile at (0.5, 0, −1) faces the beam; the camera is 1 mm before it.
+    // The tile at (0.5, 0, −1) faces the beam. The camera is 1 mm in front of it.
     let tile = parallelogram(Vec3::new(0.5, -0.1, -1.1), Vec3::Z * 0.2, Vec3::Y * 0.2);
     place(&mut b, tile, Material::new("tile", lambert(1.0)));
     let at = Vec3::new(0.5, 0.0, -1.0);
@@ -102,7 +103,7 @@ fn a_beam_lights_a_tile_as_quadrature_says() {
     for (k, sigma) in EXTINCTION.map(f64::from).into_iter().enumerate() {
         let of_step = |i: i32| {
             let t = 2.0 * (f64::from(i) + 0.5) / f64::from(steps);
-            // From the beam at (0, 0, −t) to the tile, at whose normal −x it arrives.
+            // From the beam at (0, 0, −t) to the tile, whose normal is −x.
             let to = [0.5, 0.0, t - 1.0];
             let d = (to[0] * to[0] + to[2] * to[2]).sqrt();
             let (cos_turn, cos_tile) = (-to[2] / d, to[0] / d);
@@ -119,7 +120,8 @@ fn a_beam_lights_a_tile_as_quadrature_says() {
     }
 }
 
-/// [`diffuse_walls`] with additions by `add`, and the camera in the medium that it returns.
+/// [`diffuse_walls`] with the objects that `add` places. The camera is in the medium that `add`
+/// returns.
 fn room_with(add: impl FnOnce(&mut SceneBuilder) -> Option<MediumId>) -> Tracer {
     let mut b = diffuse_walls();
     let medium = add(&mut b);
@@ -127,7 +129,7 @@ fn room_with(add: impl FnOnce(&mut SceneBuilder) -> Option<MediumId>) -> Tracer 
     tracer(b)
 }
 
-/// A lamp in a room full of fog, which has no end before the room.
+/// A lamp in a room full of fog, which has no boundary.
 fn fog(b: &mut SceneBuilder) -> MediumId {
     add_ceiling_lamp(b, 5.0);
     add(b, [0.02; 3], [0.2, 0.4, 0.6], 0.4)
@@ -137,25 +139,25 @@ fn milk(b: &mut SceneBuilder) -> Option<MediumId> {
     Some(add(b, [0.0, 0.1, 0.2], [4.0; 3], 0.0))
 }
 
-/// A block of milk in the room, in the medium `outside`.
+/// A block of milk in the room; `outside` is the medium around it.
 fn block_of_milk(b: &mut SceneBuilder, outside: Option<MediumId>) {
     let milk = milk(b);
     let block = cuboid(Vec3::new(-0.7, 0.2, 0.2), Vec3::new(0.0, 0.9, 0.9), false);
     bounding(b, block, Surface::Boundary, [milk, outside]);
 }
 
-/// Smoke that gets denser upwards, in a part of the room.
+/// Smoke in a part of the room, whose density increases upwards.
 fn smoke(b: &mut SceneBuilder) -> MediumId {
     let box_ = [Vec3::new(-0.8, 0.1, -0.8), Vec3::new(0.8, 1.8, 0.8)];
     let density = grid_media::grid([2, 5, 3], box_, |[x, y, _]| [0.2 + 2.0 * y * y + x; 3]);
     grid_media::add(b, [[0.1, 0.2, 0.3], [0.8, 0.6, 0.4]], -0.3, Some(density), Scattered::Evenly)
 }
 
-/// The sum over VPLs in fog, in and around blocks of milk and smoke, with lamps inside and outside
-/// and with light from infinity, equals the result of paths. Means of the image, of several sets
-/// against paths, agree within 4.4 standard errors, and within the share that a clamp of 2 cm takes
-/// away from VPLs in the medium. Of the light that is scattered twice there, that share is `σ_s`
-/// times two thirds of 2 cm, 5 % in the milk.
+/// Fog with blocks of milk and smoke, with lamps inside and outside, and with light from infinity.
+/// The sum over VPLs equals the result of paths. Means over the image and several sets agree within
+/// 4.4 standard errors, and within the share of light that a clamp of 2 cm takes from VPLs in the
+/// medium. Of the light that is scattered twice there, that share is `σ_s` times two thirds of 2
+/// cm, 5 % in the milk.
 #[test]
 fn sums_over_vpls_are_what_paths_find() {
     let sky = |b: &mut SceneBuilder| b.set_environment(Environment::constant(Rgb::gray(0.5))).unwrap();
@@ -228,7 +230,7 @@ fn all_media() -> Tracer {
     })
 }
 
-/// Transmittances are drawn in part of the scene.
+/// In part of the scene transmittances are drawn.
 #[test]
 fn the_finest_cut_is_the_whole_sum() {
     let tracer = all_media();
@@ -249,7 +251,7 @@ fn threads_and_tiles_change_no_bit() {
     assert_same_bits(all_media);
 }
 
-/// Fog without an end blocks light from infinity, and light paths that begin there leave nothing.
+/// Unbounded fog blocks light from infinity, and light paths that start there create no VPLs.
 #[test]
 fn nothing_comes_from_infinity_through_endless_fog() {
     let tracer = room_with(|b| {
@@ -263,7 +265,8 @@ fn nothing_comes_from_infinity_through_endless_fog() {
     assert!(colors(&image).into_iter().all(|c| c.is_black()));
 }
 
-/// Interfaces and cameras determine the medium in which light begins, and must agree.
+/// The medium in which light from infinity starts follows from interfaces and cameras. If they
+/// disagree, the scene is refused with their names.
 #[test]
 fn cameras_that_disagree_about_the_outside_are_refused_by_name() {
     let mut b = diffuse_room();

@@ -1,8 +1,9 @@
-//! Small files that ask for much work: each gives an error that names the limit and the location.
+//! Small files that would cause much work: each is rejected with an error that names the limit and
+//! the location.
 //!
-//! Without its limit each construct took over a second a megabyte, or over a gigabyte. These tests
-//! measure no time; `scripts/fuzz_program.py --scale` measures the seconds of these families and of
-//! eighty others.
+//! Without its limit, each construct took more than a second or more than a gigabyte of memory per
+//! megabyte of input. These tests do not measure time; `scripts/fuzz_program.py --scale` times
+//! these families of files and eighty others.
 
 use std::fmt::Write;
 
@@ -29,7 +30,8 @@ fn joined(n: usize, make: impl Fn(usize) -> String) -> String {
 
 #[test]
 fn namespaces_and_attributes_of_xml_are_limited() {
-    // 322 kB that took over a minute, and as many declarations in six elements around the others.
+    // Without the limit, 322 kB of this took over a minute. Then the 6000 declarations are divided
+    // among six elements that enclose the others.
     let elements = joined(6000, |i| format!("<n{i}:x xmlns:m{i}=\"v\"/>"));
     let declared = |from: usize, to: usize| joined(to - from, |i| format!(" xmlns:n{0}=\"u{0}\"", from + i));
     let error = mitsuba(&format!("<shape{}>{elements}</shape>", declared(0, 6000)));
@@ -55,11 +57,12 @@ fn namespaces_and_attributes_of_xml_are_limited() {
 fn defaults_that_double_say_what_doubles() {
     let doubling = joined(40, |i| format!("<default name=\"b{}\" value=\"$b{i}$b{i}\"/>\n", i + 1));
     let error = mitsuba(&format!("<default name=\"b0\" value=\"xx\"/>\n{doubling}"));
-    // Two characters, doubled twenty times, are too long: line 2 and b20 in line 22.
+    // The default `b0` in line 2 has two characters, and each further default doubles the previous
+    // one. After twenty doublings, `b20` in line 22 exceeds the limit.
     let expected = "a.xml:22:1: the attribute value of <default>, more than 1048576 bytes long where $b19 is \
                     replaced; expected a shorter text: does one default double another?";
     assert!(error.ends_with(expected), "{error}");
-    // A long text, replaced a thousand times.
+    // A long default that replaces `$b` a thousand times.
     let long = "x".repeat(1 << 20);
     let error = mitsuba(&format!(
         "<default name=\"b\" value=\"{long}\"/>\n{}",
@@ -88,7 +91,7 @@ fn materials_of_materialx_have_names_of_a_limited_length() {
 
 #[test]
 fn defaults_of_pbrt_are_limited_in_all() {
-    // Each saved state and each shape has a copy of them.
+    // Each saved state and each shape copies the parameters given by `Attribute`.
     let text = joined(8000, |i| format!("AttributeBegin Attribute \"shape\" \"float a{i}\" 1\n"));
     let error = load("a.pbrt", &format!("WorldBegin\n{text}")).unwrap_err().to_string();
     assert!(error.contains("bytes of parameters by Attribute; expected at most 32768"), "{error}");

@@ -36,7 +36,8 @@ pub fn check(shell: &Shell, program: &Path) -> Outcome<PathBuf> {
     for name in ["info.json", "vpl.json"] {
         ensure(json(&room, name)?.is_object(), || format!("{name} tells nothing"))?;
     }
-    // The same lights, from a file and by one thread: the same picture, bit by bit.
+    // The second render uses the same lights, from a file, and one thread. Its picture must be the
+    // same, bit by bit.
     let same = read(&room, "render.png")? == read(&room, "again.png")?;
     ensure(same, || "threads or files changed the picture".to_owned())?;
     refusals(shell, program, &room)?;
@@ -70,7 +71,8 @@ fn report(told: &Value) -> Outcome<()> {
     ensure(by_old_names == [PIXELS, 0], || format!("old names: {by_old_names:?}"))
 }
 
-/// Checks that impossible requests have their own exit codes, and that a missing file is named.
+/// Checks the exit codes of a missing scene and of a wrong option, and that the missing file is
+/// named.
 fn refusals(shell: &Shell, program: &Path, room: &Path) -> Outcome<()> {
     let absent = shell.command(program, "render absent.glb -o absent.exr").within(room);
     let (code, said) = absent.ended()?;

@@ -1,5 +1,5 @@
-//! Licences of the dependencies: by `cargo deny` if it is installed, else by a check of licences
-//! and sources alone.
+//! Check of the licences of dependencies, with `cargo deny` if it is installed. Otherwise only
+//! licences and sources are checked.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -43,7 +43,8 @@ fn allowed(config: &str) -> Option<BTreeSet<String>> {
     Some(list.split('"').skip(1).step_by(2).map(str::to_owned).collect())
 }
 
-/// Returns true if licences of the list meet an SPDX expression; an exception only permits more.
+/// Returns true if the allowed licences satisfy an SPDX expression. Exceptions (`WITH`) are
+/// ignored, since they only permit more.
 ///
 /// `AND` binds more tightly than `OR`, which older manifests write as a slash.
 fn is_permitted(expression: &str, allowed: &BTreeSet<String>) -> bool {

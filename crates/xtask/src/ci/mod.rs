@@ -1,9 +1,9 @@
 //! All checks that have to pass before a change is taken, from a fresh clone, except the tests.
 //!
-//! Needed are rustup's stable toolchain, a C linker, and python3 with venv. No network is needed
-//! beyond crates.io, PyPI, Rust's own toolchains and, where Chromium is not installed, the packages
-//! of the system; no GPU. Builds and screenshots go to `target`, everything else to a folder that
-//! is removed.
+//! The checks need rustup's stable toolchain, a C linker, and python3 with venv. They need no GPU.
+//! From the network they need only crates.io, PyPI, Rust's toolchains and, if Chromium is not
+//! installed, the packages of the system. Builds and screenshots are written to `target`,
+//! everything else to a temporary folder.
 
 mod blender;
 mod end_to_end;
@@ -34,8 +34,8 @@ pub fn run(shell: &Shell) -> Outcome<()> {
     shell.cargo("test --locked --release --quiet -p xtask").run()?;
     others(shell)?;
     shell.step("documentation");
-    // Libraries only: the program has the name of a library, so that its page would replace the
-    // library's.
+    // Only libraries are documented. The program has the same name as a library, and its page would
+    // replace the library's page.
     shell
         .cargo("doc --locked --release --workspace --no-deps --lib")
         .env("RUSTDOCFLAGS", "-D warnings")
@@ -74,8 +74,8 @@ pub fn run(shell: &Shell) -> Outcome<()> {
     scenes::check(shell, &program)
 }
 
-/// Checks that the renderer builds without the readers of files, and that the statistics depend on
-/// neither these readers nor a plotter.
+/// Checks that the renderer builds without the readers of files, and that `tashika-stats` depends
+/// on a fixed list of packages, without readers of files and plotters.
 fn alone(shell: &Shell) -> Outcome<()> {
     const ALL: [&str; 6] = ["glam", "libm", "rand_core", "rand_pcg", "tashika-math", "tashika-stats"];
     shell.cargo("check --locked --release -p tashika --no-default-features").run()?;
@@ -101,8 +101,8 @@ fn toolchain(shell: &Shell) -> Outcome<()> {
 /// Targets that the program has to compile for, although it does not run on them here.
 const OTHER_MACHINES: [&str; 2] = ["aarch64-apple-darwin", "x86_64-pc-windows-gnu"];
 
-/// Checks the targets and the oldest compiler that the manifests promise, if rustup can install
-/// them.
+/// Checks that the program compiles for other targets and with the oldest compiler that the
+/// manifests promise, if rustup can install them.
 fn others(shell: &Shell) -> Outcome<()> {
     if !shell.has("rustup") {
         return Ok(());

@@ -1,9 +1,9 @@
-//! Packages for crates.io: the published crates, packed as by `cargo publish --workspace`, without
-//! the upload.
+//! Check that the published crates can be packed as by `cargo publish --workspace`, without the
+//! upload.
 //!
-//! The crates are packed in the order in which they need each other. This needs the index of
-//! crates.io and some ten seconds, since nothing is compiled. Before a release, `cargo publish
-//! --workspace --dry-run` compiles the crates (CONTRIBUTING.md).
+//! The crates are packed in the order of their dependencies. This needs the index of crates.io and
+//! about ten seconds, since nothing is compiled. Before a release, `cargo publish --workspace
+//! --dry-run` compiles the crates (CONTRIBUTING.md).
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -44,8 +44,8 @@ pub fn check(shell: &Shell) -> Outcome<()> {
     Ok(())
 }
 
-/// Names and versions of the published crates; each must have the fields that crates.io requires
-/// and that people look for.
+/// Returns names and versions of the published crates. It is an error if a crate lacks a field that
+/// crates.io requires or that users look for.
 fn published(metadata: &Value) -> Outcome<Vec<(String, String)>> {
     let packages = metadata["packages"].as_array().ok_or("cargo metadata names no packages")?;
     let mut crates = Vec::new();

@@ -1,5 +1,5 @@
-//! Checks that need Python: other readers of our files, a job of another engine, pages in a
-//! browser, and the Python package.
+//! Checks that need Python: reading our files with other libraries, running a job with a farm
+//! engine, pages in a browser, and the Python package.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -27,7 +27,7 @@ pub(super) fn pip(shell: &Shell, python: &Path, what: &str) -> Task {
     shell.command(python, "-m pip --quiet --disable-pip-version-check").args(what.split(' '))
 }
 
-/// Hard scenes whose two renders take seconds.
+/// Hard scenes that two renders can check in seconds.
 const QUICK: [&str; 3] = ["pane", "double_pane", "coloured_pane"];
 
 /// Renders the quick hard scenes with two seeds: at most one pair of intervals in fifty may be
@@ -39,7 +39,7 @@ pub fn seeds(shell: &Shell, python: &Path, program: &Path) -> Outcome<()> {
     task.args(["--limit", "0.02"]).args(scenes).args(options).run()
 }
 
-/// Renders five shares of an image, and joins them, by an engine of Open Job Description.
+/// Runs a job of five shares and their merge with an engine for Open Job Description.
 pub fn job(shell: &Shell, python: &Path, program: &Path, room: &Path) -> Outcome<()> {
     const LINE: &str = "render builtin:tiny --size 70x50 --truth vpl --vpls 200 --gather 2 --error 5%";
     pip(shell, python, "install").arg("openjd-cli").run()?;
@@ -81,7 +81,7 @@ pub fn wheel(shell: &Shell, python: &Path, program: &Path, folder: &Path) -> Out
     fs::copy(program, scripts.join("tashika")).map_err(trouble)?;
     let wheel = pip(shell, python, "wheel").args(["--no-deps", "--wheel-dir"]).arg(folder);
     let made = wheel.arg("./crates/tashika-python").run();
-    // A later wheel without the program must not contain this one.
+    // The copy is removed, so that a later wheel without the program does not contain it.
     fs::remove_dir_all(&scripts).map_err(trouble)?;
     made?;
     let names = fs::read_dir(folder).map_err(|e| e.to_string())?;

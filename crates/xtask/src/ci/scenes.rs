@@ -1,4 +1,5 @@
-//! Real scenes that are no part of the project, which is complete without them.
+//! Renders of real scenes. The scenes are not part of the project; without them this check is
+//! skipped.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,7 +24,7 @@ pub fn check(shell: &Shell, program: &Path) -> Outcome<()> {
     let folder = shell.folder("scenes")?;
     shell.command(scenes.join("unpack"), "-d").arg(&folder).run_quietly()?;
     let image = shell.folder("scene")?.join("scene.exr");
-    // Each takes a second or two; one that takes two minutes hangs.
+    // A scene takes a second or two. One that takes two minutes is taken to hang.
     let small = |scene: &Path| {
         let _ = fs::remove_file(&image);
         let options =

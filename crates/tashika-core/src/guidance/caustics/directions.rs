@@ -97,8 +97,8 @@ mod tests {
     }
 
     /// Samples have the stated density: the mean of its reciprocal over samples, counting only
-    /// those within a chord `c` of a direction, is the solid angle `π c²` of that cone. Shares of
-    /// samples are shares of the weight.
+    /// those within a chord `c` of a direction, is the solid angle `π c²` of that cone. The share
+    /// of samples near the direction of a kernel is the kernel's share of the weight.
     #[test]
     fn samples_have_the_density() {
         let directions = two();

@@ -1,10 +1,10 @@
 //! Caustics: light that reaches a surface from an emitter over specular surfaces, as found by light
 //! paths.
 //!
-//! Sums over VPLs do not carry this light, and a camera path meets a small emitter by chance only.
-//! Light paths begin at the emitter, and so find both the amount of light ([`Photons`]) and its
-//! directions: each photon stores its [`Wavefront`], which predicts the direction of the light at
-//! places near by. [`Directions`] guide camera paths by these predictions.
+//! Sums over VPLs do not carry this light, and a camera path meets a small emitter only by chance.
+//! Light paths begin at the emitter. They therefore find both the amount of light ([`Photons`]) and
+//! its directions: each photon stores its [`Wavefront`], which predicts the direction of the light
+//! at places near by. [`Directions`] guide camera paths by these predictions.
 //!
 //! # Held to this by
 //! The tests below, and the suite's `caustics`.
@@ -34,8 +34,8 @@ struct Source {
     intensity: f32,
     /// Share of caustics in the flux of all light paths around the photon.
     share: f32,
-    /// Predicted directions near the photon. `None` where too few neighbours came over the same
-    /// surfaces, and for light that is drawn through panes.
+    /// Predicted directions near the photon. `None` if too few neighbours came over the same
+    /// surfaces, and for light through panes, which is found by drawing emitters.
     wavefront: Option<Wavefront>,
 }
 
@@ -183,8 +183,8 @@ mod tests {
     }
 
     /// Directions at a place on the wall lead to the point light, and half of a path's directions
-    /// are drawn from them where all light is of caustics. There are none on the other side of the
-    /// wall, from photons of other chains, or for light that is drawn through panes.
+    /// are drawn from them where all light is of caustics. No directions are found on the other
+    /// side of the wall, from photons of other chains, or for light through panes.
     #[test]
     fn directions_lead_to_where_the_light_is() {
         let mut directions = Directions::default();

@@ -17,15 +17,15 @@ use crate::math::{Frame, Vec2, Vec3};
 const FEWEST: usize = 4;
 /// Share of the neighbours that a wavefront has to predict: others may belong to other wavefronts.
 const PREDICTED: f32 = 0.25;
-/// Radius that holds this quarter of a Gaussian in two dimensions, over its standard deviation:
-/// `√(−2 ln (1 − ¼))`.
+/// Radius of the disk that holds a quarter of a Gaussian in two dimensions, over its standard
+/// deviation: `√(−2 ln (1 − ¼))`.
 const RADIUS_OF_QUARTER: f32 = 0.758_528;
-/// Range of the spread (rad): no lamp is narrower than the least, and wavefronts beyond the
-/// greatest are discarded.
+/// Range of the spread (rad). Smaller spreads are raised to the least, since no lamp is narrower;
+/// wavefronts of greater spread are discarded.
 const SPREADS: [f32; 2] = [2e-4, 0.5];
 /// Slope beyond which a direction is too far off to be predicted.
 const FAR_OFF: f32 = 4.0;
-/// Determinant up to which a place counts as in a focus.
+/// Determinant up to which a place counts as lying in a focus.
 const IN_FOCUS: f32 = 0.1;
 
 /// Another photon that came over the same surfaces.
@@ -137,7 +137,7 @@ fn crossing(frame: &Frame, near: &Neighbour) -> Crossing {
     Crossing { at: offset.truncate() - offset.z * slope, slope }
 }
 
-/// Solves `M k = v` for a symmetric positive matrix by elimination.
+/// Solves `M k = v` for a symmetric positive definite matrix by elimination.
 fn solve(mut m: [[f64; 3]; 3], mut v: [f64; 3]) -> Option<[f64; 3]> {
     for i in 0..3 {
         if m[i][i] <= 0.0 {
@@ -171,8 +171,8 @@ mod tests {
         (0..40).map(|_| one(s)).collect()
     }
 
-    /// Light from a point is predicted to come from that point at every place. Its distance is
-    /// learned from the photons even if another is stated.
+    /// For light from a point, the predicted direction at every place leads to that point. The
+    /// distance of the point is learned from the photons, even if a different distance is passed.
     #[test]
     fn light_of_a_point_is_predicted_at_other_places() {
         let mut s = Stream::new(1, Purpose::Test, 0);
@@ -191,8 +191,8 @@ mod tests {
         assert!(flat.towards_at(offset).unwrap().distance(towards(&mut s, offset)) > 0.05);
     }
 
-    /// A small sun in a wide sky, in one chain: the spread is that of the sun if at least a quarter
-    /// of the photons are from the sun.
+    /// Photons of a small sun and of a wide sky come over the same surfaces. If at least a quarter
+    /// of the photons are from the sun, the spread is that of the sun.
     #[test]
     fn a_sun_in_a_sky_keeps_its_own_spread() {
         let mut s = Stream::new(2, Purpose::Test, 0);

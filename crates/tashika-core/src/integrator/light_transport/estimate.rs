@@ -22,13 +22,14 @@ use crate::vpl::EmitterSampler;
 /// GGX roughness below which lobes are left to paths: a few VPLs would appear as spots in a mirror.
 /// Chosen.
 const NARROW: f32 = 0.25;
-/// Share of the projected light of a pixel below which an estimate is taken to miss it: chance, the
-/// pixel filter, or geometry in front of the light reduce it somewhat.
+/// Share of the light that is projected onto a pixel. An estimate below this share is taken to have
+/// missed that light. An estimate that did not miss the light may still be somewhat below the
+/// projection, by chance, by the pixel filter or by geometry in front of the light.
 pub(super) const MET: f64 = 0.25;
-/// Standard error from the choice of VPLs, over the tolerance, below which a better estimate is not
-/// needed. Chosen.
+/// Standard error due to the choice of VPLs, over the tolerance, below which that error need not be
+/// estimated more precisely. Chosen.
 const SMALL: f64 = 0.1;
-/// Camera samples that are drawn at once where each has one path.
+/// Number of camera samples that are drawn in one batch to begin paths.
 const POINTS_AT_ONCE: u32 = 32;
 
 /// Method of estimating a pixel.
@@ -52,7 +53,7 @@ pub(super) struct Common<'a> {
 }
 
 impl<'a> Common<'a> {
-    /// Context of the paths of an estimator; `clamp_distance` is that of the VPLs.
+    /// Context of the paths of an estimator; `clamp_distance` is the clamp distance of the VPLs.
     pub(super) fn lit(&self, estimator: Estimator, clamp_distance: f32) -> LightingContext<'a> {
         LightingContext {
             tracer: self.setting.tracer,
@@ -115,12 +116,13 @@ pub(super) fn summed_with(point: &GatherPoint, estimator: Estimator) -> Bsdf {
 /// The gather points of an estimate, with their camera samples.
 pub(super) struct Points {
     pub pixel: PixelSum,
-    /// True if all camera samples of the estimate contribute to emission that the camera sees.
-    /// False if only those of the points do, which are spread evenly.
+    /// True if emission that the camera sees is averaged over all camera samples of the estimate,
+    /// those of paths included. False if it is averaged only over the camera samples of the gather
+    /// points, which are spread evenly.
     is_emission_rare: bool,
     /// Tree of the points as they are summed: without narrow lobes.
     tree: GatherTree<UpperScattering<UpperAnalytic>>,
-    /// Camera samples along a curve, each next to its neighbours in the pixel.
+    /// Indices of the camera samples, sorted along a Hilbert curve over the pixel.
     by_place: Vec<u32>,
 }
 
@@ -166,8 +168,8 @@ impl Points {
     }
 }
 
-/// Position of a place in the unit square along a Hilbert curve, each step of which leads to an
-/// adjacent place.
+/// Index of the cell of a place in the unit square along a Hilbert curve. Consecutive cells are
+/// adjacent.
 fn along_curve(place: [f32; 2]) -> u32 {
     const SIDE: u32 = 256;
     let [mut x, mut y] = place.map(|v| (v * SIDE as f32) as u32);
@@ -175,7 +177,7 @@ fn along_curve(place: [f32; 2]) -> u32 {
     while side > 0 {
         let [right, upper] = [x, y].map(|v| u32::from(v & side > 0));
         along += side * side * ((3 * right) ^ upper);
-        // Each quarter is a curve again, the lower ones turned.
+        // Each quarter holds a smaller curve, in the lower quarters reflected about a diagonal.
         if upper == 0 {
             if right == 1 {
                 (x, y) = (SIDE - 1 - x, SIDE - 1 - y);
@@ -192,8 +194,8 @@ fn along_curve(place: [f32; 2]) -> u32 {
 pub(super) struct ByDraws {
     /// `V_lights`.
     pub lights: f64,
-    /// `V_lights²/ν_lights = Σ_p T_p⁴/2`, for groups `p` of VPLs that are drawn together and add
-    /// `T_p`.
+    /// `V_lights²/ν_lights = Σ_p T_p⁴/2`, for groups `p` of VPLs that are drawn together, with the
+    /// total contribution `T_p`.
     pub square_of_lights: f64,
     /// Largest contribution of such a group.
     pub largest_of_lights: f64,
@@ -213,12 +215,12 @@ pub(super) struct Estimate<'a> {
     /// Sum of the radiances of paths.
     of_paths: RgbSum,
     paths: u32,
-    /// Number of paths that began at a gather point.
+    /// Number of paths whose camera sample reached a gather point.
     met: u32,
     /// Moments of single paths, by part of the error metric.
     moments: [Moments; Controlled::MOST_PARTS],
-    /// Emission seen by all camera samples, including those that paths begin with, where emission
-    /// that the camera sees is rare.
+    /// Emission seen by all camera samples, those at which paths begin included; `None` unless
+    /// [`Points`] counts such emission as rare.
     rare_emission: Option<RareEmission>,
     camera_rays: u64,
     /// Approximate luminance of surfaces that no camera sample met.
@@ -306,8 +308,8 @@ impl<'a> Estimate<'a> {
         }
     }
 
-    /// Follows paths, each from a camera sample of its own: paths from the points of the sum would
-    /// not show how these differ.
+    /// Follows paths, each from a new camera sample. Paths from the gather points of the sum would
+    /// not show the variance due to the choice of these points.
     fn follow(&mut self, paths: u32) {
         let estimator = if self.points.is_some() { Estimator::Vpls } else { Estimator::Paths };
         while self.paths < paths {
@@ -365,7 +367,7 @@ impl<'a> Estimate<'a> {
 
     /// Spread of the sum over VPLs, by its strata, for a part of the error metric.
     ///
-    /// * `gathered`: that sum, from which the amount of the part for a luminance of 1 is taken.
+    /// * `gathered`: the estimate of the sum, which gives the ratio of the part to the luminance.
     pub(super) fn spread(&self, part: usize, gathered: &RgbSum) -> Spread {
         self.cut.as_ref().map_or_else(Spread::default, |cut| cut.spread(part, gathered))
     }
@@ -373,12 +375,11 @@ impl<'a> Estimate<'a> {
     /// Approximate errors due to the choice of VPLs and of camera samples.
     ///
     /// Samples are spread evenly over the pixel. Two neighbouring samples are treated as
-    /// independent draws from a region that holds both, so that their sum has the variance
-    /// `E (v_a − v_b)²`. Each is compared with the one before it and the one after it along a curve
-    /// (successive differences, Wolter 2007, section 8.2): where there are bright samples and dark
-    /// ones, some are next to each other.
+    /// independent draws from one region. Their sum then has the variance `E (v_a − v_b)²`.
+    /// Neighbours are consecutive samples along a Hilbert curve (successive differences, Wolter
+    /// 2007, section 8.2). If a pixel has bright and dark samples, some of its neighbours differ.
     ///
-    /// * `tolerance`: sets the size below which errors need not be known better.
+    /// * `tolerance`: errors below a small share of it need not be estimated precisely.
     pub(super) fn by_draws(&self, part: usize, tolerance: f64) -> ByDraws {
         let Some(points) = self.points else { return ByDraws::default() };
         let of = &self.common.controlled.parts()[part];
@@ -410,7 +411,8 @@ impl<'a> Estimate<'a> {
         }
         let samples = points.by_place.len() as f64;
         by_samples *= 0.5 * samples / f64::max(samples - 1.0, 1.0);
-        // For groups of `K` VPLs that are drawn together and contribute equally.
+        // The powers of `K` hold for groups of `K` VPLs that are drawn together and contribute
+        // equally.
         ByDraws {
             lights: k * population.importance_by_lights,
             square_of_lights: 0.5 * k * k * k * population.importance_fourth,
@@ -430,7 +432,8 @@ impl<'a> Estimate<'a> {
         self.rare_emission.as_ref().map(|emission| &emission.moments[..self.common.controlled.parts().len()])
     }
 
-    /// Returns true if the estimate sums over gather points, of a fixed number of camera samples.
+    /// Returns true if the estimate is a sum over gather points, whose number of camera samples is
+    /// fixed.
     pub(super) fn has_points(&self) -> bool {
         self.points.is_some()
     }
@@ -454,12 +457,12 @@ impl<'a> Estimate<'a> {
         self.importance_unmet = importance_luminance;
     }
 
-    /// Approximate largest error due to surfaces that no camera sample met, with the probability
-    /// `1 − δ`.
+    /// Approximate bound, with probability `1 − δ`, on the error due to surfaces that no camera
+    /// sample met.
     ///
-    /// A share `c` of the pixel is missed by `n` samples with the probability `(1 − c)ⁿ`, which is
-    /// below `δ` from `c = ln(1/δ) / n` on. For a sum over VPLs these are the samples of its gather
-    /// points.
+    /// The probability that `n` samples all miss a surface that covers the share `c` of the pixel
+    /// is `(1 − c)ⁿ`. It is below `δ` if `c ≥ ln(1/δ) / n`. For a sum over VPLs, `n` counts the
+    /// camera samples of the gather points.
     pub(super) fn unmet(&self, part: usize, delta: f64) -> f64 {
         if self.importance_unmet == 0.0 || self.samples_meet_surface() {
             return 0.0;
@@ -469,8 +472,7 @@ impl<'a> Estimate<'a> {
         of_surface * ln_f64(delta.recip()) / samples.max(1) as f64
     }
 
-    /// Returns true if any camera sample of the gather points met a surface, or for full paths, any
-    /// camera sample.
+    /// Returns true if any of the camera samples that [`unmet`](Self::unmet) counts met a surface.
     pub(super) fn samples_meet_surface(&self) -> bool {
         self.points.map_or(self.met > 0, |points| !points.pixel.points.is_empty())
     }
@@ -494,7 +496,8 @@ impl<'a> Estimate<'a> {
 mod tests {
     use super::along_curve;
 
-    /// Every cell of the square is on the curve, each next to the one before.
+    /// All cells of the square are sorted by their index on the curve. Consecutive cells share an
+    /// edge.
     #[test]
     fn steps_along_the_curve_lead_to_the_next_cell() {
         let place = |cell: u32| [(cell % 256) as f32 / 256.0, (cell / 256) as f32 / 256.0];

@@ -10,13 +10,14 @@
 //! | VPLs: `V_lights`, camera samples: `V_points` | [`Population`](crate::cut::Population) |
 //! | paths: `V_paths` | the pixel's own paths and [`nearby`](super::nearby) ones |
 //!
-//! with the degrees of freedom of Satterthwaite 1946. [`Population`](crate::cut::Population) uses
-//! the samples of the cut. Where emission that the camera sees is rare, `V_paths` includes all
-//! camera samples. `b` is approximately the largest contribution that may be missing from the
-//! samples: of a stratum, of a path of the neighbourhood, or of a VPL. Where no camera sample met a
-//! surface and one may be in the pixel, the last term is at least the light of surfaces of the
-//! neighbourhood times the share of the pixel that these samples may miss ([`Estimate::unmet`]).
-//! The interval is an estimate: measured, not proven.
+//! The degrees of freedom `ν` are those of Satterthwaite 1946.
+//! [`Population`](crate::cut::Population) uses the samples of the cut. If emission that the camera
+//! sees is rare, `V_paths` includes the variance of that emission over all camera samples. `b` is
+//! approximately the largest contribution that may be missing from the samples: of a stratum, of a
+//! path of the neighbourhood, or of a VPL. If no camera sample met a surface although one may be in
+//! the pixel, the last term is at least the luminance of surfaces in the neighbourhood times the
+//! share of the pixel that the samples may have missed ([`Estimate::unmet`]). The interval is an
+//! estimate: measured, not proven.
 
 use super::super::ControlOptions;
 use super::super::looks::AIM;
@@ -27,8 +28,7 @@ use crate::math::elementary::{ln_f64, powf_f64};
 use crate::stats::stratified::KAPPA;
 use crate::stats::{Moments, student_t_two_sided};
 
-/// Exponent of the number of pairs with which the variance of a cut falls (record, light
-/// transport).
+/// Exponent `p` of the variance of a cut, which falls as `pairs^(−p)` (record, light transport).
 const FALL: f64 = 1.77;
 
 /// Result of an interim analysis, for the part of the error metric with the widest interval.
@@ -71,8 +71,8 @@ impl Finding {
             let paths = PathSpread::of(own, &theirs);
             let emission = estimate.rare_emission().map(|parts| parts[part]).unwrap_or_default();
             let samples = (emission.count() as f64).max(1.0);
-            // Taken for independent: a camera sample that sees only emission has no path, so that
-            // both together vary less.
+            // The two variances are added as if independent. The variance of the sum is smaller,
+            // since a camera sample that sees only emission has no path.
             let of_paths = paths.variance + emission.variance() / samples;
             let by_draws = estimate.by_draws(part, tolerance);
             let of_cut = spread.reckoned_variance();
@@ -90,7 +90,8 @@ impl Finding {
                 KAPPA_OF_PATHS * by_draws.largest_of_lights,
             ];
             let mut rare = rare.map(|b| b * ln_f64(2.0 / delta));
-            // The camera samples of gather points are fixed, those of paths grow.
+            // The number of camera samples of gather points is fixed, so that the error due to
+            // unmet surfaces does not fall. That of paths grows, and the error falls with it.
             let by_source = if estimate.has_points() { 2 } else { 1 };
             rare[by_source] = rare[by_source].max(estimate.unmet(part, delta));
             let half_width = errors * variance.sqrt() + rare.into_iter().fold(0.0, f64::max);
@@ -166,7 +167,7 @@ impl Finding {
             if half_width <= AIM * self.tolerance {
                 return (growth, true);
             }
-            // Decrease of the half-width for a little work.
+            // Decrease of the half-width per unit of work, up to a common factor.
             let gain = |k: usize| {
                 let power = if k == 0 { FALL } else { 1.0 };
                 let by_variance = self.errors * power * varies[k];
@@ -190,7 +191,8 @@ pub(super) enum Source {
     Both,
 }
 
-/// Multiple of the variance of the cut from which its samples estimate another variance well.
+/// Least ratio of another variance to the variance of the cut at which the samples of the cut
+/// estimate the former well.
 const KNOWN: f64 = 3.0;
 /// Factor of one step of growth.
 const STEP: f64 = 1.05;
@@ -199,7 +201,8 @@ const STEP: f64 = 1.05;
 mod tests {
     use super::*;
 
-    /// A background that all camera samples see alike needs more than a few samples as proof.
+    /// All variances are zero, and the term for rare light of paths exceeds the tolerance, as for a
+    /// background of one colour after a few samples. The number of paths grows.
     #[test]
     fn what_does_not_vary_grows_as_well() {
         let found = Finding {
@@ -215,8 +218,8 @@ mod tests {
         assert!(is_enough && growth[0] == 1.0 && (2.0..2.5).contains(&growth[1]), "{growth:?}");
     }
 
-    /// An estimate with a wide interval from its paths grows by paths, one with a wide interval
-    /// from its cut by pairs, each as far as needed.
+    /// If the variance of paths makes the interval wide, paths grow; if the variance of the cut
+    /// does, pairs grow. Both grow only as far as needed, and at most as far as permitted.
     #[test]
     fn estimates_grow_where_they_are_wide() {
         let found = |cut: f64, paths: f64| Finding {

@@ -20,14 +20,14 @@ use crate::vpl::{
 };
 
 /// VPLs of a scene in their tree, guided to a view. They are unbiased for other views as well, but
-/// may be placed badly.
+/// may be placed badly for them.
 #[derive(Clone, Debug)]
 pub struct GuidedLights {
     tree: LightTree,
     provenance: Provenance,
     options: VplOptions,
     truth: Truth,
-    /// Directions of the emitters that are single directions.
+    /// Directions of the scene's directional lights.
     given_directions: Vec<Vec3>,
     importance_brightness: f64,
     importance_correlation: f64,
@@ -37,13 +37,14 @@ pub struct GuidedLights {
     lamps: Option<SeenLight>,
 }
 
-/// Factor on the clamp distance where compensation adds the clamped light. The variance of a nearby
-/// VPL, in units of the light of a wall of VPLs, falls with the square of this factor; that of the
-/// paths that find such walls hardly grows.
+/// Factor on the clamp distance where paths add the light that clamping removes. The variance due
+/// to a nearby VPL, relative to the light of a wall covered with VPLs, falls with the square of
+/// this factor. The variance of the paths that find such walls hardly grows.
 const COMPENSATED: f32 = 4.0;
 
-/// Further factor on the clamp distance of the VPLs of truths. Their light varies half as much from
-/// set to set, which no number of paths reduces, and single paths up to twice as much.
+/// Further factor on the clamp distance of VPLs by which an audit estimates true pixel values. The
+/// factor halves the variation from set to set, which no number of paths reduces; single paths vary
+/// up to twice as much.
 const OF_TRUTHS: f32 = 4.0;
 
 /// Factor on the clamp distance of a set.
@@ -51,7 +52,8 @@ fn farther(truth: Truth, clamp: Clamp) -> f32 {
     if (truth, clamp) == (Truth::Transport, Clamp::Auto) { COMPENSATED } else { 1.0 }
 }
 
-/// Learns which emission matters to the view. Returns the options by which it is drawn as well.
+/// Learns which emission contributes to the view. Returns the options with [`Emission::ByUse`], and
+/// the guided tracer.
 fn learn<'t>(tracer: &'t Tracer, options: &VplOptions, view: &View<'_>) -> Result<(VplOptions, Guided<'t>)> {
     tracer.scene().check_method("tashika", Abilities::STILL)?;
     let options = VplOptions { emission: Emission::ByUse, ..options.clone() };
@@ -81,15 +83,15 @@ impl GuidedLights {
     /// ([`learn_light_guide`]). Runs on the current thread pool.
     ///
     /// # Errors
-    /// Options out of range; no direct VPLs or no others; the truth of a single set.
+    /// Options out of range; a `direct_share` of 0 or 1; [`Truth::Vpl`].
     pub fn trace(tracer: &Tracer, options: &VplOptions, truth: Truth, view: &View<'_>) -> Result<Self> {
         let (set, options, guided) = traced(tracer, options, truth, view)?;
         Self::new(&set, options, truth, view, &guided)
     }
 
-    /// Traces VPLs of surfaces alone, for a [path sampler](super::LightTransport::path_sampler),
-    /// which draws a few of them and of the emitters at each gather point. The truth is light
-    /// transport.
+    /// Traces VPLs that represent only light reflected by surfaces, for a [path
+    /// sampler](super::LightTransport::path_sampler). The sampler draws a few VPLs and a few
+    /// emitter samples at each gather point. The truth is light transport.
     ///
     /// # Errors
     /// Options out of range.
@@ -97,8 +99,9 @@ impl GuidedLights {
         Ok(Self::drawn_from(tracer, options, view, 1.0)?.0)
     }
 
-    /// Traces VPLs of surfaces alone for truths of an audit. They are clamped four times farther,
-    /// and come with estimates of unsampled light and of the variance from set to set.
+    /// Traces VPLs by which an audit estimates true pixel values. They are those of
+    /// [`to_draw`](Self::to_draw) with four times the clamp distance. In addition, unsampled light
+    /// and the variance from set to set are estimated.
     ///
     /// # Errors
     /// Options out of range.
@@ -124,9 +127,10 @@ impl GuidedLights {
         Ok((lights, guided))
     }
 
-    /// Traces the set of [`trace`](Self::trace) alone, which the parts of a picture can share as a
-    /// file. [`given`](Self::given) makes the same lights of it, bit for bit, if the options were
-    /// the defaults except for count, clamp and seed.
+    /// Traces only the set of VPLs of [`trace`](Self::trace), which can be stored in a file and
+    /// shared by the parts of a picture. From this set, [`given`](Self::given) makes the same
+    /// lights as `trace`, bit for bit, if all options except count, clamp and seed are the
+    /// defaults.
     ///
     /// # Errors
     /// As [`trace`](Self::trace).
@@ -134,15 +138,16 @@ impl GuidedLights {
         Ok(traced(tracer, options, truth, view)?.0)
     }
 
-    /// Lights of a set that was traced before, with its own clamp. They are guided to the view only
-    /// if that tracing was. Runs on the current thread pool.
+    /// Makes the lights of a set that was traced before, with the clamp distance of that set. The
+    /// VPLs are guided to the view only if the set was traced with that guidance. Runs on the
+    /// current thread pool.
     ///
     /// The guarantee of [`LightTransport`](super::LightTransport) holds for sets from an unbiased
     /// tracing of this scene, as by [`VplSet::trace`] and [`trace_set`](Self::trace_set).
     ///
     /// # Errors
     /// A set without direct VPLs, though the scene has emitters; a set with images of another
-    /// scene; the truth of a single set.
+    /// scene; [`Truth::Vpl`].
     pub fn given(tracer: &Tracer, set: &VplSet, truth: Truth, view: &View<'_>) -> Result<Self> {
         set.validate_for(tracer.scene())?;
         let provenance = set.provenance();
@@ -176,8 +181,8 @@ impl GuidedLights {
         Ok(lights)
     }
 
-    /// Learns the correlation of the VPLs and the lamps that the camera sees, which estimates by
-    /// these VPLs do not show.
+    /// Learns two properties that estimates by these VPLs do not show: the correlation of the VPLs,
+    /// and the lamps that the camera sees.
     fn learn_limits(&mut self, tracing: &LightTracer<'_>, view: &View<'_>) {
         self.importance_correlation = importance_correlation(tracing, view, &self.provenance, self.key(2));
         self.lamps = SeenLight::lamps(tracing, view, self.key(4));
@@ -268,7 +273,8 @@ impl GuidedLights {
         self.on_surfaces.as_ref()?.seen_caustics.as_ref()
     }
 
-    /// Account of the light in view by light paths alone; none if the camera has a lens or moves.
+    /// Account of the light in view, from light paths alone; `None` if the camera has a lens or
+    /// moves.
     pub fn account(&self) -> Option<LightAccount> {
         self.on_surfaces.as_ref()?.account
     }
@@ -293,13 +299,13 @@ impl GuidedLights {
         self.importance_brightness
     }
 
-    /// Approximate variance of these VPLs over that of independent ones: light paths leave several
-    /// VPLs.
+    /// Approximate ratio of the variance of a sum over these VPLs to that over independent VPLs. It
+    /// exceeds 1 if VPLs that one light path leaves are correlated.
     pub(super) fn importance_correlation(&self) -> f64 {
         self.importance_correlation
     }
 
-    /// Returns true if a light is in every set: an emitter that is a point or a single direction.
+    /// Returns true if a light is in every set, as point lights and directional lights are.
     pub(super) fn is_given(&self, light: &Vpl) -> bool {
         match light.kind {
             VplKind::Omni | VplKind::Spot(_) | VplKind::Image(_) => true,

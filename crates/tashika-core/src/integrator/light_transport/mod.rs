@@ -6,19 +6,23 @@
 //! L̂ = B + Σ_pairs ȳ_k + (1/m) Σ_paths          E L̂ = light transport
 //! ```
 //!
-//! with the emission seen directly; a stratified sum over all VPLs ([`GuidedLights`]) by a cut that
-//! does not depend on its own samples ([`cut`](crate::cut)) and is guided by pilot visibility; and
-//! paths of the light that VPLs do not carry ([`compensation`](crate::compensation)).
+//! `B` is the emission seen directly. The first sum is a stratified estimate of the sum over all
+//! VPLs ([`GuidedLights`]), by a cut that is guided by pilot visibility and does not depend on its
+//! own samples ([`cut`](crate::cut)). The `m` paths estimate the light that VPLs do not carry
+//! ([`compensation`](crate::compensation)).
 //!
-//! The cost of a cut is sublinear in VPLs and points. Both are so numerous that their choice is a
-//! small part of the half-width; the samples of the cut estimate that part
-//! ([`Population`](crate::cut::Population)). Each interim analysis compares the half-width with
-//! `max(ε L̂ / (1 + ε), ε_abs)`; if it is too wide, pairs and paths grow by the predicted need of
-//! each ([`Finding::growth`](interval::Finding::growth)). Where growth does not help, the pixel is
-//! restarted: nearby VPLs are clamped farther away, and pixels with edges have more points. Where
-//! that is not enough, or paths of the neighbourhood show that VPLs do not help or are not needed,
-//! the pixel is estimated by full paths alone ([`Estimator`]). Without an `ε_abs` of the user, it
-//! is `ε` of a hundredth of the mean luminance of the view.
+//! The cost of a cut is sublinear in the numbers of VPLs and points. These numbers are so large
+//! that the choice of VPLs and points contributes only a small part of the half-width. The samples
+//! of the cut estimate that part ([`Population`](crate::cut::Population)).
+//!
+//! Each interim analysis compares the half-width with `max(ε L̂ / (1 + ε), ε_abs)`. If the
+//! half-width is larger, the numbers of pairs and of paths grow by predicted factors
+//! ([`Finding::growth`](interval::Finding::growth)). If growth cannot help, the pixel is restarted:
+//! with a longer clamp distance if the choice of VPLs dominates the error, with more gather points
+//! if the choice of points does. If a restart is not enough, or paths of the neighbourhood show
+//! that VPLs do not help or are not needed, the pixel is estimated by full paths alone
+//! ([`Estimator`]). If the user sets no `ε_abs`, it is `ε` times a hundredth of the mean luminance
+//! of the view.
 //!
 //! # Guarantee
 //! For a given number of pairs and paths the estimate is unbiased over sets of VPLs, except for

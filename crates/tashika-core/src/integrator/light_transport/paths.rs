@@ -1,17 +1,17 @@
-//! Paths of light transport with drawn VPLs, a given number for each pixel.
+//! Paths of light transport that draw VPLs. The caller sets the number of paths of each pixel.
 //!
-//! A path begins at a gather point of its own. There and at each later surface emitters and VPLs
-//! are drawn by learned probabilities ([`Choices`](crate::compensation::Choices)): a few at the
-//! first surface, one at others. VPLs stand for all light that diffuse surfaces reflect, the path
-//! for the rest. So most paths are short, and no pixel needs a cut.
+//! Each path begins at its own gather point. There and at each later surface, emitters and VPLs are
+//! drawn by learned probabilities ([`Choices`](crate::compensation::Choices)): a few at the first
+//! surface, one of each at later surfaces. VPLs represent all light that diffuse surfaces reflect;
+//! the path estimates the rest. Most paths are therefore short, and no pixel needs a cut.
 //!
-//! VPLs are clamped [farther](CLAMP) than those of sums: the variance of single paths stays about
-//! the same, and that from set to set falls.
+//! The [clamp distance](CLAMP) is longer than that of sums over VPLs. This reduces the variance
+//! from set to set, and hardly changes the variance of single paths.
 //!
 //! # Guarantee
 //! The mean of a pixel is unbiased over sets of VPLs, as that of
-//! [`LightTransport`](super::LightTransport) is. The mean and the variance over sets are held to
-//! this by `paths::tests`, unsampled light by the suite's `hard_light`.
+//! [`LightTransport`](super::LightTransport) is. `paths::tests` check the mean and the estimated
+//! variance over sets; the suite's `hard_light` checks the estimate of unsampled light.
 
 use super::estimate::{Common, Estimator, summed_with};
 use super::nearby::{FOUND, PATHS};
@@ -23,7 +23,7 @@ use crate::integrator::{PathSamples, SamplePaths, Setting};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
 
-/// Lights drawn at a gather point, which cost about as much as the path. Chosen.
+/// Numbers of lights drawn at a gather point. Together they cost about as much as the path. Chosen.
 const DRAWS: Draws = Draws { emitters: 2, vpls: 4 };
 
 /// Index of the clamp distance. A quarter of that distance raises the standard deviation over sets
@@ -123,8 +123,8 @@ mod tests {
     use crate::stats::Moments;
     use crate::vpl::{Clamp, VplOptions};
 
-    /// The mean over an image agrees with the path tracer, with lights of several seeds. Half of
-    /// the light comes from other surfaces, so that paths without it would be far off.
+    /// The mean over an image, averaged over eight seeds of the lights, agrees with the path
+    /// tracer. Half of the light is indirect, so that the test would fail without it.
     #[test]
     fn the_mean_is_that_of_the_path_tracer() {
         let tracer = Tracer::new(Arc::new(builtin::tiny()));
@@ -186,16 +186,18 @@ mod tests {
                 of_paths[k] += found.luminance.variance() / f64::from(PATHS) / SETS as f64;
             }
         }
-        // Pixels in which the variance of single paths does not hide that of sets.
+        // Pixels in which the variance over sets is at least twice that of the mean of paths.
         let clear: Vec<usize> = (0..12).filter(|k| told[*k] > 2.0 * of_paths[*k]).collect();
         assert!(clear.len() >= 4, "{told:?} {of_paths:?}");
         let ratio = |k: &usize| (by_sets[*k].variance() - of_paths[*k]) / told[*k];
         let mean = clear.iter().map(ratio).sum::<f64>() / clear.len() as f64;
-        // Pixels vary together, so that the variance of 24 sets is known to a third at best.
+        // The values of the pixels are correlated, so that the mean ratio is no more precise than a
+        // variance of 24 values: to a third at best.
         assert!((0.4..1.6).contains(&mean), "{mean}");
     }
 
-    /// A part of a tile gives the same pixels; a pixel that needs no path has none.
+    /// Sampling a part of a tile returns the same pixels as sampling the whole tile. A pixel whose
+    /// count is zero has no paths.
     #[test]
     fn tiles_do_not_enter() {
         let tracer = Tracer::new(Arc::new(builtin::tiny()));

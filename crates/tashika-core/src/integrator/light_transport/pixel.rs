@@ -18,26 +18,28 @@ const FIRST: [f64; 2] = [64.0, 32.0];
 const LEAST_GROWTH: f64 = 1.1;
 /// Most growth of pairs and paths between analyses.
 const MOST_GROWTH: [f64; 2] = [2.0, 4.0];
-/// Rays of a path that take as long as a pair with its samples, bounds and lists. Chosen.
+/// Work of a pair, with its samples, bounds and lists, in rays of a path. Chosen.
 const WORK_OF_PAIRS: f64 = 4.0;
 /// Factor by which the number of camera samples grows where they limit a pixel.
 const MORE_SAMPLES: u32 = 8;
 /// Most camera samples of a sum over VPLs.
 const MOST_SAMPLES: u32 = 8192;
-/// Share of the tolerance above which a source of error that does not fall as an estimate grows is
-/// reduced by a restart of the pixel.
+/// Share of the tolerance. If a source of error that does not fall as the estimate grows exceeds
+/// this share, the pixel is restarted to reduce that source.
 const ENOUGH: f64 = 0.7;
-/// Share of the tolerance above which such sources end sums over VPLs: the rest of the tolerance
-/// would take a very large number of pairs and paths.
+/// Share of the tolerance. If such sources together exceed this share, the sum over VPLs ends:
+/// meeting the rest of the tolerance would take a very large number of pairs and paths.
 const TOO_MUCH: f64 = 0.87;
-/// Share of the tolerance above which a restart reduces such a source as well.
+/// Share of the tolerance. A restart reduces every such source that exceeds this share.
 const PART: f64 = 0.4;
-/// Share of the permitted work after which a pixel is not restarted: the rest would not get as far.
+/// Share of the permitted work after which a pixel is not restarted: the remaining work would not
+/// reach the same precision.
 const LATE: f64 = 0.25;
 /// Share of the tolerance that unsampled light may have.
 const NEGLIGIBLE: f64 = 0.25;
-/// Number of trial samples that have to meet emission for the samples of the points to be enough.
-/// Chosen: where four are expected to meet it, one choice in fifty meets none.
+/// Least number of trial samples that meet emission for which the camera samples of the gather
+/// points suffice to estimate it. Chosen: if four are expected to meet emission, the probability
+/// that none does is 1/50.
 const ENOUGH_MEET: usize = 4;
 /// Camera samples for features where there are only paths.
 const SAMPLES_OF_FEATURES: u32 = 16;
@@ -69,7 +71,7 @@ pub(super) struct Pixel<'a, 'v> {
     by_light_paths: f64,
     /// Analyses of all restarts together.
     looks: Looks,
-    /// Pairs and paths of estimates that are ended.
+    /// Pairs and paths of estimates that have ended.
     given_up: u64,
     pairs: u64,
     rays: u64,
@@ -89,8 +91,8 @@ fn more(samples: u32) -> u32 {
 enum Ended {
     Met,
     OutOfBudget,
-    /// A source of error that does not fall as the estimate grows. For lights, and for points: true
-    /// if the pixel is to be restarted with better ones.
+    /// A source of error does not fall as the estimate grows. The flags, for lights and for points,
+    /// are true if the pixel is to be restarted with better ones.
     HeldUp([bool; 2]),
 }
 
@@ -127,7 +129,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
         }
     }
 
-    /// Works until the tolerance is met, or nothing helps.
+    /// Estimates the pixel until the tolerance is met or no further work is predicted to help.
     pub(super) fn estimate(mut self, memory: &mut CutMemory) -> PixelRecord {
         let only = self.method.only.filter(|_| self.common.compensates);
         let begins_with_paths = only.map_or_else(|| self.are_vpls_in_vain(), |only| only == Estimator::Paths);
@@ -140,7 +142,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
         self.stated()
     }
 
-    /// Estimates by sums over VPLs. Returns true if the pixel needs nothing else.
+    /// Estimates by sums over VPLs. Returns true if full paths need not be tried.
     fn by_vpls(&mut self, memory: &mut CutMemory) -> bool {
         let mut samples = self.samples_for_lamps(self.common.setting.view.gather.points);
         if self.is_rim(samples) {
@@ -151,7 +153,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
         let visibility = self.visibility.get();
         self.rays += visibility.segments_per_pixel;
         for attempt in 0.. {
-            // An estimate after a restart has nothing in common with the one before.
+            // Each attempt has its own random numbers: its estimate is independent of the earlier
+            // ones.
             let key = rng::key(self.key, Purpose::Replicate, attempt);
             let (method, common) = (self.method, self.common);
             let points = Points::new(&common, self.at, samples, is_emission_rare, key);
@@ -180,7 +183,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
     }
 
     /// Number of camera samples that are likely to meet the lamps that the pixel sees, at least
-    /// `few`. Samples drawn for this alone decide: those of the estimate would bias the estimate.
+    /// `few`. Separate samples decide, since a decision by the samples of the estimate would bias
+    /// it.
     fn samples_for_lamps(&mut self, few: u32) -> u32 {
         let mut samples = few;
         while samples < MOST_SAMPLES && self.misses_lamps(samples) {
@@ -190,7 +194,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
         if self.sees_small_lamp { more(samples) } else { few }
     }
 
-    /// Returns true if `samples` camera samples, drawn for this alone, miss a lamp.
+    /// Returns true if `samples` camera samples, drawn only for this test, miss a lamp.
     fn misses_lamps(&mut self, samples: u32) -> bool {
         if !self.common.sees_lamps(self.at) {
             return false;
@@ -199,16 +203,16 @@ impl<'a, 'v> Pixel<'a, 'v> {
         self.common.lamps_not_met(self.at, &seen) > 0.0
     }
 
-    /// Returns true if `samples` camera samples, drawn for this alone, all miss surfaces that may
-    /// be in the pixel.
+    /// Returns true if a surface may be in the pixel, and `samples` camera samples, drawn only for
+    /// this test, all miss it.
     fn is_rim(&mut self, samples: u32) -> bool {
         let common = self.common;
         let may_be = common.compensates && self.of_view.nearby(&common, self.at, 0).are_surfaces_missed();
         may_be && self.try_samples(samples).points.is_empty() && self.importance_unmet() > 0.0
     }
 
-    /// Returns true if `samples` camera samples are likely to miss emission that the camera sees: a
-    /// window that is mirrored by a rim fills a thousandth of the pixel.
+    /// Returns true if `samples` camera samples are likely to miss emission that the camera sees.
+    /// The image of a window in a reflective rim, for example, fills a thousandth of the pixel.
     fn is_emission_rare(&mut self, samples: u32) -> bool {
         let common = self.common;
         if !common.compensates {
@@ -229,7 +233,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
         seen.samples.iter().filter(|sample| !sample.background.is_black()).count() < ENOUGH_MEET
     }
 
-    /// Draws camera samples to plan the estimate; planning by its own samples would bias it.
+    /// Draws camera samples to plan the estimate. Planning by the samples of the estimate would
+    /// bias it.
     fn try_samples(&mut self, samples: u32) -> PixelSum {
         self.rays += u64::from(samples);
         self.common.samples(self.at, samples, rng::key(self.key, Purpose::Guidance, samples.into()))
@@ -249,8 +254,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
     }
 
     /// Returns true if paths of the neighbourhood show that VPLs would be of no use or are not
-    /// needed. Pixels with light that may be unsampled are left to VPLs, whose estimate includes
-    /// its amount.
+    /// needed. If light may be unsampled in the pixel, VPLs are used, since only their estimate
+    /// states the amount of unsampled light.
     fn are_vpls_in_vain(&mut self) -> bool {
         let (method, common) = (self.method, self.common);
         if !common.compensates || common.sees_lamps(self.at) {
@@ -264,7 +269,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
         let are_in_vain = nearby.are_vpls_in_vain(&common)
             || (nearby.are_paths_cheap(&common, &method.options) && !self.is_background());
         if are_in_vain {
-            // Otherwise these rays are counted with the sums.
+            // If VPLs are used, `by_vpls` counts these rays.
             self.rays += nearby.rays_per_pixel(Estimator::Vpls);
         }
         are_in_vain
@@ -297,8 +302,9 @@ impl<'a, 'v> Pixel<'a, 'v> {
         luminance
     }
 
-    /// Learns from camera samples whether the pixel may be lit, and a lower bound on its luminance
-    /// from light paths where paths of the neighbourhood found much less.
+    /// Determines from camera samples whether the pixel may be lit. Where paths of the
+    /// neighbourhood found much less light than light paths did, also sets the lower bound on the
+    /// luminance from light paths.
     fn look_at(&mut self, seen: &PixelSum) {
         if !self.common.compensates {
             return;
@@ -349,14 +355,14 @@ impl<'a, 'v> Pixel<'a, 'v> {
         self.method.most_work().saturating_sub(self.given_up)
     }
 
-    /// Grows an estimate until its interval is narrow enough, or never will be.
+    /// Grows an estimate until its interval is narrow enough, or until growth cannot make it so.
     ///
     /// * `nearby`: moments of paths of the neighbourhood, by part of the error metric.
-    /// * `can_mend`: true for lights, and for points, if a restart could improve them.
+    /// * `can_mend`: flags for lights and for points; true if a restart could improve them.
     fn refine(&mut self, mut estimate: Estimate<'_>, nearby: &[Moments], can_mend: [bool; 2]) -> Ended {
         let most = self.left() as f64;
         let [mut pairs, mut paths] = FIRST;
-        // The first sizes only plan, unless they are the last.
+        // The first analysis only plans the next, unless the budget is used up by then.
         let mut is_planned = pairs + paths >= most;
         let ended = loop {
             estimate.grow(pairs as u64, paths as u32);
@@ -384,9 +390,10 @@ impl<'a, 'v> Pixel<'a, 'v> {
             let sources = [Source::Lights, Source::Points];
             let stands_in_the_way = [0, 1].map(|k| can_mend[k] && found.is_held_up_by(sources[k], ENOUGH));
             if stands_in_the_way != [false; 2] || found.is_held_up_by(Source::Both, TOO_MUCH) {
-                // It ends because its interval is wide, so that the interval may be stated.
+                // The estimate ends because its interval is wide. This does not favour intervals
+                // that are too narrow, so the interval may be stated.
                 self.may_claim = true;
-                // All sources with a part in the error are reduced at the same time.
+                // One restart reduces all sources with a considerable share of the error.
                 break Ended::HeldUp([0, 1].map(|k| can_mend[k] && found.share_of(sources[k]) > PART));
             }
             let found = if is_planned {
@@ -419,7 +426,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
     /// Record of the pixel.
     fn stated(&self) -> PixelRecord {
         let found = self.finding.expect("each pixel is looked at");
-        // Samples that all found no light have no variance, and may have missed some.
+        // If no sample found light, the variance is zero, although light may have been missed.
         let is_nothing_found = self.may_be_lit && found.is_exact() && found.mean.total().is_black();
         let missing = self.importance_missing(&found);
         let is_found = !is_nothing_found && missing <= NEGLIGIBLE * found.tolerance;

@@ -1,10 +1,11 @@
 //! Radiance of a pixel by group of lights.
 //!
-//! All light of a path comes from one emitter or another; each contribution is added to the group
-//! of its emitter as well as to the whole. The planes of all groups are estimates by the same
-//! paths, so that they add up to the radiance. Each plane is the mean of independent paths: an
-//! unbiased estimate of the scene with the lights of the group alone. The choice of emitters is
-//! guided by all groups, so that a faint group has a large error.
+//! Each contribution to a path comes from one emitter. It is added to the group of that emitter as
+//! well as to the radiance of the pixel. The planes of all groups are estimates by the same paths,
+//! so that they add up to the radiance. Each plane is the mean of independent paths: an unbiased
+//! estimate of the image that the lights of the group alone would give. Emitters are chosen by a
+//! distribution over all groups, so that the emitters of a faint group are drawn rarely, and its
+//! relative error is large.
 //!
 //! # Held to this by
 //! The suite's `light_groups`.

@@ -7,20 +7,22 @@
 //! [`Leg::fly`] draws whether a path is scattered before it reaches the next surface. If it is,
 //! light is sampled as at a surface: from the emitters, along a segment with the transmittance of
 //! the media, and by following the phase function of Henyey and Greenstein, weighted by the balance
-//! heuristic over the two densities of a direction. The probability of reaching the emitter is in
-//! neither density: the weights sum to one for every point of an emitter all the same.
+//! heuristic over the two densities of a direction. Both densities omit the probability of reaching
+//! the emitter. The weights nevertheless sum to one for every point of an emitter.
 //!
 //! The medium of a path is set by the last interface that the path passed, and at first by the
 //! camera. Unoccluded segments are walked from interface to interface, with the transmittance of
-//! each medium on the way. Light from infinity is black where a medium has no end.
+//! each medium on the way. Light from infinity is black if it would cross a medium without end.
 //!
-//! Paths meet at most as many surfaces as elsewhere. Scattering in media, and passing an interface
-//! that is no visible surface, do not count: Russian roulette ends paths in media, with a cap near
-//! one, as light is scattered hundreds of times in a white medium before it leaves.
+//! The maximum number of surfaces is the same as without media. Scattering in a medium and passing
+//! an invisible interface do not count as surfaces. Paths in media end by Russian roulette. Its
+//! highest survival probability is near one, since light is scattered hundreds of times in a white
+//! medium before it leaves.
 //!
 //! # Limits
-//! A point light *in* a medium that scatters has samples of unbounded variance, `1/d²` in a volume:
-//! the mean is right, single pixels may be bright. Equiangular sampling of distances would help.
+//! Samples of a point light *in* a scattering medium have unbounded variance, because of the factor
+//! `1/d²`. The mean is correct, but single pixels may be too bright. Equiangular sampling of
+//! distances would help.
 //!
 //! # Held to this by
 //! The suite's `media`.
@@ -77,12 +79,12 @@ impl Tracing<'_> {
             ratio: 1.0,
             drawn: None,
         };
-        // Surfaces that the path has met; times that it has scattered, anywhere; boundaries that it
-        // has passed since.
+        // Numbers of surfaces that the path has met, of all its scatterings, and of boundaries
+        // passed since the last of these.
         let (mut depth, mut scattered, mut passed) = (0, 0_u32, 0);
         while !path.weight.is_black() {
             self.rays += 1;
-            // Holes are the same along a straight line.
+            // The key is the same along a straight line, and so are the holes in surfaces.
             let key = key.wrapping_add(u64::from(scattered));
             let hit = self.tracer.closest_hit_at(&path.leg.ray, key, self.share);
             let (weight, scattering) = path.leg.fly(scene, hit.as_ref(), path.weight, stream);

@@ -2,20 +2,19 @@
 //! many-light sum.
 //!
 //! At each surface light is sampled in two ways, by drawing a point of the emitters and by
-//! following the BSDF, weighted by the balance heuristic (Veach 1997, section 9.2). Emitters, BSDFs
-//! and cameras are those of the other integrators; the estimator has nothing in common with them.
-//! There is no clamp. Thin glass does not bend light, and both strategies see through it; they also
-//! see light from infinity through panes of solid glass
-//! ([`through_panes`](crate::gather::through_panes)). Other light through solid glass is found by
-//! following paths only.
+//! following the BSDF, weighted by the balance heuristic (Veach 1997, section 9.2). The emitters,
+//! BSDFs and cameras are shared with the other integrators; the estimator is not. There is no
+//! clamp. Thin glass does not bend light, and both strategies see through it; they also see light
+//! from infinity through panes of solid glass ([`through_panes`](crate::gather::through_panes)).
+//! Other light through solid glass is found by following paths only.
 //!
 //! Each path has one time within the shutter interval: the camera, moving instances and drawn
 //! lights are placed as of that time.
 //!
-//! In a scene with [media](crate::scene::Medium) paths also scatter between surfaces, which is in
-//! `in_media`. Scenes without media do not use that code.
+//! In a scene with [media](crate::scene::Medium), paths also scatter between surfaces (module
+//! `in_media`). Scenes without media do not use that module.
 //!
-//! The estimate is the mean of independent paths, its standard error that of the mean.
+//! The estimate is the mean of independent paths. Its standard error is that of this mean.
 //!
 //! A [`PathStop`] decides when a pixel has enough paths.
 
@@ -58,7 +57,7 @@ pub struct PathTracer<'s> {
 const OF_FEATURES: u32 = 16;
 /// Surfaces after which a path may end by Russian roulette.
 const CERTAIN_DEPTH: u32 = 3;
-/// Highest survival probability: a closed white room would keep paths for ever.
+/// Highest survival probability. Without this limit, paths in a closed white room would never end.
 const MAX_SURVIVAL: f32 = 0.98;
 
 impl<'s> PathTracer<'s> {
@@ -74,15 +73,15 @@ impl<'s> PathTracer<'s> {
         Ok(Self { emitters: EmitterSampler::new(tracer), stop, max_depth, groups: None })
     }
 
-    /// Returns the path tracer with planes for each group of the scene's lights. Groups use the
-    /// paths of the pixel, so that their planes add up to the radiance except for rounding. Each
-    /// has a standard error.
+    /// Returns the path tracer with planes for each group of the scene's lights. Groups are
+    /// estimated by the paths of the pixel, so that their planes add up to the radiance except for
+    /// rounding. Each group also has a plane of standard errors.
     #[must_use]
     pub fn with_groups(self, groups: &'s LightGroups) -> Self {
         Self { groups: Some(groups), ..self }
     }
 
-    /// Estimates a pixel, by as many paths as the stopping rule needs.
+    /// Estimates a pixel by paths, until the stopping rule ends it.
     ///
     /// * `nearby`: paths of the neighbourhood, if the stopping rule uses them.
     fn pixel(
@@ -261,7 +260,7 @@ struct Tracing<'a> {
 }
 
 impl Tracing<'_> {
-    /// Radiance of one path through a pixel, at a time of its own.
+    /// Radiance of one path through a pixel, at a time drawn for this path.
     fn through(&mut self, setting: &Setting<'_>, pixel: [u32; 2], key: u64, draws: &mut Draws) -> Rgb {
         let Draws { stream, shutter } = draws;
         let [u, v] = stream.uniform_2();

@@ -1,9 +1,10 @@
-//! Paths of the neighbourhood of a pixel: used by no estimate, with random numbers of their own.
+//! Paths of the neighbourhood of a pixel. They use separate random numbers and enter no estimate.
 //!
-//! Paths start at random pixels of each cell of the image, and a pixel uses those of its cell and
-//! of the surrounding cells: light that one path in some thousands meets, as behind glass, is
-//! bright in a wide neighbourhood or in none. Lamps that the camera sees, directly or over specular
-//! surfaces, are excluded from the surrounding cells: a lamp ends at its edge.
+//! Paths start at random pixels of each cell of the image. A pixel uses the paths of its cell and
+//! of the surrounding cells. Light that one path in some thousands meets, such as light behind
+//! glass, is either bright in a wide neighbourhood or nowhere. Lamps that the camera sees, directly
+//! or over specular surfaces, end at their edges. Paths of the surrounding cells therefore count
+//! without the light of these lamps.
 
 use super::stopping::PathStop;
 use super::{Draws, OfView, PathTracer};
@@ -118,8 +119,8 @@ mod tests {
     use crate::math::Vec3;
     use crate::scene::{Camera, Emitter, Medium, SceneBuilder};
 
-    /// Light that fog scatters to the camera is scattered light, even if it came straight to the
-    /// fog.
+    /// A point light and the camera are in fog, without surfaces. Light that the fog scatters to
+    /// the camera counts as scattered, although it reached the fog directly.
     #[test]
     fn only_what_is_seen_straight_is_left_out() {
         let mut b = SceneBuilder::new("fog", Location::default());

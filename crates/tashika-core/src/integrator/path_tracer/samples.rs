@@ -1,8 +1,8 @@
 //! Whole paths for pictures that are reconstructed.
 //!
 //! Camera samples are those of the [view](View::camera_ray) under another seed, spread evenly over
-//! the pixel. From there on each has a stream of random numbers of its own. The features of first
-//! surfaces come from the first few samples.
+//! the pixel. After the camera ray, each path has its own stream of random numbers. The features of
+//! first surfaces are means over the first few samples.
 
 use super::{OF_FEATURES, PathTracer, Tracing};
 use crate::film::Window;
@@ -103,7 +103,8 @@ mod tests {
         work(&method, Setting { tracer: &tracer, view });
     }
 
-    /// The mean over an image agrees with the integrator, and so does the estimated brightness.
+    /// The mean over an image agrees with the image of the integrator, and so does the estimated
+    /// brightness.
     #[test]
     fn the_mean_is_that_of_the_integrator() {
         with_paths(|method, setting| {
@@ -129,7 +130,8 @@ mod tests {
         });
     }
 
-    /// A part of a tile gives the same pixels; a pixel that needs no path has none.
+    /// Sampling a part of a tile returns the same pixels as sampling the whole tile. A pixel whose
+    /// count is zero has no paths.
     #[test]
     fn tiles_do_not_enter() {
         with_paths(|method, setting| {

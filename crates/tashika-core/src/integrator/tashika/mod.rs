@@ -9,16 +9,16 @@
 //! 3. state an interval ([`stats::stratified`](crate::stats)); stop if its half-width is at most
 //!    `max(ε L̂ / (1 + ε), ε_abs)`.
 //!
-//! With the half-width at most `ε L̂ / (1 + ε)`, the error is at most `ε L` relative to the *true*
-//! sum, whenever the interval holds.
+//! If the half-width is at most `ε L̂ / (1 + ε)` and the interval covers the *true* sum `L`, the
+//! error is at most `ε L`.
 //!
 //! | claim | refined by | interval |
 //! |---|---|---|
 //! | [`Promise::Calibrated`] | bounds, [`PilotVisibility`] | Student's and a rare-light term |
 //! | [`Promise::Certified`] | bounds | finite-sample certificate, `δ/J` each |
 //!
-//! The coverage of calibrated intervals is measured, that of certificates proven. `J` is the
-//! largest number of interim analyses, each of which has `δ/J`.
+//! The coverage of calibrated intervals is measured; the coverage of certificates is proven. `J` is
+//! the largest number of interim analyses, each of which has `δ/J`.
 //!
 //! # Assumptions of the certificate
 //! Upper bounds hold (`bounds`, `cut::tests`); the partition and the sample counts are functions of
@@ -26,13 +26,14 @@
 //! values); random numbers are random. The certificate is about the luminance of this pixel's sum
 //! over the given VPLs and gather points, and of emission seen directly, which is exact. Where the
 //! error metric is all channels ([`Controlled`](crate::color::Controlled)), each channel has a
-//! third of `δ`. Its bound is that of luminance over the weight of the channel.
+//! third of `δ`. The upper bound on a channel is the bound on luminance, divided by the weight of
+//! the channel in luminance.
 //!
 //! # Differences from the published methods
 //! Samples are inherited; pairs whose lights nearby pixels do not see are split late; terms of
 //! small pairs are drawn in proportion to their unoccluded contributions; interim analyses are few;
-//! the interval has a term for rare light; pairs of two terms are evaluated as a whole; the error
-//! is relative to the truth. The record has the effect of each.
+//! the interval has a term for rare light; pairs of two terms are evaluated exactly; the error is
+//! relative to the truth. The record has the effect of each.
 //!
 //! Tested by the suite's `control`.
 
@@ -64,7 +65,7 @@ use crate::scene::Abilities;
 /// [`Claim`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Promise {
-    /// Measured: on scenes at large, the share of the intervals that hold is at least the
+    /// Measured: over many scenes, the share of intervals that cover the truth is at least the
     /// confidence.
     #[default]
     Calibrated,

@@ -10,8 +10,8 @@ pub(super) struct Schedule {
     pub growth: f64,
 }
 
-/// Schedule of calibrated claims. With fewer analyses of small cuts, samples that are all alike
-/// would mislead less often, at the price of more pairs than needed.
+/// Schedule of calibrated claims. With fewer analyses of small cuts, equal samples would end a
+/// pixel wrongly less often, but pixels would use more pairs than needed.
 pub(super) const CALIBRATED: Schedule = Schedule { first: 64, growth: 1.15 };
 /// Schedule of certificates, whose error probability is shared by all analyses.
 pub(super) const CERTIFIED: Schedule = Schedule { first: 512, growth: 1.15 };
@@ -40,8 +40,8 @@ impl Schedule {
 mod tests {
     use super::*;
 
-    /// The number of analyses that share a certificate's error probability, counted by hand: the
-    /// last is at a cut that is whole, or out of budget.
+    /// The number of analyses that share a certificate's error probability equals a count by hand.
+    /// The last analysis is at a cut that is whole or out of budget.
     #[test]
     fn looks_are_counted() {
         // 512, 588, 676, 777, 893.

@@ -19,7 +19,8 @@
 //! * Samples that are not finite are ignored; if no other is left, there is no colour.
 //!
 //! # Assumption
-//! Lights are near white: an RGB renderer multiplies `L_c ρ_c`, not `∫ L ρ r̄_c`.
+//! Lights are near white: only then is the product `L_c ρ_c`, by which an RGB renderer reflects
+//! light, close to the integral of `L ρ r̄_c`.
 //!
 //! | module | contents |
 //! |---|---|

@@ -33,7 +33,7 @@ fn radiance(nm: f64, kelvin: f64) -> f64 {
     }
     let metres = nm * 1e-9;
     let x = C2 / (metres * kelvin);
-    // The subtraction loses digits for small `x`; its series does not.
+    // For small `x` the subtraction `exp(x) − 1` loses digits; its series does not.
     let denominator = if x < 1e-2 { x * (1.0 + x * (0.5 + x / 6.0)) } else { f64::from(exp(x as f32)) - 1.0 };
     let squared = metres * metres;
     C1 / (squared * squared * metres * denominator) * 1e-9

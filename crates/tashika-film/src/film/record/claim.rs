@@ -18,8 +18,8 @@ pub enum Claim {
     /// The interval that a published method states: the truth is supposed to be within the
     /// half-width. Neither proven nor calibrated.
     Published,
-    /// An interval that holds at least as often as its confidence says, on scenes at large;
-    /// measured, not proven.
+    /// An interval that, over scenes in general, holds at least as often as its confidence states.
+    /// This is measured, not proven.
     Calibrated,
     /// An interval that holds with at least the confidence, for this pixel; proven.
     Certified,
@@ -101,7 +101,7 @@ impl Claim {
         self != Self::None
     }
 
-    /// Returns true if an interval is stated: neither for an exact pixel nor without a claim.
+    /// Returns true if an interval is stated. Exact pixels and pixels without a claim state none.
     pub fn states_interval(self) -> bool {
         match self {
             Self::None | Self::Exact => false,

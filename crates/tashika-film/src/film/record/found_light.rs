@@ -7,7 +7,8 @@ use serde::Serialize;
 use super::{RenderFilm, keys, planes};
 use crate::film::{Film, Key};
 
-/// Light of the rendered pixels by estimator, as shares of 1, and the account of light paths alone.
+/// Light of the rendered pixels by estimator, as shares of 1. In addition, shares by route, which
+/// light paths estimate on their own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FoundLight {
     /// Share of emission that the camera sees, straight or over specular surfaces, 0 to 1.
@@ -18,18 +19,19 @@ pub struct FoundLight {
     pub paths: f64,
     /// Approximate share that estimates lack, 0 to 1.
     pub missing: f64,
-    /// Account of light paths; none where the camera has a lens or moves.
+    /// Shares by route, from light paths; `None` if the camera has a lens or moves.
     pub by_light_paths: Option<Routes>,
 }
 
-/// Light that surfaces in view send to the camera, by light paths alone; shares of 1.
+/// Light that surfaces in view send to the camera, estimated by light paths alone. All fields are
+/// shares of 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Routes {
-    /// Share that comes straight from emitters.
+    /// Share that reaches the surfaces in view straight from emitters.
     pub straight: f64,
-    /// Share that comes over mirrors or through glass only.
+    /// Share that reaches them over mirrors or through glass only.
     pub specular: f64,
-    /// Share that surfaces or media scattered before.
+    /// Share that surfaces or media scattered before it reached the surfaces in view.
     pub scattered: f64,
     /// Share that surfaces emit.
     pub of_surfaces: f64,
@@ -40,8 +42,8 @@ pub struct Routes {
 }
 
 impl FoundLight {
-    /// Reads the planes and the metadata of a film; none if its method has one estimator only, or
-    /// no light is known of.
+    /// Reads the planes and the metadata of a film; `None` if its method has only one estimator, or
+    /// if no pixel has a known luminance above zero.
     pub fn of(film: &Film) -> Option<Self> {
         let plane = film.plane(planes::LUMINANCE_PARTS)?.f32_samples()?;
         let read = RenderFilm::of(film);
@@ -70,7 +72,7 @@ impl Routes {
     }
 }
 
-/// Shares in per cent, those that are zero omitted.
+/// Formats the shares above zero, in per cent.
 fn shares(parts: &[(&str, f64)]) -> String {
     let there = parts.iter().filter(|(_, share)| *share > 0.0);
     there.map(|(name, share)| format!("{name} {:.1} %", 100.0 * share)).collect::<Vec<_>>().join(", ")

@@ -10,8 +10,8 @@
 //! | `matte` | [`Matte`]: numbers of objects and materials, and how much of a pixel each covers |
 //! | `picture_claim` | [`PictureClaim`]: claim of an audit about all pixels together |
 //!
-//! Nothing above this module writes a code, or the name of a plane or of a value, by hand. Pages
-//! receive them from here as data. *(tidy)*
+//! No code outside this module spells out the number of a code, the name of a plane, or the name of
+//! a metadata value. Pages receive these tables as data. *(tidy)*
 //!
 //! # Films of other programs
 //! Without a plane `stop`, every pixel counts as rendered; without a plane `claim`, every
@@ -45,9 +45,10 @@ use serde::Serialize;
 ///
 /// # Guarantee
 /// It holds if the intervals of all pixels hold, however their errors are correlated (triangle
-/// inequality). If some do not, it still holds as long as the slack of the others makes up for
-/// them. A pixel that missed a bright spot can break it. Measured: broken in one of eight seeds
-/// behind a lens, in none of eight seeds of five other scenes with caustics.
+/// inequality). If some of them do not hold, it still holds as long as the slack of the other
+/// intervals makes up for the excess. A pixel whose samples missed a bright spot can break it.
+/// Measured: in a scene behind a lens it was broken for one of eight seeds; in five other scenes
+/// with caustics, for none of eight seeds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MeanInterval {
     /// Mean luminance (W·m⁻²·sr⁻¹).
@@ -115,7 +116,8 @@ impl<'f> RenderFilm<'f> {
         self.has_half_widths() && is_map
     }
 
-    /// Returns true if the film has a plane of reasons why work ended, and so of rendered pixels.
+    /// Returns true if the film has a plane of reasons why work ended. Only this plane marks pixels
+    /// that were not rendered.
     pub fn has_stops(&self) -> bool {
         self.stops.is_some()
     }
@@ -160,9 +162,9 @@ impl<'f> RenderFilm<'f> {
         self.claim(pixel).is_some().then(|| half_widths[pixel])
     }
 
-    /// Half-width relative to the pixel's own colour, in the error metric of the film. A half-width
-    /// of 0 gives 0; any other is infinite at a black pixel, and NaN counts as black. `None`
-    /// without a half-width or without colours.
+    /// Half-width relative to the pixel's own colour, in the error metric of the film. The result
+    /// is 0 for a half-width of 0. For any other half-width it is infinite at a black pixel; a
+    /// colour that is NaN counts as black. `None` without a half-width or without colours.
     pub fn relative_half_width(&self, pixel: usize) -> Option<f64> {
         let (half_width, color) = (self.half_width(pixel)?, self.color(pixel)?);
         let size = self.controlled().size_and_distance(color, color).0;
@@ -183,8 +185,9 @@ impl<'f> RenderFilm<'f> {
         tally
     }
 
-    /// Interval of the mean luminance of the rendered pixels. `None` unless each of these has a
-    /// finite half-width of its own, not one of an audited map.
+    /// Interval of the mean luminance of the rendered pixels. `None` if a rendered pixel has no
+    /// finite half-width, claims nothing, or has an audited claim, which is not about the single
+    /// pixel.
     pub fn mean_interval(&self) -> Option<MeanInterval> {
         let mut sums = [0.0; 2];
         let mut rendered = 0_u64;
@@ -231,7 +234,8 @@ mod tests {
         assert!(read.is_rendered(2) && !read.has_stops());
     }
 
-    /// Films of other programs have no plane that marks such pixels.
+    /// A film of another program, with radiance alone, has one infinite and one NaN pixel. Both
+    /// count as not finite although no plane `stop` marks them.
     #[test]
     fn pixels_that_are_not_finite_are_counted_whoever_made_the_film() {
         let mut bare = film(&[planes::RADIANCE]);

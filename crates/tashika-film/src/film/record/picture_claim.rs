@@ -32,7 +32,7 @@ pub struct PictureClaim {
     /// Pixels that the audited ones were drawn from: those that show more than a constant
     /// background.
     pub population: u64,
-    /// Number of interim analyses, which compared pictures in work with the audited pixels.
+    /// Number of interim analyses, which compared unfinished pictures with the audited pixels.
     pub looks: u64,
     /// Passes that the picture was made in.
     pub passes: u64,
@@ -72,8 +72,8 @@ impl PictureClaim {
         })
     }
 
-    /// Removes the claim from a film that is only a part of the picture, with the claims of its
-    /// pixels.
+    /// Removes the claim, and the claims of the pixels, from a film that is only a part of the
+    /// picture.
     pub(in crate::film) fn forget(film: &mut Film) {
         if Self::of(film.metadata()).is_none() {
             return;

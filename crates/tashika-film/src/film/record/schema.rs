@@ -1,8 +1,8 @@
 //! The planes of a rendered film: one table, from which the record of a pixel, the film's planes,
 //! their documentation and their presentation on pages are made.
 //!
-//! An additional plane is an additional row here. The type of its samples is a [`Sample`]. The code
-//! that computes the value sets the field of that name; a field that is not set is zero.
+//! A plane is added as a row of this table, with a [`Sample`] as the type of its samples. The code
+//! that computes the value sets the field of the row's name; a field that is not set is zero.
 
 use serde::Serialize;
 
@@ -27,7 +27,7 @@ pub enum Shown {
     Value,
     /// As a direction, each channel from −1 to 1.
     Direction,
-    /// As the number of a name: a colour for each number.
+    /// As numbers that stand for names, with a colour for each number.
     Id,
 }
 
@@ -154,28 +154,29 @@ impl Sample for Stop {
 /// Half-width by source of error, if known: each field is the half-width that this source alone
 /// would give (W·m⁻²·sr⁻¹).
 ///
-/// Errors of independent sources add up in squares, so the whole is less than the sum.
+/// Errors of independent sources add up in squares, so the half-width of the pixel is less than the
+/// sum of these parts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HalfWidths {
     /// Error of drawing few terms of the sums over VPLs.
     pub clustering: f32,
     /// Error of using a finite sample of VPLs and gather points.
     pub lights: f32,
-    /// Error of estimating by few paths the light that VPLs do not carry.
+    /// Error of the few paths that estimate the light that VPLs do not carry.
     pub compensation: f32,
 }
 
 /// Luminance of a pixel by estimator, where a method has several (W·m⁻²·sr⁻¹).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LuminanceParts {
-    /// Emission that the camera sees, straight or over specular surfaces, where VPLs are summed.
+    /// Emission that the camera sees, straight or over specular surfaces, if VPLs are summed.
     pub emission: f32,
     /// Sum over VPLs, at all gather points.
     pub vpls: f32,
-    /// Mean of paths: of compensation, or of all light where no VPLs are summed.
+    /// Mean over paths: the compensation, or all light if no VPLs are summed.
     pub paths: f32,
-    /// Approximate luminance that the estimate lacks, as light paths show; no part of the
-    /// radiance.
+    /// Approximate luminance that the estimate lacks, measured by light paths. It is not included
+    /// in the radiance.
     pub missing: f32,
 }
 
@@ -201,8 +202,8 @@ macro_rules! schema {
                 $other_shown:expr, in_pages $other_in_pages:literal, $other_label:literal, $other_doc:literal;
         )* }
     ) => {
-        /// Record of a pixel in a film, or an integrator's estimate: a field for each plane of the
-        /// [`SCHEMA`] that renders have.
+        /// Record of a pixel in a film, or an integrator's estimate of a pixel. It has a field for
+        /// each plane of the [`SCHEMA`] that a render writes.
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
         pub struct PixelRecord { $(
             #[doc = concat!("In ", $unit, ": ", $doc, ".")]
@@ -257,9 +258,9 @@ macro_rules! schema {
             /// requires.
             pub const PLANES: &[PlaneSpec] = &[$(planes::$key),+];
 
-            /// Writes the record to a pixel of a film of [`Self::PLANES`], changed by
-            /// [`Self::as_told`]. Half-widths are NaN if nothing is claimed: in a film, zero means
-            /// exact.
+            /// Applies [`Self::as_told`] and writes the result to a pixel of a film with
+            /// [`Self::PLANES`]. If nothing is claimed, half-widths are stored as NaN: in a film,
+            /// zero means exact.
             ///
             /// # Panics
             /// If these planes are not the film's first, or the pixel is outside.
@@ -404,7 +405,8 @@ mod tests {
         }
     }
 
-    /// The method's claim has no influence; pixels that were not rendered stay unchanged.
+    /// Pixels with an infinite or NaN radiance. They are stored without a claim and with the reason
+    /// `NotFinite`, whatever the method claimed. A pixel that was not rendered stays unchanged.
     #[test]
     fn a_pixel_that_is_not_finite_claims_nothing_and_says_so() {
         let size = [3, 1];
@@ -433,7 +435,8 @@ mod tests {
         assert_eq!(film.plane(planes::STOP).unwrap().u32_at(2, 1), [4]);
     }
 
-    /// A half-width of zero would mean exact.
+    /// Three pixels of half-width 0: without a claim, exact, audited. Only the first is stored as
+    /// NaN, since zero would mean exact.
     #[test]
     fn a_film_has_no_half_width_where_nothing_is_claimed() {
         let size = [3, 1];

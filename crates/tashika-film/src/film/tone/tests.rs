@@ -94,8 +94,8 @@ fn middle_gray_and_white_go_where_their_authors_say() {
     // ACES shows middle gray at 4.8 of 48 cd/m²; the fit is close to that.
     assert!((gray(Tone::Aces, 0.18) - 0.10).abs() < 0.006, "{}", gray(Tone::Aces, 0.18));
     // The pivot of AgX: middle gray, ten of its 16.5 stops from black, has the code 0.5. The
-    // tolerance is three times the root of the fit's mean squared error, and the loss of gray in
-    // the matrices.
+    // tolerance covers three times the root mean squared error of the fit, and the error of the
+    // matrices for gray.
     let code = powf(gray(Tone::Agx, 0.18), 1.0 / 2.2);
     assert!((code - 0.5).abs() < 0.006, "{code}");
     assert!((gray(Tone::Agx, 0.18) - 0.2145).abs() < 1e-3);

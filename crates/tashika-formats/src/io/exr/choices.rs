@@ -1,7 +1,7 @@
 //! Layouts of a film in an OpenEXR file, other than the default.
 //!
-//! Only lossless compressions are offered: the claims of a film hold for its pixels as they are,
-//! bit by bit.
+//! Only lossless compressions are offered, because the claims of a film hold for its exact pixel
+//! values.
 
 use std::fmt;
 use std::str::FromStr;
@@ -18,8 +18,8 @@ const TILE: usize = 64;
 /// Layout of an OpenEXR file. A film that is read back from any layout is the same, bit by bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExrLayout {
-    /// True if each plane is a part of its own, with its name. By default, all are channels of one
-    /// part, which every program reads.
+    /// True if each plane is stored as a separate part with the name of the plane. By default, all
+    /// planes are channels of a single part, which every program reads.
     pub parts: bool,
     /// True if samples are in tiles of 64×64 pixels, not in lines.
     pub tiles: bool,

@@ -1,6 +1,6 @@
 //! Layout of an OpenEXR file: image, planes and metadata, checked before a sample is read.
 //!
-//! Both readers, of whole files and of rows on demand, take the layout from here, so that they
+//! The reader of whole files and the reader of rows on demand share this layout, so that they
 //! cannot disagree about it.
 //!
 //! # Guarantee
@@ -8,7 +8,8 @@
 //! flat and not subsampled.
 //!
 //! # Held to this by
-//! The module's tests: files of other programs, damaged files, claims beyond the bytes.
+//! The module's tests: files of other programs, damaged files, and headers that claim more samples
+//! than the bytes can hold.
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -22,8 +23,8 @@ use super::{PLANES, PREFIX, PlaneRecord, at, truncated, unsupported};
 use crate::error::{Error, Location, Result};
 use crate::film::{CRYPTOMATTE, Film, Metadata, SampleKind, Value, Window, channel_name};
 
-/// Largest number of bytes of samples for each byte of the file. The format's compressions reach
-/// about as much: ZIP's limit is 1032, DWA's 64 times that.
+/// Largest accepted ratio of bytes of samples to bytes of the file. The format's compressions reach
+/// about this ratio: ZIP's limit is 1032, DWA's 64 times that.
 const MAX_EXPANSION: u64 = 1 << 16;
 
 /// A plane of an OpenEXR file, apart from its samples.
@@ -51,8 +52,8 @@ pub(super) type Place = [usize; 2];
 pub(super) struct Layout {
     pub(super) size: [u32; 2],
     pub(super) window: Window,
-    /// First column and row of the file's data that the film holds; data outside the image are not
-    /// held.
+    /// First column and row of the file's data that are inside the image. Data outside are not
+    /// loaded.
     pub(super) offset: [usize; 2],
     pub(super) planes: Vec<ExrPlane>,
     pub(super) metadata: Metadata,
@@ -64,8 +65,8 @@ pub(super) struct Layout {
 type Channel = (Place, SampleKind);
 
 impl Layout {
-    /// Layout of a file. The parts of a film by this program are one image; of other programs'
-    /// files, only the first part is read.
+    /// Layout of a file. All parts of a film written by this program form one image. If another
+    /// program wrote the file, only its first part is read.
     pub(super) fn of(path: &Path, meta: &MetaData) -> Result<Self> {
         let header = &meta.headers[0];
         let is_ours =
@@ -117,8 +118,8 @@ impl Layout {
     }
 }
 
-/// Refuses, before memory is allocated, sizes that the bytes cannot hold, and kinds of data that
-/// are not supported.
+/// Rejects sizes that the bytes cannot hold and unsupported kinds of data, before memory is
+/// allocated.
 pub(in crate::io) fn check_claims(path: &Path, bytes: &[u8]) -> Result<()> {
     checked_header(path, &mut &bytes[..], bytes.len() as u64).map(drop)
 }
@@ -209,8 +210,8 @@ fn recorded_planes(
     Ok(planes)
 }
 
-/// Groups channels into planes by the part of their names before the last point; each channel of
-/// integers is a plane of its own.
+/// Groups channels into planes by the part of their names before the last dot. Each channel of
+/// integers becomes a separate plane.
 fn gathered_planes(channels: BTreeMap<String, Channel>) -> Vec<ExrPlane> {
     let mut floats: BTreeMap<String, Vec<(String, Place)>> = BTreeMap::new();
     let mut counts = Vec::new();

@@ -1,18 +1,19 @@
 //! Films as OpenEXR files.
 //!
-//! By default a film is one part, which every tool reads; see [`ExrLayout`]. The main plane has the
-//! channels `R`, `G`, `B`, other planes `plane.channel` (`half_width.Y`). Each channel is 32-bit
-//! float or unsigned integer as in the film, ZIP compressed (lossless). If there are several parts,
-//! each plane is a part of the plane's name (`rgb` for the main plane). Channels keep their full
-//! names, and attributes of all planes are in the first part. The display window is the full image,
-//! the data window the film's window.
+//! By default a film is one part, which every tool reads; see [`ExrLayout`]. The channels of the
+//! main plane are named `R`, `G`, `B`, those of other planes `plane.channel` (`half_width.Y`). Each
+//! channel is 32-bit float or unsigned integer as in the film, ZIP compressed (lossless). If there
+//! are several parts, each plane is a part with the name of the plane (`rgb` for the main plane).
+//! Channels keep their full names, and attributes of all planes are in the first part. The display
+//! window is the full image; the data window is the film's window.
 //!
-//! Attributes: metadata `name` is `tashika:name` of type `int`, `double` or `string`. Booleans, and
-//! integers beyond 32 bits, are stored as strings; a text that reads like one of them is read back
-//! as one. Metadata of mattes (`cryptomatte/…`) has the names that Cryptomatte defines, without the
-//! prefix. Units and meanings of all planes are the JSON list `tashika:planes`, in UTF-8. Of the
-//! standard attributes, a file has the required ones, `chromaticities` (Rec. 709), `software`, and
-//! `comments`: a line with the contents of the image and its claim.
+//! Attributes: the metadata value `name` is stored as `tashika:name`, of type `int`, `double` or
+//! `string`. Booleans and integers beyond 32 bits are stored as strings. Reading converts every
+//! string that looks like a boolean or such an integer. Metadata of mattes (`cryptomatte/…`) has
+//! the names that Cryptomatte defines, without the prefix. The attribute `tashika:planes` has the
+//! units and meanings of all planes as a JSON list in UTF-8. Of the standard attributes, a file has
+//! the required ones, `chromaticities` (Rec. 709), `software`, and `comments`: a line with the
+//! contents of the image and its claim.
 //!
 //! # Guarantee
 //! `read_exr(write_exr(film)) == film`, bit by bit, and equal films give equal bytes. [`ExrFile`]
@@ -42,7 +43,7 @@ pub use write::{write_exr, write_exr_as};
 
 use crate::error::{Error, Location};
 
-/// Prefix of the name of each value.
+/// Prefix of the attributes that store metadata.
 const PREFIX: &str = "tashika:";
 /// Attribute with the properties of planes that channels do not store.
 const PLANES: &str = "tashika:planes";
@@ -63,7 +64,8 @@ fn unsupported(path: &Path, what: impl Into<String>) -> Error {
 /// Message of the crate for a file that ends within the data being read.
 const CRATE_AT_END: &str = "reference to missing bytes";
 
-/// An early end is a fault of the file, not of reading.
+/// Converts an error of reading. If the file ends early, the file is damaged; this is not an I/O
+/// error.
 fn io(path: &Path, error: std::io::Error) -> Error {
     if error.kind() == std::io::ErrorKind::UnexpectedEof {
         return truncated(path, "it ends before the image does");

@@ -22,9 +22,9 @@ const MAX_FILE_BYTES: u64 = 1 << 34;
 /// part of any OpenEXR file.
 ///
 /// In other programs' files, channels are gathered into planes by the part of their names before
-/// the last point, and 16-bit samples become 32-bit ones. Unsigned integers beside floating point
-/// are a plane of their own, named by the whole channel name. Samples outside the display window
-/// are omitted.
+/// the last point, and 16-bit samples become 32-bit ones. Each channel of unsigned integers becomes
+/// a separate plane with the full name of the channel. Samples outside the display window are
+/// omitted.
 ///
 /// # Errors
 /// [`Error::Io`] if the file cannot be read, [`Error::Invalid`] if it is damaged, and
@@ -50,7 +50,7 @@ pub(super) fn decode(path: &Path, bytes: &[u8]) -> Result<Film> {
         let image = reader.all_layers().all_attributes().from_buffered(bytes).map_err(|e| at(path, e))?;
         image.layer_data.into_iter().collect()
     } else {
-        // All layers are flat, so that the first valid one is the first.
+        // All layers are flat, so the first valid layer is the first layer of the file.
         let reader = reader.first_valid_layer().all_attributes();
         vec![reader.from_buffered(bytes).map_err(|e| at(path, e))?.layer_data]
     };
@@ -63,17 +63,17 @@ pub(super) fn decode(path: &Path, bytes: &[u8]) -> Result<Film> {
     Ok(Film::from_planes(size, window, planes, metadata))
 }
 
-/// Samples of the file's data that the film keeps.
+/// Region of the file's data that becomes the film.
 struct Crop {
     /// Number of samples in a row of the data.
     row: usize,
-    /// First column and row that are kept.
+    /// First column and row of the region.
     offset: [usize; 2],
     window: Window,
 }
 
 impl Crop {
-    /// The kept samples of several channels, interleaved.
+    /// Samples of the region in several channels, interleaved.
     fn side_by_side<T: Copy + Default>(&self, channels: &[Vec<T>]) -> Vec<T> {
         let mut out = Vec::with_capacity(self.window.area() as usize * channels.len());
         for y in 0..self.window.height as usize {

@@ -7,13 +7,14 @@
 //! # Guarantee
 //! The rows, put together, are the film that [`read_exr`](super::read_exr) returns, bit by bit. A
 //! file that is damaged, or was cut short or replaced meanwhile, gives an error that names the
-//! file. Memory: eight bytes a block, the rows, and one block at a time, compressed and
-//! decompressed; none of it is allocated before the file was found to be long enough.
+//! file. Memory consists of eight bytes for each block, the requested rows, and one block at a time
+//! in compressed and decompressed form. It is allocated only after a check that the file is long
+//! enough.
 //!
 //! # Limits
-//! A block is decompressed whole: if a file is one tile, each call decompresses all of it. The
-//! contents of a block in its place are trusted, as the format has no checksums beyond those of
-//! ZIP.
+//! A block is decompressed whole: if a file is one tile, each call decompresses all of it. If a
+//! block states the expected position, its contents are trusted, because the format has no
+//! checksums beyond those of ZIP.
 //!
 //! # Held to this by
 //! The tests in `rows/tests.rs`, with films of this program, and with files in the style of other
@@ -38,8 +39,8 @@ use super::{at, io, truncated};
 use crate::error::{Error, Location, Result};
 use crate::film::{Film, Metadata, Plane, SampleKind, Samples, Window};
 
-/// An OpenEXR file whose header was read. It stays open, so that no data are mixed in from a file
-/// that takes its name.
+/// An OpenEXR file whose header was read. The file stays open. If another file replaces it under
+/// this name, data of the two are not mixed.
 #[derive(Debug)]
 pub struct ExrFile {
     path: PathBuf,
@@ -133,7 +134,7 @@ impl ExrFile {
                 }
             })
             .collect();
-        // Rows and columns of the file's data.
+        // Columns and rows to read, in the coordinates of the file's data.
         let top = (rows.start - window.y) as usize + offset[1];
         let kept = [offset[0]..offset[0] + window.width as usize, top..top + part.height as usize];
         let [columns, lines] = &kept;
@@ -163,7 +164,7 @@ impl ExrFile {
         UncompressedBlock::decompress_chunk(chunk, &self.meta, false).map_err(|e| at(&self.path, e))
     }
 
-    /// A block as stored in the file, if it is the expected one.
+    /// Reads a block as stored in the file; an error if the block states another position.
     fn chunk(&self, blocks: &Blocks, right: usize, down: usize) -> Result<Chunk> {
         let header = &self.meta.headers[blocks.part];
         let offset = blocks.offset(right, down);
@@ -217,8 +218,8 @@ impl ExrFile {
     ) {
         let [columns, rows] = kept;
         let channels = &self.meta.headers[part].channels;
-        // Index of the plane, and of the channel in it, for each channel of the file; none for one
-        // of two channels with the same name.
+        // For each channel of the file, the index of its plane and the index of the channel in the
+        // plane. If two channels have the same name, one of them has none.
         let mut homes = vec![None; channels.list.len()];
         for (p, plane) in self.layout.planes.iter().enumerate() {
             for (c, [_, place]) in plane.places.iter().enumerate().filter(|(_, [of, _])| *of == part) {
@@ -264,9 +265,10 @@ fn damaged(path: &Path, [right, down]: [usize; 2], offset: u64, found: String, e
     Error::invalid(Location::file(path).item(item), found, expected)
 }
 
-/// Refuses a file in which a block states another place than its own: of two blocks that state one
-/// place, only one would be read, and the place of the other would stay empty. `table` begins after
-/// the headers; the first `parts` parts are checked.
+/// Refuses a file in which a block states another position than the table of offsets gives it. If
+/// two blocks stated the same position, the reader would use only one of them, and the position of
+/// the other would stay empty. `table` begins after the headers; the first `parts` parts are
+/// checked.
 pub(super) fn check_places(
     path: &Path,
     bytes: &[u8],
@@ -293,7 +295,7 @@ pub(super) fn check_places(
     Ok(())
 }
 
-/// Writes values to every `step`-th place.
+/// Writes values to every `step`-th element.
 fn spread<T>(values: impl Iterator<Item = T>, to: &mut [T], step: usize) {
     for (place, value) in to.iter_mut().step_by(step).zip(values) {
         *place = value;
@@ -312,7 +314,7 @@ impl Blocks {
         (0..parts).map(|part| Self::read(path, read, meta, length, part)).collect()
     }
 
-    /// Reads the table of a part, which begins at the end of the table before.
+    /// Reads the table of a part, which begins where the table of the previous part ends.
     fn read(path: &Path, read: &mut impl Read, meta: &MetaData, length: u64, part: usize) -> Result<Self> {
         let header = &meta.headers[part];
         let (Vec2(width, height), Vec2(columns, rows)) = (header.layer_size, header.max_block_pixel_size());
@@ -332,8 +334,8 @@ impl Blocks {
         std::io::copy(&mut read.by_ref().take(rest), &mut std::io::sink()).map_err(|e| io(path, e))?;
         let number = |b: &[u8]| u64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]);
         let offsets: Vec<u64> = bytes.chunks_exact(8).map(number).collect();
-        // To offsets below the file's length, the size of a block's place and length can be added
-        // without overflow.
+        // Offsets below the file's length leave room to add the size of a block's position and
+        // length without overflow.
         if let Some(beyond) = offsets.iter().find(|&&offset| offset >= length) {
             return Err(truncated(path, format!("a block is at byte {beyond} of {length}")));
         }
@@ -351,7 +353,8 @@ impl Blocks {
         first.saturating_add((down * self.size[1]) as i32)
     }
 
-    /// Numbers at the beginning of a block: the part, if there are several, and the place in it.
+    /// Numbers with which a block begins: the part, if the file has several, and the position of
+    /// the block in the part.
     fn place(&self, meta: &MetaData, right: usize, down: usize) -> Vec<i32> {
         let mut place = Vec::new();
         if meta.requirements.is_multilayer() {

@@ -110,7 +110,7 @@ fn parts_that_do_not_fit_together_are_refused() {
     let (name, length) = (b"dataWindow\0box2i\0", 16);
     let last = good.windows(name.len()).rposition(|bytes| bytes == name).unwrap() + name.len() + 4;
     let mut bytes = good.clone();
-    // The last part one row further down: as large as before.
+    // Moves the data window of the last part down by one row, without a change of its size.
     for at in [last + 4, last + 12] {
         let number = i32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) + 1;
         bytes[at..at + 4].copy_from_slice(&number.to_le_bytes());
@@ -180,7 +180,8 @@ fn colours_are_colours_to_lossy_compression_in_every_plane() {
     assert_eq!(linear.collect::<Vec<_>>(), expected.map(|(name, linear)| (name.to_owned(), linear)));
 }
 
-/// An image as other programs write them: channels with half floats, a data window of its own.
+/// An image as other programs write it: half floats are allowed, and the data window differs from
+/// the display window.
 fn foreign(display: IntegerBounds, position: Vec2<i32>, channels: &[(&str, FlatSamples)]) -> Vec<u8> {
     let list = channels.iter().map(|(n, s)| AnyChannel::new(*n, s.clone())).collect();
     let attributes = LayerAttributes::default().with_position(position);
@@ -230,7 +231,8 @@ fn damaged_files_are_refused_and_never_panic() {
             let said = decoded(&good[..length]).unwrap_err().to_string();
             assert!(said.contains("truncated"), "{length} of {} bytes: {said}", good.len());
         }
-        // One wrong byte may go unnoticed, as most of the file has no checksum, but must not panic.
+        // Most of the file has no checksum, so a wrong byte may go unnoticed, but the reader must
+        // not panic.
         for i in 0..good.len() {
             let mut bad = good.clone();
             bad[i] ^= 0x15;

@@ -26,7 +26,7 @@ const PRIMARIES: Chromaticities = Chromaticities {
     white: Vec2(0.3127, 0.329),
 };
 
-/// Part of the main plane, if each plane is a part.
+/// Name of the main plane's part, if each plane is a part.
 const MAIN_PART: &str = "rgb";
 
 /// Writes a film; an earlier file is replaced only when the new one is complete.
@@ -65,7 +65,8 @@ pub(super) fn encode(film: &Film, layout: &ExrLayout) -> ::exr::error::Result<Ve
     } else {
         [of_part(None, film.planes())].into_iter().collect()
     };
-    // Attributes of all planes are in the first part, which readers of a single part take.
+    // Attributes of all planes are stored in the first part, because programs that read a single
+    // part read the first.
     if let Some(first) = parts.first_mut() {
         first.attributes.comments = comments(film).as_deref().map(text);
         describe(film, &mut first.attributes);
@@ -90,8 +91,8 @@ fn channels(plane: &Plane) -> impl Iterator<Item = AnyChannel<FlatSamples>> {
             Samples::F32(s) => FlatSamples::F32(s.iter().skip(c).step_by(count).copied().collect()),
             Samples::U32(s) => FlatSamples::U32(s.iter().skip(c).step_by(count).copied().collect()),
         };
-        // Lossy compression by other programs depends on the channel's own name, which the full
-        // name hides.
+        // The short name (such as `R`) is passed to `new`: it decides the lossy compression that
+        // other programs may apply to the channel. The full name is set afterwards.
         let full_name = text(&channel_name(plane.name(), channel));
         AnyChannel { name: full_name, ..AnyChannel::new(text(channel), samples) }
     })
@@ -154,8 +155,8 @@ fn comments(film: &Film) -> Option<String> {
 
 /// Sorts the attributes of each part of a file by name.
 ///
-/// The writer stores custom attributes in a hash table, whose order differs each time. A
-/// permutation does not change the length of a header, nor any offset.
+/// The writer stores custom attributes in a hash table, whose order differs each time. Sorting does
+/// not change the length of a header, so all offsets stay valid.
 fn sort_attributes(file: &mut [u8], parts: usize) {
     // Magic number and version; then, for each part, its attributes and a zero. An attribute is its
     // name and type, each ended by a zero, its length, and its bytes.
@@ -190,8 +191,8 @@ fn attribute(value: &Value) -> AttributeValue {
     }
 }
 
-/// Text in UTF-8: the format leaves the encoding open, and its own library has specified UTF-8
-/// since 3.0.
+/// Text in UTF-8. The format leaves the encoding open, but its reference library has specified
+/// UTF-8 since version 3.0.
 fn text(words: &str) -> Text {
     Text::from_slice_unchecked(words.as_bytes())
 }

@@ -3,12 +3,12 @@
 //! Element `i` of an accessor starts at byte `offset + i · stride` of its view (glTF 2.0 section
 //! 3.6.2). Normalized integers stand for fractions: `c / (2ᵇ − 1)` if unsigned,
 //! `max(c / (2ᵇ⁻¹ − 1), −1)` if signed (section 3.11). A sparse accessor replaces some elements by
-//! others; without a view the rest is zero.
+//! others. If it has no view, all other elements are zero.
 //!
 //! # Guarantee
-//! No byte outside the view is read, and nothing is allocated for elements whose bytes are not
-//! there. Elements without bytes, the zeros of accessors without a view, are limited to
-//! [`MAX_ZERO_ELEMENTS`], or to the vertices that a morph target moves.
+//! No byte outside the view is read, and nothing is allocated for elements whose bytes are missing.
+//! The elements of an accessor without a view are zero and take no bytes in the file. Their number
+//! is limited to [`MAX_ZERO_ELEMENTS`], or in morph targets to the number of vertices.
 //!
 //! # Held to this by
 //! The tests below; `gltf::strided_normalized_and_sparse_accessors`,
@@ -23,11 +23,12 @@ use gltf::json::validation::Checked;
 use super::source::Source;
 use crate::error::{Error, Location, Result};
 
-/// Most elements an accessor without a buffer view may have. Chosen: far above the morph targets
-/// and masks for which exporters write such accessors, and less than a megabyte of zeros.
+/// Largest number of elements of an accessor without a buffer view; chosen. Exporters write such
+/// accessors for morph targets and masks, which are far smaller. The zeros take less than a
+/// megabyte.
 const MAX_ZERO_ELEMENTS: u64 = 1 << 16;
 
-/// An accessor whose bytes are known to be there.
+/// An accessor whose bytes were found to lie in the file.
 pub(super) struct Accessor<'s> {
     count: usize,
     component: ComponentType,
@@ -89,7 +90,8 @@ impl<'s> Strided<'s> {
 }
 
 impl Source<'_> {
-    /// The accessor, if it holds elements of type `expected`; `at` is where the file names it.
+    /// Returns the accessor, which must have elements of type `expected`. `at` is the place in the
+    /// file that refers to it.
     pub fn accessor(
         &self,
         index: json::Index<json::Accessor>,
@@ -99,8 +101,8 @@ impl Source<'_> {
         self.accessor_beside(index, expected, 0, at)
     }
 
-    /// Like [`Self::accessor`], but always allows `beside` elements without bytes, the number of
-    /// elements of the accessor that this one accompanies.
+    /// Like [`Self::accessor`], for an accessor that accompanies another one with `beside`
+    /// elements. This number of elements is allowed even without bytes.
     pub fn accessor_beside(
         &self,
         index: json::Index<json::Accessor>,
@@ -182,7 +184,7 @@ impl Source<'_> {
                 at,
             )?,
             values: Strided::new(value_view, values.byte_offset.0, count.0, size, &names[1], at)?,
-            // In range: the indices alone occupy as many bytes.
+            // Fits into `usize`, because the indices alone occupy at least this number of bytes.
             count: count.0 as usize,
         })
     }
@@ -249,7 +251,8 @@ impl Accessor<'_> {
         Err(Error::invalid(self.at.clone(), found, "U8, U16 or U32"))
     }
 
-    /// Calls `replace` with each replaced element, which is in range.
+    /// Calls `replace` with the index and the new bytes of each replaced element. The index is in
+    /// range.
     fn replace_sparse(&self, mut replace: impl FnMut(usize, &[u8])) -> Result<()> {
         let Some(sparse) = &self.sparse else { return Ok(()) };
         for k in 0..sparse.count {
@@ -281,7 +284,7 @@ fn number(component: ComponentType, normalized: bool, bytes: &[u8]) -> f32 {
         ComponentType::U32 => (bits as f32, u32::MAX as f32),
         ComponentType::F32 => return f32::from_bits(bits),
     };
-    // The most negative signed integer lies below −1.
+    // The most negative signed integer would give a value below −1.
     if normalized { (value / largest).max(-1.0) } else { value }
 }
 

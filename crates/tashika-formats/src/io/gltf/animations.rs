@@ -1,8 +1,8 @@
 //! Animations: poses of nodes at a time, and the weights of their morph targets.
 //!
-//! All animations of a file run together from time zero, each once; where two animate the same
-//! property of a node, the first one counts. Between two keys `k` and `k + 1`, with `Δ` the time
-//! between them and `u` the fraction of it that has passed, a property is (glTF 2.0, appendix C)
+//! All animations of a file start at time zero and run once. If two animate the same property of a
+//! node, the first one counts. Let `Δ` be the time between the keys `k` and `k + 1`, and `u` the
+//! fraction of it that has passed. A property then has the value (glTF 2.0, appendix C)
 //!
 //! ```text
 //! STEP          v_k
@@ -10,9 +10,10 @@
 //! CUBICSPLINE   (2u³ − 3u² + 1) v_k + Δ (u³ − 2u² + u) b_k + (3u² − 2u³) v_{k+1} + Δ (u³ − u²) a_{k+1}
 //! ```
 //!
-//! with the tangents `a`, towards a key, and `b`, away from it; rotations are made unit quaternions
-//! again. Before the first key, a property has the value of that key, and after the last key the
-//! value of the last. Weights have a number for each morph target at each key (section 3.11).
+//! where `a` is the tangent into a key and `b` the tangent out of it. Interpolated rotations are
+//! normalized to unit quaternions. Before the first key, a property has the value of that key, and
+//! after the last key the value of the last. Weights have a number for each morph target at each
+//! key (section 3.11).
 //!
 //! # Guarantee
 //! If a file is loaded without a time, nothing of its animations is read except their first and
@@ -152,7 +153,7 @@ struct Reading<'r, 'a> {
     seconds: f64,
     only: Option<&'r BTreeSet<usize>>,
     builder: &'r mut SceneBuilder,
-    /// By accessor of times; none for accessors without keys.
+    /// Moments by accessor of times; none for accessors without keys.
     moments: BTreeMap<u32, Option<Moment>>,
     poses: Poses,
 }
@@ -225,7 +226,7 @@ impl Reading<'_, '_> {
         Ok(())
     }
 
-    /// Position of the time among the times of an accessor, which is read once.
+    /// Position of the time among the times of an accessor. Each accessor is read once.
     fn moment(&mut self, input: u32, at: Location) -> Result<Option<Moment>> {
         if let Some(&known) = self.moments.get(&input) {
             return Ok(known);
@@ -264,7 +265,8 @@ impl Reading<'_, '_> {
         Ok(moment)
     }
 
-    /// Elements of an accessor, which must have `count` elements if that is given.
+    /// Elements of an accessor. If `count` is given, the accessor must have this number of
+    /// elements.
     fn vectors<const N: usize>(
         &self,
         index: u32,
@@ -311,8 +313,8 @@ impl Reading<'_, '_> {
         Ok(self.values::<N>(sampler, moment, expected, at)?.between(sampler, moment))
     }
 
-    /// Weights of `targets` morph targets: each element of a sampler's output has a number for
-    /// each.
+    /// Weights of `targets` morph targets. The sampler's output has `targets` numbers in place of
+    /// each value or tangent.
     fn weights(&self, sampler: &Sampler, moment: Moment, targets: usize, at: &Location) -> Result<Vec<f32>> {
         let count = moment.keys.saturating_mul(sampler.each()).saturating_mul(targets);
         let all = self.vectors::<1>(sampler.output, Type::Scalar, Some(count), at)?;
@@ -349,13 +351,13 @@ struct Values<const N: usize> {
 }
 
 impl Sampler {
-    /// Number of elements of the output for each key: its value alone, or its value between two
-    /// tangents.
+    /// Number of elements of the output for each key: 1 for the value alone, 3 for the value
+    /// between its two tangents.
     fn each(&self) -> usize {
         if self.interpolation == Interpolation::CubicSpline { 3 } else { 1 }
     }
 
-    /// Values and tangents at the two keys around a moment, of elements that must be finite.
+    /// Values and tangents at the two keys around a moment. All must be finite.
     fn values<const N: usize>(
         &self,
         moment: Moment,

@@ -4,9 +4,9 @@
 //! Output: the document as the `gltf` crate's plain data types, and the container's binary chunk.
 //!
 //! # Guarantee
-//! No byte string makes this panic. In the returned document, every index into another list is in
-//! range, except textures' sources, and every enumerated value, except attribute names, is one of
-//! glTF 2.0.
+//! No byte string makes this panic. In the returned document, all indices into other lists are in
+//! range, except the sources of textures. All enumerated values are values of glTF 2.0, except
+//! attribute names.
 //!
 //! # Differences from the `gltf` crate's own loader
 //! * The container is split here: the crate's reader subtracts the header's size from a length that
@@ -16,7 +16,7 @@
 //! * Animations are stored unparsed: they need to be valid only if a time is given.
 //! * `POSITION` accessors are checked before the crate's validator, which indexes with them
 //!   unchecked.
-//! * Faults on which nothing here depends are forgiven: missing or wrong `min` and `max`, missing
+//! * Faults that do not affect this loader are accepted: missing or wrong `min` and `max`, missing
 //!   `POSITION`, accessors without a buffer view, textures whose source is missing or out of range,
 //!   unknown attribute names, scenes without nodes.
 //!
@@ -71,7 +71,7 @@ struct Asset {
     min_version: Option<String>,
 }
 
-/// Fields of the document beside those of `Head`.
+/// Fields of the document that are not in `Head`.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 #[derive(Default)]

@@ -8,8 +8,8 @@
 //! the error is at most half a percent of the radius.
 //!
 //! [Shapes](super::shapes) are evaluated when the shutter opens and when it closes; vertices move
-//! in straight lines between. Rotations of joints thus follow chords, and a deformation that comes
-//! and goes in between is lost.
+//! in straight lines between. Rotations of joints thus follow chords, and a deformation that
+//! appears and disappears between these two times is lost.
 //!
 //! Held to this by `gltf_animations::cameras_move_while_the_shutter_is_open`,
 //! `gltf_animations::meshes_move_while_the_shutter_is_open`,
@@ -33,9 +33,10 @@ pub(super) struct Exposure {
     /// Times at which the shutter opens and closes (s).
     pub shutter: [f64; 2],
     parents: Vec<Option<usize>>,
-    /// Times (s), and the poses of nodes with a camera, a mesh or a light and of all nodes above.
+    /// Times (s), each with the poses of all nodes that have a camera, a mesh or a light, and of
+    /// the nodes above them.
     moments: Vec<(f64, BTreeMap<usize, Pose>)>,
-    /// Poses of these nodes and of joints when the shutter opens and when it closes.
+    /// Poses of the nodes of `moments` and of joints, when the shutter opens and when it closes.
     pub ends: [Poses; 2],
     /// Nodes of `moments` whose pose changes.
     moving: BTreeSet<usize>,

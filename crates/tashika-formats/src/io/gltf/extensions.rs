@@ -2,8 +2,8 @@
 //!
 //! An extension that a file *requires* changes the meaning of the file: without support for it, the
 //! file is refused, with advice. An extension that a file merely *uses* is read or ignored as
-//! [`FEATURES`] states. Ignored extensions are noted where they stand; materials note only those
-//! that would have an effect on them.
+//! [`FEATURES`] states. Ignored extensions are noted with their place in the file; in materials,
+//! they are noted only if they would have an effect.
 //!
 //! # Held to this by
 //! `gltf::extensions_that_a_file_requires_are_read_or_refused_by_name`,
@@ -45,7 +45,8 @@ pub(super) fn refuse_compressed(extensions: &Map<String, Value>, at: &Location) 
     Ok(())
 }
 
-/// Notes each ignored extension: unknown ones where they are listed, others where they stand.
+/// Notes each ignored extension. The note of an unknown extension names its place in
+/// `extensionsUsed`, other notes name the object that has the extension.
 pub(super) fn note_unhandled(root: &Root, file: &Location, builder: &mut SceneBuilder) -> Result<()> {
     for (i, name) in root.extensions_used.iter().enumerate() {
         if extension(name).is_none() {

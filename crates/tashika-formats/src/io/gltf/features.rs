@@ -2,12 +2,12 @@
 //!
 //! The loader reports each feature with the words of its row, through [`met`]. Fields of an
 //! extension have the extension's name as their kind. An extension is listed once as *used*, which
-//! is optional by definition (glTF 2.0 section 3.12). One that cannot be ignored where it is
-//! required is listed again as *required*.
+//! is optional by definition (glTF 2.0 section 3.12). An extension that cannot be ignored if a file
+//! requires it has a second row as *required*.
 //!
 //! # Held to this by
-//! `suite::gltf_features`: every row, in a file of its own, gives the note or the error that it
-//! promises and no other.
+//! `suite::gltf_features`: for every row, a file with the feature gives exactly the note or the
+//! error of the row.
 
 use crate::error::{Location, Result};
 use crate::io::features::{Feature, Support, table};

@@ -3,13 +3,14 @@
 //! The first level of the map, six pictures in the order `+x −x +y −y +z −z`, is the radiance; its
 //! numbers times `intensity` count as W·m⁻²·sr⁻¹. The other data of the extension, blurred levels
 //! for rough surfaces and coefficients of irradiance, are not used: they are integrals of the same
-//! radiance, which light transport computes. PNG with opacity are RGBD: colour (by the sRGB curve)
-//! over opacity.
+//! radiance, which light transport computes. PNG images with opacity are in RGBD: the radiance is
+//! the colour, decoded by the sRGB curve, divided by the opacity.
 //!
-//! The extension turns OpenGL's faces around their vertical axes. The faces are then pictures as
-//! seen from inside, with `−x` to the right of `+z`, the upper edge of the upper face towards `−z`
-//! and that of the lower face towards `+z`. The faces become a latitude-longitude map, four faces
-//! wide and two high, whose texels are means of 2 × 2 bilinear lookups in the faces.
+//! The extension turns each of OpenGL's faces around its vertical axis. The faces are therefore
+//! pictures as seen from inside the cube: `−x` is to the right of `+z`, the upper edge of the `+y`
+//! face is towards `−z`, and the upper edge of the `−y` face is towards `+z`. The faces become a
+//! latitude-longitude map, four faces wide and two high, whose texels are means of 2 × 2 bilinear
+//! lookups in the faces.
 //!
 //! # Held to this by
 //! The tests below; `suite::gltf_environment`.
@@ -71,7 +72,7 @@ fn quaternion(value: &Value) -> Option<Quat> {
     (length.is_finite() && length > 0.0).then(|| quaternion.normalize())
 }
 
-/// Indices of the six images of the first level; none if there are not six below `images`.
+/// Indices of the six images of the first level; none unless there are six indices below `images`.
 fn images_of_faces(light: &Value, images: usize) -> Option<[usize; 6]> {
     let first = light.get("specularImages")?.as_array()?.first()?.as_array()?;
     let index = |v: &Value| usize::try_from(v.as_u64()?).ok().filter(|&i| i < images);
@@ -156,8 +157,8 @@ fn place(d: Vec3) -> (usize, Vec2) {
 mod tests {
     use super::*;
 
-    /// Directions along the axes and half-way to the edges of faces lie in the pictures as seen
-    /// from inside.
+    /// Looks up directions along the axes and half-way to the edges of faces. Each must lie where a
+    /// viewer inside the cube sees it.
     #[test]
     fn faces_are_pictures_seen_from_inside() {
         let at = |d: [f32; 3]| place(Vec3::from(d).normalize());
@@ -183,8 +184,10 @@ mod tests {
         near(at([-0.5, -1.0, 0.0]), 3, [0.75, 0.5]);
     }
 
-    /// A face's texel is 1/32 of half a side of the cube. A texel's mean and a face's linear
-    /// interpolation each differ from `d` by its curvature over half a texel.
+    /// The faces store the direction of each texel, with 64 texels a side: a texel is 1/32 of half
+    /// a side of the cube. The map must return each direction `d` within 0.02. The mean over a
+    /// texel of the map and the linear interpolation in a face each differ from `d` by its
+    /// curvature over half a texel.
     #[test]
     fn the_map_shows_what_the_faces_show() {
         let side = 64;

@@ -1,8 +1,8 @@
 //! Instances of `EXT_mesh_gpu_instancing`: many placements of one node's mesh.
 //!
-//! Instance `i` stands at `M · T_i · R_i · S_i`, with `M` the transform of the node and the others
-//! from elements `i` of the accessors `TRANSLATION`, `ROTATION` and `SCALE`. Each accessor may be
-//! missing, and all have the same number of elements.
+//! Instance `i` has the transform `M · T_i · R_i · S_i`. `M` is the transform of the node; the
+//! other factors are element `i` of the accessors `TRANSLATION`, `ROTATION` and `SCALE`. Each
+//! accessor may be missing; the others must have equal numbers of elements.
 //!
 //! # Guarantee
 //! Nothing is allocated for instances beyond the scene's budget of geometry.

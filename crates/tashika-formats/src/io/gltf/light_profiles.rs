@@ -1,8 +1,8 @@
 //! Lamps of the extension `EXT_lights_ies`: IES files at nodes.
 //!
 //! A lamp points down the `−z` axis of its node, and `C` grows from 0° at `+x` towards `+y`; the
-//! node's scale has no effect on it. Candela count as W·sr⁻¹, as those of other lights do, times
-//! `multiplier` and `color`. [`ies`] decodes the files.
+//! node's scale has no effect on it. Intensities in candela are taken as W·sr⁻¹, as for other
+//! lights, and multiplied by `multiplier` and `color`. [`ies`] decodes the files.
 //!
 //! A profile that is missing or cannot be read is noted, and its lamps are ignored. A map takes the
 //! same memory whatever the size of its file, and counts toward the budget of images.
@@ -116,7 +116,8 @@ fn decode(
     Ok(ies::decode(&bytes, &name, at)?.map(Arc::new))
 }
 
-/// Light of an extension's list that the field `light` of `user`, at `at`, selects.
+/// Light that the field `light` of `user` selects from the list of an extension. `at` is the place
+/// of `user` in the file.
 pub(super) fn chosen<'s>(
     source: &'s Source<'_>,
     extension: &str,
@@ -146,8 +147,8 @@ pub(super) fn number(value: &Value, at: &Location, builder: &mut SceneBuilder) -
     Ok(number.max(0.0))
 }
 
-/// Transform of the map's frame (`+y` up, `+x` at `C = 0°`) by the node without its scale; none if
-/// the node's transform leaves no direction.
+/// Rotation from the map's frame (`+y` up, `+x` at `C = 0°`) to the world, by the node without its
+/// scale; none if the node's transform leaves no direction.
 fn turned(node: DMat3) -> Option<Mat3> {
     let z = node.z_axis.try_normalize()?;
     let x = (node.x_axis - z * z.dot(node.x_axis)).try_normalize()?;

@@ -1,12 +1,13 @@
 //! Lights of the extension `KHR_lights_punctual`.
 //!
 //! A light shines along the `−z` axis of its node; the node's scale has no effect on it. Colour
-//! times intensity becomes radiant intensity (point, spot) or irradiance (directional) number by
-//! number: the extension's units are photometric (cd, lx), this program's radiometric, and the
-//! factor between them is the same for all lights of a scene and left to exposure.
+//! times intensity becomes radiant intensity (point, spot) or irradiance (directional), with the
+//! numbers unchanged. The extension's units are photometric (cd, lx), those of this program
+//! radiometric. The factor between them is the same for all lights of a scene and is left to
+//! exposure.
 //!
-//! A spot's falloff is the extension's recommended one, with its floor of 0.001 under the
-//! difference of the cosines.
+//! A spot has the falloff that the extension recommends, in which the difference of the cosines is
+//! at least 0.001.
 //!
 //! # Held to this by
 //! `gltf::lights_have_position_direction_and_intensity`.

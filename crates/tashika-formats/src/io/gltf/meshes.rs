@@ -1,16 +1,16 @@
 //! Meshes: each primitive becomes one mesh of the scene.
 //!
-//! Input: a mesh of the document and its shape. Output: the ids of its primitives' meshes, read
-//! once for each shape however many nodes show them. Only the range of vertices between the
-//! smallest and the largest index is read, so that primitives that share one large vertex buffer do
-//! not each copy all of it.
+//! Input: a mesh of the document and its shape. Output: the ids of the meshes of its primitives.
+//! They are read once for each shape, even if several nodes show them. Only the range of vertices
+//! between the smallest and the largest index is read, so that primitives that share one large
+//! vertex buffer do not each copy all of it.
 //!
 //! Triangle `i` of a strip is `(i, i + 1 + i mod 2, i + 2 − i mod 2)`, of a fan `(i + 1, i + 2, 0)`
-//! (glTF 2.0 section 3.7.2.1). Triangles of a strip that use a vertex twice only steer the strip
-//! and are omitted silently.
+//! (glTF 2.0 section 3.7.2.1). Triangles of a strip that use a vertex twice only connect other
+//! triangles. They are omitted without a note.
 //!
-//! Vertex colours, which the scene does not have, become one colour: the mean over the corners in
-//! use multiplies the base colour.
+//! The scene does not have vertex colours. Their mean over the corners in use multiplies the base
+//! colour.
 //!
 //! # Held to this by
 //! The tests below; `gltf_materials::vertex_colours_*`,
@@ -35,8 +35,8 @@ use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
 use crate::scene::{MeshData, MeshId, MeshShape, NoteKind, SceneBuilder};
 
-/// Largest texture coordinate: far beyond those at which `f32` resolves texels, and small enough
-/// for a texture transform to keep it finite.
+/// Largest texture coordinate. `f32` resolves texels only at far smaller ones, and a texture
+/// transform of this one is still finite.
 const FARTHEST_UV: Vec2 = Vec2::splat(1e9);
 
 /// Mesh that was made from a primitive.
@@ -224,7 +224,8 @@ fn name_of_part(mesh: &json::Mesh, index: usize, primitive: usize) -> String {
     if mesh.primitives.len() == 1 { name } else { format!("{name}.primitives[{primitive}]") }
 }
 
-/// Largest difference of a vertex colour from the mean that is not noted: a step of eight bits.
+/// Largest difference between a vertex colour and the mean that is not noted: one step of an 8-bit
+/// colour.
 const COLOR_STEP: f32 = 1.0 / 255.0;
 
 /// The vertex colours of `range`, with opacity.

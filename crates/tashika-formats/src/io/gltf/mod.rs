@@ -1,6 +1,7 @@
 //! glTF 2.0: `.gltf` with buffers and images in files or `data:` URIs, and `.glb`.[^gltf]
 //!
-//! [`FEATURES`] lists the features of the format and their support; notes and errors use its words.
+//! [`FEATURES`] lists the features of the format and their support; notes and errors quote its
+//! rows.
 //!
 //! | module | purpose |
 //! |---|---|

@@ -42,7 +42,7 @@ pub(super) fn tell_others(
     Ok(())
 }
 
-/// Largest number of targets of a primitive of a mesh.
+/// Largest number of morph targets that a primitive of the mesh has.
 pub(super) fn targets(mesh: &json::Mesh) -> usize {
     mesh.primitives.iter().map(|p| p.targets.as_ref().map_or(0, Vec::len)).max().unwrap_or(0)
 }

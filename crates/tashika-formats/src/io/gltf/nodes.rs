@@ -125,8 +125,8 @@ pub(super) fn parents(source: &Source<'_>) -> Result<Vec<Option<usize>>> {
     Ok(parents)
 }
 
-/// Refuses cycles. With at most one parent each, the nodes that cannot be reached from any root are
-/// those on or below a cycle.
+/// Refuses cycles. Each node has at most one parent, so exactly the nodes on or below a cycle
+/// cannot be reached from any root.
 fn refuse_cycles(source: &Source<'_>, roots: impl Iterator<Item = usize>) -> Result<()> {
     let nodes = &source.root.nodes;
     let mut reached = vec![false; nodes.len()];

@@ -1,9 +1,10 @@
 //! Properties of the objects of glTF 2.0 and of its extensions, and properties of a file that are
 //! not among them.
 //!
-//! The schema permits further properties, so that a misspelt property is valid. A property that is
-//! in no table is noted with its path, or refused if it looks like a misspelt property of that
-//! object. The contents of `extras`, and of extensions without a table, are not checked.
+//! The schema permits properties that it does not define, so a file with a misspelt property is
+//! valid. A property that is in no table is noted with its path, or refused if it looks like a
+//! misspelt property of that object. The contents of `extras`, and of extensions without a table,
+//! are not checked.
 //!
 //! Sources: the JSON schemas of glTF 2.0 and of the extensions.[^gltf] Held to this by
 //! `suite::gltf_schema`.
@@ -168,7 +169,7 @@ impl Unknown {
     /// Notes the unknown names.
     ///
     /// # Errors
-    /// If a name is a slip of a known name of that type.
+    /// If a name is probably a misspelling of a known name of the same type of object.
     pub(super) fn tell(&self, listed: &[String], file: &Location, builder: &mut SceneBuilder) -> Result<()> {
         for ((of, name), (path, count)) in &self.names {
             let at = file.clone().item(path);
@@ -213,19 +214,19 @@ impl Unknown {
     }
 }
 
-/// Visitor of an object of a type.
+/// Visitor of an object of the type `of`.
 struct Object<'a> {
     of: &'static str,
     unknown: &'a mut Unknown,
 }
 
-/// Visitor of the extensions of an object of a type.
+/// Visitor of the extensions of an object of the type `host`.
 struct Extensions<'a> {
     host: &'static str,
     unknown: &'a mut Unknown,
 }
 
-/// Visitor of a list of objects of a type.
+/// Visitor of a list of objects of the type `of`.
 struct List<'a> {
     of: &'static str,
     unknown: &'a mut Unknown,

@@ -22,7 +22,7 @@ use crate::error::Result;
 use crate::math::local_origin;
 use crate::scene::{MeshShape, SceneBuilder};
 
-/// Vertices of a primitive that are to be read.
+/// Vertices that are to be read from a primitive.
 pub(super) struct Wanted<'w> {
     pub primitive: &'w json::mesh::Primitive,
     /// Place of the primitive in the file.
@@ -40,14 +40,14 @@ pub(super) type ShapeKey = (Option<usize>, Vec<Vec<u32>>);
 /// Weights and skin of a mesh at each moment.
 #[derive(Default)]
 pub(super) struct Shape {
-    /// By moment; empty if all weights are zero.
+    /// Weights by moment; empty if all weights are zero.
     weights: Vec<Vec<f32>>,
     skin: Option<Skin>,
 }
 
 struct Skin {
     index: usize,
-    /// By moment and joint.
+    /// Transforms to the world, by moment and joint.
     joints: Rc<[Vec<DAffine3>]>,
 }
 

@@ -66,7 +66,7 @@ pub(super) fn joints(
     Ok(of_joint)
 }
 
-/// Joints and weights of the vertices of a primitive: four of each set.
+/// Joints and weights of the vertices of a primitive: each set has four of them for each vertex.
 pub(super) struct Influences {
     /// Joint and weight, by set and vertex.
     sets: Vec<Vec<[(u32, f32); 4]>>,

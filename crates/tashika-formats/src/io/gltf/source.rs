@@ -1,4 +1,4 @@
-//! The document with the bytes that it refers to, and budgets of the data that they become.
+//! The document with the bytes that it refers to, and memory budgets for the decoded data.
 //!
 //! Input: a parsed file. Output: byte slices within buffers, which lie within the bytes of the
 //! files.

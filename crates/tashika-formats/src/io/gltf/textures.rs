@@ -114,7 +114,7 @@ impl Textures {
             UvTransform::default()
         });
         let uv_set = extension.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord);
-        // Fails for transforms that are not finite, which have been replaced.
+        // Fails only for transforms that are not finite, and these were replaced above.
         let texture = builder.add_texture(Texture::Image(lookup)).ok()?;
         Some(UsedTexture { texture, uv_set, opaque })
     }
@@ -196,8 +196,9 @@ mod tests {
     #[test]
     fn the_extensions_example_shows_the_lower_left_quadrant_turned_clockwise() {
         let example = r#"{"offset":[0,1],"rotation":1.57079632679,"scale":[0.5,0.5]}"#;
-        // The corners of the quad, clockwise from the top left, sample the corners of the quadrant
-        // turned by a quarter: the quadrant's top left appears at the top right.
+        // The corners of the quad are looked up clockwise from the top left. They must show the
+        // corners of the lower left quadrant after a quarter turn: the quadrant's top left appears
+        // at the top right.
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         let expected = [[0.0, 1.0], [0.0, 0.5], [0.5, 0.5], [0.5, 1.0]];
         for (uv, seen) in corners.into_iter().zip(expected) {

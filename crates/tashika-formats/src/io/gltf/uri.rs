@@ -119,7 +119,7 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
             };
             bits = bits << 6 | u32::from(value);
         }
-        // Six bits a character; those beyond whole bytes are padding.
+        // Each character has six bits. Bits beyond the last whole byte are padding.
         let whole = match group.len() {
             4 => 3,
             3 => 2,

@@ -1,14 +1,16 @@
 //! Decoding image files: PNG, JPEG, BMP, TIFF, TGA, Radiance HDR, OpenEXR and PFM.
 //!
 //! Input: the bytes of a file, and the meaning of its integers: colours (sRGB) or numbers (linear).
-//! Output: an [`Image`] of 16 bits a channel where the file has them, else of 8; floating-point
-//! formats are always linear, without opacity. Colour profiles and orientation tags are not read.
+//! Output: an [`Image`] with 16 bits a channel if the file has them, otherwise with 8. Images of
+//! floating-point formats are always linear and have no opacity. Colour profiles and orientation
+//! tags are not read.
 //!
 //! # Guarantee
 //! An image of more than [`LoadOptions::max_image_texels`] is refused by its header, before memory
 //! is allocated. All texels are finite. NaN becomes zero. Infinities become the largest or the
 //! least finite value of the image, or zero if that value has the other sign. Values below zero
-//! stay, because only the use of an image decides if they are heights or colours.
+//! stay: they are valid heights but not valid colours, and only the use of the image decides which
+//! of them they are.
 //!
 //! # Held to this by
 //! The tests beside it; `damaged_gltf::an_image_that_claims_to_be_huge_is_refused`.
@@ -202,7 +204,8 @@ fn repair(texels: &mut [[f32; 3]]) -> u64 {
     not_finite
 }
 
-/// Format by the file's signature, whatever its name; TGA, which has no signature, by the name.
+/// Format by the signature of the file, regardless of its name. TGA has no signature and is
+/// recognised by the name.
 fn format_of(bytes: &[u8], name: &str, at: &Location) -> Result<ImageFormat> {
     use ImageFormat::{Bmp, Hdr, Jpeg, Png, Tga, Tiff};
     match image::guess_format(bytes) {

@@ -2,12 +2,12 @@
 //! of any sample type.
 //!
 //! # Windows
-//! The image is the **display window**. Texels of the data window outside of it are cut off; texels
-//! of the display window without data are 0.
+//! The image is the **display window**. Texels of the data window that lie outside of the display
+//! window are cut off. Texels of the display window that lie outside of the data window are 0.
 //!
 //! # Channels
-//! Channels are selected by name, in any case, from the first part and the first layer that has
-//! some:
+//! Channels are selected by name; upper and lower case count as equal. Among all parts and layers,
+//! the one that matches the earliest row of the table is read; of several, the first one.
 //!
 //! | order | channels | colour |
 //! |---|---|---|
@@ -54,8 +54,8 @@ const MAX_CHANNELS: usize = 256;
 /// Bytes of texels permitted for every display window: 2048 × 2048.
 const FREE_BYTES: u64 = 12 << 22;
 
-/// Further bytes of texels of a display window for each byte of the file: the most that compression
-/// reaches.
+/// Bytes of texels that a display window may take for each byte of the file: the largest ratio that
+/// compression reaches.
 const MOST_PACKED: u64 = 2000;
 
 /// Decodes texels from the top row, if there are at most `max_texels`; the error describes the
@@ -73,7 +73,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Pictur
     if meta.headers.iter().any(has_levels) {
         check_levels(bytes)?;
     }
-    // First part among those with the lowest order in the table above.
+    // The part with the lowest order in the table above, and the first of several.
     let of_parts = meta.headers.iter().filter_map(|part| Some((part, Colors::of(part)?)));
     let Some((part, colors)) = of_parts.min_by_key(|(_, colors)| colors.order) else {
         let names = meta.headers.iter().flat_map(|part| &part.channels.list).take(8);
@@ -114,7 +114,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Pictur
     if is_outside {
         approximations.push("its data window lies outside of its display window: 0 everywhere".to_owned());
     }
-    // Not above `u32::MAX`: checked above.
+    // Both fit into `u32`, as `check_size` requires.
     let (width, height) = (width as u32, height as u32);
     Ok(Picture { width, height, texels: Texels::Floats(texels), lone: colors.lone(), approximations })
 }
@@ -177,7 +177,8 @@ impl Colors {
                 b"x" => 4,
                 _ => continue,
             };
-            // Names that differ only in case: the first counts, which is in upper case.
+            // Of two names that differ only in case, the first counts, which is the one in upper
+            // case.
             layers.entry(layer).or_default()[letter].get_or_insert(place);
         }
         let found = layers.iter().filter_map(|(layer, &[r, g, b, y, x])| {
@@ -235,8 +236,8 @@ fn has_levels(header: &Header) -> bool {
     matches!(header.blocks, BlockDescription::Tiles(tiles) if tiles.level_mode != LevelMode::Singular)
 }
 
-/// Refuses files in which a tile states another level than the file's table, which the reader
-/// trusts.
+/// Refuses files in which a tile states another level than the table of the file gives it. The
+/// reader trusts the table and would not notice.
 fn check_levels(bytes: &[u8]) -> Result<(), String> {
     const LARGEST: Vec2<usize> = Vec2(0, 0);
     let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(|e| e.to_string())?;

@@ -38,7 +38,7 @@ pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Picture, String> {
         .filter(|s: &f32| s.is_finite() && *s != 0.0)
         .ok_or_else(|| format!("scale {scale:?}"))?;
     super::check_size(width, height, max_texels)?;
-    // Not above the bytes that are there, once this is checked.
+    // After this check, the number of bytes to allocate is bounded by the length of the file.
     let needed = u64::from(width) * u64::from(height) * channels * 4;
     if needed > rest.len() as u64 {
         return Err(format!("{} bytes for {width}×{height} texels of {channels} channels", rest.len()));

@@ -307,7 +307,8 @@ fn samples_of_tiffs_are_grey_colour_and_opacity_as_the_file_says() {
     assert_eq!(texel(&[9, 50], Some(0)), [9, 9, 9, 255], "anything else");
     assert_eq!(texel(&[1, 2, 3, 50], Some(2)), [1, 2, 3, 50]);
     assert_eq!(texel(&[1, 2, 3, 50], None), [1, 2, 3, 50]);
-    // Colours multiplied by an opacity of 51/255 are divided by a fifth, rounded, and at most 255.
+    // The colours were multiplied by the opacity 51/255 = 1/5. They are divided by it, rounded, and
+    // limited to 255.
     assert_eq!(texel(&[10, 11, 60, 51], Some(1)), [50, 55, 255, 51]);
     assert_eq!(texel(&[1, 2, 3, 0], Some(1)), [1, 2, 3, 0]);
     for (image, part) in [
@@ -320,7 +321,8 @@ fn samples_of_tiffs_are_grey_colour_and_opacity_as_the_file_says() {
     }
 }
 
-/// Cut off, or with a byte changed anywhere, a file gives an error or a whole picture.
+/// A file that is cut off gives an error. With one byte changed, it gives an error or a whole
+/// picture.
 #[test]
 fn damaged_tiffs_are_refused_or_read() {
     for image in [TILED, Tiff { tile: None, planar: true, ..TILED }] {

@@ -2,12 +2,13 @@
 //! plane, of 8, 16 or 32 bits.
 //!
 //! Only the first image of a file is read, which in mip-mapped files is the largest level. If a
-//! texel has three samples or more, the first three are its colour; in grey files the first one is.
-//! The next sample is opacity if the file declares it; colours that were multiplied by opacity are
-//! divided by it. Integers of 8 and 16 bits are unchanged; floating point of 16, 32 and 64 bits
-//! becomes 32. Other kinds (bilevel, CMYK) are left to the `image` crate. Two layouts are refused
-//! because the `tiff` crate (0.11) misreads them or panics: planes in tiles that reach beyond the
-//! last row, and colours with further samples that are not opacity.
+//! texel has three samples or more, the first three are its colour; otherwise the first is its grey
+//! value. The next sample is opacity if the file declares it. If the file declares that colours
+//! were multiplied by opacity, they are divided by it. Integers of 8 and 16 bits are unchanged;
+//! floating point of 16, 32 and 64 bits becomes 32. Other kinds (bilevel, CMYK) are left to the
+//! `image` crate. Two layouts are refused because the `tiff` crate (0.11) misreads them or panics:
+//! separate planes in tiles that reach beyond the last row, and colours followed by samples other
+//! than opacity.
 //!
 //! # Guarantee
 //! No more than [`MOST_PACKED`] bytes are allocated for each byte of the file. Tested in [`super`].
@@ -29,7 +30,7 @@ const MOST_PACKED: u64 = 2000;
 pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Option<Picture>, String> {
     let [width, height, samples] = claims(bytes).unwrap_or([1; 3]);
     super::check_size(width, height, max_texels)?;
-    // The decoder multiplies the two before it checks them.
+    // The decoder multiplies height and samples before it checks them.
     if height.saturating_mul(samples) > u64::from(u32::MAX) {
         return Err(format!("{height} rows of {samples} samples a texel"));
     }
@@ -66,13 +67,14 @@ pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Option<Picture>, S
         Some(Some(ExtraSamples::AssociatedAlpha)) => Alpha::Multiplied,
         Some(Some(ExtraSamples::UnassociatedAlpha)) => Alpha::Straight,
         Some(_) => Alpha::None,
-        // Four samples of colour without a declared opacity count as three and opacity.
+        // If a file has four samples of colour and declares no opacity, the fourth counts as
+        // opacity.
         None if matches!(color, ColorType::RGBA(_)) => Alpha::Straight,
         None => Alpha::None,
     };
     let mut limits = Limits::default();
     limits.decoding_buffer_size = layout.complete_len;
-    // A strip or a tile, which may be larger than the picture.
+    // Memory for a strip or a tile, which may be larger than the picture.
     limits.intermediate_buffer_size = usize::try_from(claimed + DECODER_SLACK).unwrap_or(usize::MAX);
     let mut decoder = decoder.with_limits(limits);
     let mut samples = DecodingResult::U8(Vec::new());
@@ -90,8 +92,8 @@ pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Option<Picture>, S
     Ok(Some(Picture::new(width, height, texels)))
 }
 
-/// Width, height and samples a texel of the first image, each the largest if the file gives
-/// several; none if the file ends before them.
+/// Width, height and samples per texel of the first image. If the file states one of them several
+/// times, the largest value counts. None if the file ends before them.
 fn claims(bytes: &[u8]) -> Option<[u64; 3]> {
     let number = |at: u64, size: usize| {
         let at = usize::try_from(at).ok()?;

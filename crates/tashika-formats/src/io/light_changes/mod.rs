@@ -1,5 +1,5 @@
-//! Lights that a user adds to those of a scene file, and an environment in place of the scene's:
-//! `--environment` and `--light`.
+//! Lights that a user adds to a scene (`--light`), and an environment that replaces the scene's
+//! (`--environment`):
 //!
 //! ```text
 //! environment   FILE[,scale=S][,rotate=DEG][,up=z]          a latitude-longitude image, instead of the scene's environment
@@ -9,9 +9,9 @@
 //!               ies:FILE@X,Y,Z[,scale=S][,rotate=DEG][,up=z]
 //! ```
 //!
-//! Up is `+y`, or `+z` with `up=z`; north is `−z`, or `+y`; east is `+x`. The azimuth of the sun
-//! grows from north to east. The middle of an image is north, and its right half is east; `rotate`
-//! turns an image or a lamp counterclockwise as seen from above. Sun and sky are those of
+//! Up is `+y` and north `−z`; with `up=z`, up is `+z` and north `+y`. East is `+x`. The azimuth of
+//! the sun grows from north to east. The middle of an image is north, and its right half is east;
+//! `rotate` turns an image or a lamp counterclockwise as seen from above. Sun and sky are those of
 //! [`scene::sky`](crate::scene::sky), with turbidity 3 by default. A lamp is read by
 //! [`ies`](super::ies), with `C = 0°` to the east.
 //!
@@ -120,8 +120,8 @@ impl LightChanges {
 
     /// Returns the scene with these changes.
     ///
-    /// # Errors
-    /// Files that cannot be read or are no images or lamps; light that is not finite.
+    /// Returns an error if a file cannot be read, is not an image or not a lamp, or if a light is
+    /// not finite.
     pub fn apply(&self, scene: Scene, options: &LoadOptions) -> Result<Scene> {
         let mut sum = 0u64;
         let mut words = Vec::new();
@@ -186,7 +186,8 @@ impl AskedEnvironment {
         }
     }
 
-    /// Returns the environment with an absolute path of its file, which is valid in any folder.
+    /// Returns the environment with the absolute path of its file, so that it is valid in any
+    /// current folder.
     ///
     /// # Errors
     /// [`Error::Io`] if there is no current folder.
@@ -198,7 +199,8 @@ impl AskedEnvironment {
         Ok(Self { source, ..*self })
     }
 
-    /// Text of the environment with its file's name alone: folders differ between machines.
+    /// Text of the environment with the name of its file but without the folder, which differs
+    /// between machines.
     fn named_by_file(&self) -> String {
         let file = self.file().map(|file| Source::File(file_name(file).into()));
         Self { source: file.unwrap_or_else(|| self.source.clone()), ..*self }.to_string()

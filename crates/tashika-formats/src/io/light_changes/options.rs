@@ -25,8 +25,8 @@ impl<'t> Options<'t> {
     /// Every option that some light accepts.
     const NAMES: [&'static str; 6] = ["elevation", "azimuth", "turbidity", "scale", "rotate", "up"];
 
-    /// Splits a text into the part before its options and the options, last first. File names may
-    /// contain commas.
+    /// Splits a text into the part before its options and the options, of which the last comes
+    /// first. Options are split off from the end, because file names may contain commas.
     pub(super) fn behind(text: &'t str) -> (&'t str, Vec<&'t str>) {
         let (mut before, mut options) = (text, Vec::new());
         while let Some((rest, last)) = before.rsplit_once(',') {
@@ -39,7 +39,7 @@ impl<'t> Options<'t> {
         (before, options)
     }
 
-    /// Splits options into names and values; each may be given once.
+    /// Splits options into names and values; each name may occur once.
     pub(super) fn of(words: impl IntoIterator<Item = &'t str>) -> Result<Self, String> {
         let mut options: Vec<(&str, &str)> = Vec::new();
         for word in words {
@@ -73,8 +73,8 @@ impl<'t> Options<'t> {
         })
     }
 
-    /// Takes the options of [`Turned`], `rotate` only if `rotates`; any other option left is an
-    /// error.
+    /// Takes the options of [`Turned`], with `rotate` only if `rotates` is true. Any option that is
+    /// left is an error.
     pub(super) fn turned(&mut self, rotates: bool) -> Result<Turned, String> {
         let turned = Turned {
             scale: self.number("scale", [0.0, MAX_SCALE], Some(1.0))?,

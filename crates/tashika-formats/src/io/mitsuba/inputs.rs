@@ -7,11 +7,11 @@
 //! | `spectrum`, samples | colour under equal energy, white adapted | integral, not adapted |
 //! | `blackbody` | | Planck's law in W·m⁻²·sr⁻¹·nm⁻¹, as `spectrum` |
 //!
-//! Equal energy is `c (1.205, 0.948, 0.909)`; integrals are with the CIE's observer of 1931.
+//! Equal energy is `c (1.205, 0.948, 0.909)`; integrals use the CIE 1931 observer.
 //!
-//! Texture coordinates of Mitsuba run down from an image's top row, as they do here: `to_uv` is
-//! used as it is. A checkerboard has two by two squares in the unit square, the first colour at
-//! `u, v < ½`.
+//! Texture coordinates of Mitsuba run down from an image's top row, as they do here, so `to_uv`
+//! needs no conversion. A checkerboard has two by two squares in the unit square; the first colour
+//! fills the square `u, v < ½`.
 //!
 //! Held to this by `suite::mitsuba`.
 
@@ -31,7 +31,7 @@ use crate::scene::{
     Channel, ColorInput, FloatInput, ImageTexture, Lookup, NoteKind, Sampling, Texture, UvTransform, Wrap,
 };
 
-/// Reflectance in place of one that cannot be read.
+/// Reflectance that replaces one that cannot be read.
 pub(super) const GREY: Rgb = Rgb::gray(mixes::GREY);
 
 /// Wavelengths at which Planck's law is sampled (nm): first, last, step.
@@ -88,8 +88,8 @@ impl Translation<'_> {
         Ok(self.textured(object, names, quantity)?.map_or(missing.into(), |t| t.color))
     }
 
-    /// As [`Self::color`], for inputs that must be constant: a texture becomes half its factor,
-    /// with a note.
+    /// As [`Self::color`], for inputs that must be constant: a texture is replaced by half its
+    /// factor, with a note.
     pub(super) fn constant_color(
         &mut self,
         object: &Object,
@@ -133,7 +133,7 @@ impl Translation<'_> {
     fn in_range(&mut self, color: Rgb, quantity: Quantity, at: &Location) -> Rgb {
         let largest = if quantity == Quantity::Reflectance { 1.0 } else { f32::MAX };
         let clamped = color.map(|c| c.clamp(0.0, largest));
-        // Rounding, and radiances outside of the gamut of Rec. 709, are not noted.
+        // Rounding errors are not noted, and neither are radiances outside the gamut of Rec. 709.
         let moved = color.zip(clamped, |a, b| (a - b).abs()).max_channel();
         if moved > 0.01 && quantity != Quantity::Radiance || color.max_channel() < 0.0 {
             let message = "colours out of their range: moved into it";
@@ -214,7 +214,7 @@ impl Translation<'_> {
         })
     }
 
-    /// Product of two colours: a `scale` without nested texture.
+    /// Product of two colours: the value of a `scale` without a nested texture.
     fn colour_of_scale(
         &mut self,
         object: &Object,
@@ -266,8 +266,8 @@ impl Translation<'_> {
         Ok(Lookup { sampling, wrap: [self.wrap(u, object)?, self.wrap(v, object)?] })
     }
 
-    /// Returns true if a texture is an image that is not opaque everywhere and no channel is
-    /// chosen.
+    /// Returns true if a texture is an image with some opacity below 1, and the object selects no
+    /// channel.
     pub(super) fn has_alpha(&mut self, object: &Object) -> Result<bool> {
         let reference =
             object.text("filename").filter(|_| object.plugin == "bitmap" && object.text("channel").is_none());
@@ -292,7 +292,7 @@ impl Translation<'_> {
     }
 }
 
-/// Encoding of the integers in an image.
+/// Encoding of an image with integer samples.
 pub(super) fn encoding(object: &Object) -> Encoding {
     let raw = object.boolean("raw").unwrap_or(false) | (object.float("gamma") == Some(1.0));
     if raw { Encoding::Linear } else { Encoding::Srgb }

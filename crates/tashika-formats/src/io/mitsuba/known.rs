@@ -1,8 +1,8 @@
 //! Parameters of Mitsuba's plugins, in snake case.
 //!
 //! Parameters that no reader used are looked up in this table. A name that is not a parameter of
-//! the plugin is noted, and refused if it is a slip of one that is. Parameters and nested objects
-//! share the table, and so do the names of Mitsuba 0.6 and 3.
+//! the plugin is noted, and refused if it is a slip of one that is. The table has parameters and
+//! nested objects, of Mitsuba 0.6 and of Mitsuba 3.
 //!
 //! Sources: the documentation of Mitsuba 0.6 and 3, and the names that plugins of Mitsuba 3.9.1
 //! look up. Held to this by `suite::unknown_names::mitsuba_*`.
@@ -178,8 +178,8 @@ const ROWS: &[Row] = &[
 
 /// Returns true if the name is a parameter of the plugin.
 pub(super) fn has(class: Class, plugin: &str, name: &str) -> bool {
-    // Films have any number of captions and of header entries. Spectral films have a spectrum of
-    // any name for each channel.
+    // Films may have any number of captions and header entries. A spectral film has one spectrum
+    // for each channel, with any name.
     let is_free = class == Film
         && (name.starts_with("label[") || name.starts_with("metadata[") || plugin == "specfilm");
     is_free || names(class, plugin).any(|known| known == name)

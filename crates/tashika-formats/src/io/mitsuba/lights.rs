@@ -1,16 +1,17 @@
 //! `<emitter>`s of the scene: point, spot, directional, environments.
 //!
-//! * Spots look along their own `+z` and fade linearly in the angle from `beam_width` (three
-//!   quarters of `cutoff_angle` if absent) to `cutoff_angle`, both measured from the axis.
-//! * An environment map has its pole at `+y`, with `−z` at `u = 0` and `+x` at `u = 0.25`: half a
-//!   turn from the frame of [`Environment::lat_long`]. Mitsuba's rows reach from pole to pole
-//!   (`θ = π y / (h − 1)`), while each row here is centred in its `1/h` of the way: they differ by
-//!   up to half a row.
-//! * `sky`, `sun`, `sunsky` are [`Sky`]. Before Mitsuba 3 up is `+y`, east `+x`, south `+z`; since
-//!   then up is `+z`, south `+x`, west `+y`. Place and time give the sun's direction by
-//!   [`sun`](super::sun), in the frame of the light.
+//! * Spots look along their own `+z`. They fade linearly in the angle from the axis, from
+//!   `beam_width` to `cutoff_angle`. The default of `beam_width` is three quarters of
+//!   `cutoff_angle`.
+//! * An environment map has its pole at `+y`, with `−z` at `u = 0` and `+x` at `u = 0.25`. The
+//!   frame of [`Environment::lat_long`] is half a turn from this. Mitsuba's first and last rows lie
+//!   at the poles (`θ = π y / (h − 1)`). Here each row is the centre of a band of height `π / h`.
+//!   The two conventions differ by up to half a row.
+//! * `sky`, `sun`, `sunsky` become a [`Sky`]. Before Mitsuba 3 up is `+y`, east `+x`, south `+z`;
+//!   since then up is `+z`, south `+x`, west `+y`. If place and time are given, [`sun`](super::sun)
+//!   computes the sun's direction from them, in the frame of the light.
 //!
-//! Constant environments add up; of other environments the first one is seen.
+//! Constant environments add up; of the other environments only the first is used.
 //!
 //! Held to this by `suite::mitsuba`; axes and falloff were compared with Mitsuba 3.9's own.
 
@@ -30,7 +31,7 @@ use crate::scene::{Emitter, Environment, Falloff, FalloffShape, NoteKind};
 /// Size of a sky's image (texels).
 const SKY_RESOLUTION: [u32; 2] = [512, 256];
 
-/// Least difference of the cosines between which a spot fades.
+/// Least difference between the cosines of the two angles that a spot fades between.
 const MIN_FADING: f32 = 1e-4;
 
 impl<'a> Translation<'a> {
@@ -185,14 +186,14 @@ impl<'a> Translation<'a> {
         Ok(())
     }
 
-    /// Converts a direction by place and time (east, up, south) to the frame of [`Sky`], whose
-    /// azimuth is arbitrary.
+    /// Converts a direction (east, up, south) that was computed from place and time to the frame of
+    /// [`Sky`], whose azimuth is arbitrary.
     fn by_place_and_time(&self, d: Vec3) -> Vec3 {
-        // South, west, up is a left-handed frame: the azimuths run the other way round.
+        // South, west, up is a left-handed frame, so azimuths run the other way round.
         if self.document.version.0 >= 3 { Vec3::new(d.z, d.y, d.x) } else { d }
     }
 
-    /// Rotation from the frame of [`Sky`], `+y` up, to that of the format's daylight.
+    /// Rotation from the frame of [`Sky`], with `+y` up, to the file's frame of daylight.
     fn upright(&self) -> Mat3 {
         if self.document.version.0 >= 3 {
             Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::NEG_Y)

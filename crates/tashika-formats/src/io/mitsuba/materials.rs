@@ -2,15 +2,16 @@
 //!
 //! | Mitsuba | here |
 //! |---|---|
-//! | `twosided` | its material on both sides, or one on each; other backs are black |
+//! | `twosided` | its material on both sides, or one for each side; backs of others are black |
 //! | `mask` | [`Alpha`] |
 //! | `bumpmap`, `normalmap` | [`NormalInput`] |
 //! | `blendbsdf`, `mixturebsdf` | [`Surface::Mix`]; with `null`, opacity |
 //! | `coating`, `roughcoating` | [`Surface::Coated`] over a Lambertian base |
 //! | `null` | invisible |
 //!
-//! Each object is converted once, so that work does not multiply where objects share others. The
-//! opacity of parts of a mix is ignored. `surfaces` converts bsdfs that contain no others.
+//! Each object is converted once, so that the work stays bounded if many objects refer to the same
+//! one. If a part of a mix has an opacity, that is ignored. `surfaces` converts bsdfs that contain
+//! no others.
 //!
 //! Held to this by `suite::mitsuba`.
 
@@ -55,7 +56,7 @@ impl Translation<'_> {
             }
         };
         if let Some((_, emission)) = light {
-            // As in Mitsuba, an invisible material that emits is seen: black.
+            // As in Mitsuba, a surface that emits is black, not invisible.
             if is_invisible(&material) {
                 material = Material::new(material.name, Surface::Lambert { reflectance: Rgb::BLACK.into() });
             }
@@ -185,7 +186,7 @@ impl Translation<'_> {
         }
     }
 
-    /// A weight given as the texture without a name.
+    /// Weight of a mix, from the nested texture of any name; ½ without a texture.
     fn texture_weight(&mut self, object: &Object) -> Result<FloatInput> {
         let Some(texture) = self.document.any_texture(object) else { return Ok(0.5.into()) };
         Ok(self.texture(texture, Quantity::Number)?.number())
@@ -201,7 +202,8 @@ impl Translation<'_> {
         Ok(Material::new(shown(object.label()), grey()))
     }
 
-    /// Mix of two materials; the share of an invisible one becomes opacity of the other.
+    /// Mix of two materials. If one of them is invisible, its share makes the other one
+    /// transparent.
     fn mix(
         &mut self,
         name: String,
@@ -251,7 +253,7 @@ impl Translation<'_> {
         let Some((texture, channel)) = amount.texture else { return Ok((1.0 - amount.factor).into()) };
         let ends = [Rgb::WHITE, Rgb::gray(1.0 - amount.factor)];
         let texture = between(&mut self.builder, ends, texture)?;
-        // The opacity of a constant is 1: the alpha of the result would be 1 everywhere.
+        // The ends are constants of opacity 1, so the alpha of the blend is 1 everywhere.
         let channel = if channel == Channel::A { Channel::Luminance } else { channel };
         Ok(FloatInput { factor: 1.0, texture: Some((texture, channel)) })
     }

@@ -4,12 +4,12 @@
 //! σ_t = sigma_t · scale, σ_s = albedo σ_t, σ_a = σ_t − σ_s          or          sigma_a · scale, sigma_s · scale (0.6)
 //! ```
 //!
-//! in m⁻¹, if a unit of the file is a metre. A medium of a shape is `interior`, on the side that
-//! its normals point away from, or `exterior`; a side without a medium is vacuum, as in Mitsuba. A
-//! medium of a sensor surrounds it. Only some integrators render media; if that of the file does
-//! not, media are ignored here, too. The extinction and the albedo may be
-//! [`volumes`](super::volumes); outside of a grid of the extinction (`density` in version 0.x) is
-//! vacuum.
+//! in m⁻¹, if a unit of the file is a metre. A shape's `interior` medium is on the side that its
+//! normals point away from, its `exterior` medium on the other side; a side without a medium is
+//! vacuum, as in Mitsuba. The medium of a sensor surrounds it. Only some integrators render media:
+//! if the file's integrator does not, media are ignored here, too. The extinction and the albedo
+//! may be [`volumes`](super::volumes); beyond a grid of the extinction (`density` in version 0.x)
+//! is vacuum.
 //!
 //! Held to this by `suite::media_files`.
 
@@ -24,7 +24,7 @@ use crate::error::{Error, Location, Result};
 use crate::io::notes::shown;
 use crate::scene::{Interface, Medium, MediumId, NoteKind, Scattered, Variation};
 
-/// Mitsuba's extinction (m⁻¹), albedo and asymmetry, if the file gives none.
+/// Mitsuba's defaults of extinction (m⁻¹), albedo and asymmetry.
 const EXTINCTION: f32 = 1.0;
 const ALBEDO: f32 = 0.75;
 const ASYMMETRY: f64 = 0.8;
@@ -34,7 +34,7 @@ const VOLUMETRIC: [&str; 8] =
     ["volpath", "volpathmis", "prbvolpath", "volpath_simple", "bdpt", "mlt", "pssmlt", "erpt"];
 
 impl<'a> Translation<'a> {
-    /// Ignores media, with a note, if the integrator of the file does.
+    /// Ignores media, with a note, if the file's integrator does.
     pub(super) fn finish_media(&mut self) {
         let mut integrators = self.document.objects.iter().filter(|o| o.class == Class::Integrator);
         let is_volumetric = integrators.any(|o| VOLUMETRIC.contains(&o.plugin.as_str()));
@@ -44,7 +44,7 @@ impl<'a> Translation<'a> {
         }
     }
 
-    /// Media on both sides of a shape, if it has any that are rendered.
+    /// Media on both sides of a shape; none if it has no media, or media are ignored.
     pub(super) fn interface(&mut self, object: &Object) -> Result<Option<Interface>> {
         let document = self.document;
         let mut interface = Interface::default();
@@ -57,7 +57,7 @@ impl<'a> Translation<'a> {
                     let message = "media of shapes that are neither interior nor exterior: left out";
                     self.builder.note(NoteKind::Repaired, message, object.at.clone());
                 }
-                // Subsurface models, which have no name.
+                // Subsurface models, which are nested without a name.
                 _ => {}
             }
         }

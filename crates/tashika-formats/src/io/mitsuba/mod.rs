@@ -1,8 +1,8 @@
 //! Mitsuba scenes, `.xml`: versions 0.4 to 0.6[^mitsuba06], 2 and 3[^mitsuba3].
 //!
-//! Axes and units are taken as they are. The table [`FEATURES`] has the counterpart of each plugin;
-//! a plugin that is not in it is noted and replaced by the plainest of its kind. Unused parameters
-//! are noted.
+//! Axes and units are taken as they are. The table [`FEATURES`] lists the counterpart of each
+//! plugin; a plugin without a row is noted and replaced by the plainest plugin of its kind. Unused
+//! parameters are noted.
 //!
 //! | module | content |
 //! |---|---|
@@ -17,13 +17,13 @@
 //! | [`sensors`] | cameras |
 //!
 //! # Guarantee
-//! Any bytes give a scene or an error with file, line and column. References may be circular,
-//! nested and multiple: each object is converted once, [`MAX_DEPTH`] deep at most. The same files
-//! give the same scene.
+//! Any bytes give a scene or an error with file, line and column. Many objects may refer to one
+//! object, and references may be nested or circular: each object is converted once, at most
+//! [`MAX_DEPTH`] levels deep. The same files give the same scene.
 //!
 //! # Limits
-//! The backs of opaque surfaces are black unless they are `twosided`. No polarization; spectra
-//! become colours.
+//! Without `twosided`, the back of an opaque surface is black. Polarization is not supported;
+//! spectra become colours.
 //!
 //! Held to this by `suite::mitsuba`, `suite::damaged_mitsuba`.
 //!
@@ -128,8 +128,8 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     translation.builder.build()
 }
 
-/// Results that are made once for each object. A result is none while it is being made; a request
-/// for it then closes a cycle.
+/// Results that are computed once for each object. A result is none while it is being computed; a
+/// second request during that time means that references form a cycle.
 struct Made<K, T>(BTreeMap<K, Option<T>>);
 
 impl<K: Ord + Copy, T: Clone> Made<K, T> {
@@ -197,7 +197,7 @@ impl<'a> Translation<'a> {
         }
     }
 
-    /// Notes animations that are shown at one time.
+    /// Notes animations that are loaded at a single time.
     fn note_stopped(&mut self) {
         let message = match self.files.options().shutter {
             Some(_) => "animations: shown in the middle of the time that the shutter is open",

@@ -1,14 +1,14 @@
 //! Vertex normals of meshes that have none.
 //!
-//! Mitsuba gives smooth normals to meshes without any, unless `face_normals` is set: at each vertex
-//! the mean of the normals of its triangles, weighted with their angles there,
+//! Mitsuba gives smooth normals to meshes without any, unless `face_normals` is set. The normal of
+//! a vertex is the mean of the normals of its triangles, weighted with their angles at the vertex,
 //!
 //! ```text
 //!   n = Σ αᵢ nᵢ / ‖Σ αᵢ nᵢ‖
 //! ```
 //!
-//! (Thürmer and Wüthrich 1998, equation 1). Vertices that are apart in the file stay apart: an edge
-//! between faces that share no vertices stays sharp. Sums run in `f64`, in the order of the file.
+//! (Thürmer and Wüthrich 1998, equation 1). Vertices are not merged: an edge between faces that
+//! share no vertices stays sharp. Sums run in `f64`, in the order of the file.
 //!
 //! Held to this by the tests below.
 
@@ -16,7 +16,7 @@ use glam::{DVec3, Vec3};
 
 use crate::math::elementary::acos;
 
-/// Returns a unit normal for each vertex; zero if its triangles give none.
+/// Returns a unit normal for each vertex; zero if its triangles define none.
 pub(super) fn of_vertices(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let mut sums = vec![DVec3::ZERO; positions.len()];
     for triangle in triangles {
@@ -35,7 +35,8 @@ pub(super) fn of_vertices(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<Vec
 mod tests {
     use super::*;
 
-    /// A corner of a cube, cut so that one face has two triangles at it.
+    /// A corner of a cube. One of its three faces has two triangles at the vertex, the others have
+    /// one each. The normal lies along the diagonal.
     #[test]
     fn how_a_face_is_cut_does_not_matter() {
         let positions = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z, Vec3::new(1.0, 1.0, 0.0)];

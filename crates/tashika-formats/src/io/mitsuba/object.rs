@@ -1,8 +1,8 @@
 //! Objects of a Mitsuba file: plugins with named parameters and nested objects.
 //!
-//! All objects of a scene and its included files are in one list. Children are positions in it, or
-//! ids to be looked up, so that an object may refer to a later one. Each parameter records if it
-//! was used. Unused ones are noted, as are those whose value is of the wrong type.
+//! All objects of a scene and its included files are in one list. A child is a position in it, or
+//! an id to be looked up, so that an object may refer to a later one. Each parameter records if it
+//! was used. Unused parameters are noted, and so are parameters whose value has the wrong type.
 //!
 //! Tested by `suite::mitsuba::what_is_not_used_is_noted` and the tests of the formats' parts.
 
@@ -80,7 +80,7 @@ pub(super) enum Value {
     Text(String),
     Rgb(Rgb),
     Spectrum(Spectrum),
-    /// Temperature (K) and factor.
+    /// Temperature (K) and scale.
     Blackbody(f64, f64),
     Vector(DVec3),
     Transform(DMat4),
@@ -139,7 +139,7 @@ pub(super) struct Object {
     pub(super) plugin: String,
     pub(super) id: Option<String>,
     pub(super) at: Location,
-    /// Folder of the object's file, relative to the scene's; empty for the scene's own.
+    /// Folder of the object's file, relative to the scene's folder; empty if they are the same.
     pub(super) folder: String,
     pub(super) parameters: Vec<Parameter>,
     pub(super) children: Vec<Child>,
@@ -162,7 +162,7 @@ impl Object {
 
     /// Returns the value of a parameter if `take` accepts it, and marks it as used.
     pub(super) fn take<'a, T>(&'a self, name: &str, take: impl FnOnce(&'a Value) -> Option<T>) -> Option<T> {
-        // Of several, the last one counts, as if each replaced those before it.
+        // If a name is repeated, its last value counts.
         let parameter = self.parameters.iter().rev().find(|p| p.name == name)?;
         let value = take(&parameter.value)?;
         parameter.used.set(true);
@@ -174,7 +174,7 @@ impl Object {
         self.parameters.iter().rev().find(|p| p.name == name).map_or(&self.at, |p| &p.at)
     }
 
-    /// Location of a parameter, or of the object if it has none of that name.
+    /// Location of a parameter, or of the object if it has no parameter of that name.
     pub(super) fn place_of(&self, name: &str) -> Location {
         let parameter = self.parameters.iter().rev().find(|p| p.name == name);
         parameter
@@ -253,15 +253,15 @@ impl Object {
         }
     }
 
-    /// Marks parameters as used that have no effect here.
+    /// Marks parameters that have no effect here as used.
     pub(super) fn accept(&self, names: &[&str]) {
         for parameter in self.parameters.iter().filter(|p| names.contains(&p.name.as_str())) {
             parameter.used.set(true);
         }
     }
 
-    /// Marks nested objects as used, and parameters that the plugin knows: an ignored object's
-    /// parameters have no effect.
+    /// Marks the nested objects and all known parameters of an ignored object as used, because they
+    /// have no effect.
     pub(super) fn accept_known(&self) {
         self.accepts_known.set(true);
         self.children.iter().for_each(|c| c.used.set(true));
@@ -331,13 +331,13 @@ pub(super) struct Document {
     pub(super) ids: BTreeMap<String, usize>,
     /// Children of the scene, in the order of the file.
     pub(super) roots: Vec<usize>,
-    /// Folders of `<path>`, relative to the scene's.
+    /// Folders of `<path>`, relative to the scene's folder.
     pub(super) paths: Vec<String>,
     /// First two numbers of the version.
     pub(super) version: (u32, u32),
     /// Beginning and end of each animation (s).
     pub(super) animated: Vec<[f64; 2]>,
-    /// Animations to be noted as shown at one time, unless they blur something.
+    /// Locations of animations. Those that blur nothing are noted as loaded at a single time.
     pub(super) stopped: Vec<Location>,
 }
 
@@ -368,7 +368,7 @@ impl Document {
         })
     }
 
-    /// Texture that is the parameter of that name.
+    /// Nested texture of the given name.
     pub(super) fn texture<'s>(&'s self, object: &Object, name: &str) -> Option<&'s Object> {
         let named = object.children.iter().filter(|c| c.name == name);
         let (child, target) =

@@ -39,7 +39,7 @@ impl Translation<'_> {
             base_color,
             metallic,
             roughness,
-            // Thin sheets reflect specularly only where they transmit.
+            // A thin sheet reflects specularly only in the share that transmits.
             ior: if is_thin { IOR_RANGE[0] } else { ior },
             specular_tint,
             sheen,

@@ -9,9 +9,9 @@
 //! * Every error has the file, line and column of its element.
 //!
 //! # Limits
-//! An `<animation>` is read as its first key, or as the transform at the requested time,
-//! interpolated by [`Track`](crate::math::motion::Track). Its keys are kept for cameras and shapes
-//! that blur.
+//! An `<animation>` is read as its first key or, if a time is requested, as the transform that
+//! [`Track`](crate::math::motion::Track) interpolates at that time. Its keys are stored for cameras
+//! and shapes with motion blur.
 //!
 //! Sources: [^mitsuba06], chapter 6 (scene file format); [^mitsuba3].
 //! Held to this by `suite::mitsuba`, `suite::damaged_mitsuba`.
@@ -39,9 +39,9 @@ use crate::scene::{NoteKind, Notes};
 
 /// Deepest nesting of elements.
 pub(super) const MAX_NESTING: usize = 64;
-/// Deepest nesting of included files, the scene's own counted.
+/// Deepest nesting of files, including the scene file.
 const MAX_INCLUDE_DEPTH: usize = 17;
-/// Most included files in all, each inclusion counted.
+/// Most included files in all; a file that is included twice counts twice.
 const MAX_INCLUDES: usize = 4096;
 /// Most bytes of all attributes with replaced names; chosen.
 const MAX_REPLACED: u64 = 1 << 26;
@@ -114,14 +114,14 @@ pub(super) struct Reader<'a> {
 /// One file while it is read.
 pub(super) struct Source<'a> {
     path: &'a Path,
-    /// Relative to the scene's folder.
+    /// Folder of the file, relative to the scene's folder.
     folder: &'a str,
     text: &'a str,
     /// Byte at which each line begins.
     lines: Vec<usize>,
     /// Last byte that was located, and the number of characters before it in its line.
     last: Cell<(usize, usize)>,
-    /// Number of files that are being read, this one counted.
+    /// Number of files that are being read, including this one.
     open: usize,
 }
 
@@ -130,7 +130,8 @@ impl Source<'_> {
     pub(super) fn at(&self, position: usize) -> Location {
         let line = self.lines.partition_point(|&start| start <= position).max(1);
         let start = self.lines.get(line - 1).copied().unwrap_or(0);
-        // Bytes are located in the order of the file, which may be one long line.
+        // Locations are requested in the order of the file. Counting from the last one keeps a file
+        // of one long line linear.
         let (known, columns) = self.last.get();
         let (from, before) = if (start..=position).contains(&known) { (known, columns) } else { (start, 0) };
         let columns = before + self.text.get(from..position).map_or(0, |part| part.chars().count());
@@ -273,7 +274,7 @@ impl Reader<'_> {
         Ok(Item::Child(Child::new(values::snake_case(&name), Target::Object(index), at)))
     }
 
-    /// Gives an object an id; an id that is taken stays with its first object.
+    /// Gives an object an id. An id that is already in use stays with its first object.
     fn name(&mut self, id: String, index: usize, at: &Location) {
         match self.document.ids.entry(id) {
             Entry::Vacant(free) => {
@@ -290,7 +291,7 @@ impl Reader<'_> {
     fn default(&mut self, node: Node<'_, '_>, at: &Location) -> Result<Item> {
         let name = self.required(node, "name", at)?;
         let value = self.required(node, "value", at)?;
-        // A default that exists already was set by a file that includes this one.
+        // An existing default was set by a file that includes this one, and takes precedence.
         self.defaults.entry(name).or_insert(value);
         Ok(Item::Nothing)
     }

@@ -8,15 +8,15 @@
 //!   tan(fov_y / 2) = tan(fov / 2) · h / e      e = w (x), h (y), √(w² + h²) (diagonal), min or max of w and h
 //! ```
 //!
-//! `focal_length` is that for a film of 36 mm × 24 mm, along the diagonal. Crops of the film
-//! (`crop_*`) are those of [`Window`]; the field of view is that of the whole film. An orthographic
-//! film is two units wide before `to_world`.
+//! `focal_length` is relative to the diagonal of a film of 36 mm × 24 mm. A crop of the film
+//! (`crop_*`) becomes a [`Window`]; the field of view remains that of the whole film. An
+//! orthographic film is two units wide before `to_world`.
 //!
 //! A camera whose `to_world` is an `<animation>` is blurred while its shutter is open, from
 //! `shutter_open` to `shutter_close` (s), unless another time is requested.
 //!
 //! `spherical` (0.6) looks along `(sin φ sin θ, cos θ, −cos φ sin θ)` with `φ = 2π u`, `θ = π v`,
-//! `v` from the top. After half a turn about `y`, these are the latitudes and longitudes of
+//! where `v` is counted from the top. After half a turn about `y`, these are the directions of
 //! [`Projection::Spherical`].
 //!
 //! Held to this by `suite::mitsuba`; directions, axes, offsets and windows were compared with
@@ -108,8 +108,8 @@ impl<'a> Translation<'a> {
         self.builder.add_camera_at(camera, to_world)
     }
 
-    /// Gives a camera its motion while the shutter is open, as the user requests or the file
-    /// states; `axes` maps the axes of cameras here to Mitsuba's.
+    /// Sets the motion of a camera while its shutter is open. The shutter times are those that the
+    /// user requests, or else those in the file. `axes` maps the axes of cameras here to Mitsuba's.
     fn exposed(&mut self, object: &Object, camera: Camera, axes: &DAffine3) -> Result<Camera> {
         let time = |name: &str| object.float_in(name, -1e30..=1e30).unwrap_or(0.0);
         let mut own = [time("shutter_open"), time("shutter_close")];
@@ -132,7 +132,8 @@ impl<'a> Translation<'a> {
         }
     }
 
-    /// Time that the shutter of the first sensor is open (s); it holds for all shapes that move.
+    /// Times at which the shutter of the first sensor opens and closes (s); they apply to all
+    /// moving shapes.
     pub(super) fn shutter(&self) -> [f64; 2] {
         let document = self.document;
         let mut sensors = document.roots.iter().map(|&root| &document.objects[root]);
@@ -225,7 +226,7 @@ impl<'a> Translation<'a> {
         if !is_inside {
             film.repaired("crop_width", "film: the crop reaches beyond the film: the whole film".to_owned());
         }
-        // Other parameters of films are about image files, which the user chooses.
+        // The other parameters of films describe image files, which the user chooses here.
         for (_, filter) in document.children(film, Class::Filter) {
             self.without_effect(filter)?;
         }

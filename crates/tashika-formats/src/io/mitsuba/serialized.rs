@@ -34,12 +34,12 @@ const DOUBLE: u32 = 0x2000;
 
 /// Most bytes of one mesh.
 const MAX_BYTES: u64 = 1 << 33;
-/// Most bytes that a byte of a deflate stream can stand for: 258 bytes in two bits.
+/// Largest compression ratio of a deflate stream: 258 bytes from two bits.
 const MAX_RATIO: u64 = 1032;
 /// Longest name of a mesh (bytes).
 const MAX_NAME: usize = 4096;
 
-/// A mesh, and the flag of its faces.
+/// A mesh and its flag of flat faces.
 #[derive(Debug)]
 pub(super) struct SerializedMesh {
     pub(super) data: MeshData,
@@ -122,7 +122,7 @@ fn header(bytes: &[u8], at: &Location) -> Result<u16> {
 fn offset(bytes: &[u8], shape_index: i64, version: u16, at: &Location) -> Result<usize> {
     let invalid = |found: String, expected: &str| Error::invalid(at.clone(), found, expected);
     if shape_index == 0 {
-        // The file begins with the first mesh: its header is also that of the file.
+        // The file begins with the first mesh, whose header is also the file's.
         return Ok(0);
     }
     let (table, count) = bytes.split_last_chunk::<4>().unwrap_or((&[], &[0; 4]));
@@ -135,7 +135,8 @@ fn offset(bytes: &[u8], shape_index: i64, version: u16, at: &Location) -> Result
         ));
     };
     let width: usize = if version == 3 { 4 } else { 8 };
-    // Counted from the end, where the table is; counts and widths are small.
+    // Entries are counted from the end of the file, where the table is; counts and widths are
+    // small.
     let from_end = (count - index) as usize;
     let entry = from_end.checked_mul(width).and_then(|back| table.len().checked_sub(back));
     let entry = entry.and_then(|start| table.get(start..start + width));
@@ -308,7 +309,7 @@ mod tests {
             for bit in 0..8 {
                 let mut flipped = whole.clone();
                 flipped[i] ^= 1 << bit;
-                // Either is fine; a panic or a hang is not.
+                // A mesh or an error is fine; a panic or a hang is not.
                 let _ = (read(&flipped, 0, &at), read(&flipped, 1, &at));
             }
         }

@@ -1,12 +1,12 @@
 //! Conversion of `<shape>`s to meshes and their placements.
 //!
-//! A sphere, disk, cylinder, rectangle or cube is one mesh of unit size for each material, however
-//! many shapes use it; a shape group is a list of meshes that each of its instances places.
-//! Positions of mesh files are not transformed: the transform is the instance's.
+//! Spheres, disks, cylinders, rectangles and cubes of one material share one mesh of unit size. A
+//! shape group is a list of meshes, which each of its instances places. Positions of mesh files are
+//! not transformed: the transform belongs to the instance.
 //!
-//! Mitsuba transforms the vertices of a mesh file before it computes normals from their order, so
-//! that a transform with a reflection turns a mesh without normals inside out. This reader does so,
-//! too.
+//! Mitsuba transforms the vertices of a mesh file first and then computes normals from their order.
+//! A transform with a reflection therefore turns a mesh without normals inside out, in Mitsuba and
+//! here.
 //!
 //! Held to this by `suite::mitsuba`.
 
@@ -33,7 +33,7 @@ const PLACEMENT_BYTES: usize = 150;
 /// Most triangles that are stored; a mesh that is read again for another material counts again.
 const MAX_TRIANGLES: usize = 1 << 30;
 
-/// Angle (degrees) below which `max_smooth_angle` gives flat faces.
+/// Limit of `max_smooth_angle` (degrees): smaller angles give flat faces.
 const FLAT_BELOW: f64 = 30.0;
 
 /// A mesh with its transform.
@@ -43,7 +43,7 @@ pub(super) struct Placement {
     to_world: DMat4,
 }
 
-/// Key of equal meshes: source and settings of reading, with material and media.
+/// Key of equal meshes: source, settings of its reader, material and media.
 pub(super) type MeshKey = (String, MadeOf);
 
 /// Material, and media on both sides.
@@ -63,7 +63,8 @@ impl<'a> Translation<'a> {
             None => self.builder.begin_unnamed_object(&object.plugin),
         }
         for placement in placements {
-            // The placement contains the animation's current transform.
+            // `placement.to_world` contains the animation's current transform, which is divided
+            // out.
             let track = motion.as_ref().and_then(|(track, now, _)| {
                 track.after(now.inverse() * transforms::affine_f64(&placement.to_world))
             });
@@ -88,13 +89,15 @@ impl<'a> Translation<'a> {
         Ok(())
     }
 
-    /// Motion of a shape while the shutter is open, its current transform, and the time that the
-    /// shutter is open (s); none if it stands still, or cannot be placed at all times.
+    /// Motion of a shape while the shutter is open, its current transform, and the times at which
+    /// the shutter opens and closes (s). None if the shape stands still or cannot be placed at all
+    /// times.
     fn motion(&mut self, object: &Object) -> Option<(Track, DAffine3, [f64; 2])> {
         let (track, at) = object.track("to_world")?;
         let shutter = self.files.options().exposure(Some(self.shutter()))?;
         let now = transforms::affine_f64(&object.transform("to_world")?);
-        // A shape that stands still at the requested time is already at its place.
+        // A shape that stands still at the requested time needs no motion: its transform already
+        // places it.
         let stands = self.files.options().time().is_some() && !track.moves_between(shutter);
         if stands || !track.can_place() || now.matrix3.determinant() == 0.0 {
             return None;
@@ -109,7 +112,7 @@ impl<'a> Translation<'a> {
             return Ok(known);
         }
         let placements = self.nested(object, |inside| inside.convert_shape(object))?;
-        // Stored only if another object may refer to it.
+        // The result is stored only if another object may refer to this one.
         if object.id.is_some() {
             return Ok(self.shapes.finish(object.index, placements));
         }
@@ -319,8 +322,8 @@ impl<'a> Translation<'a> {
         Ok(Some(Placement { mesh: self.add_mesh(key, data, &at)?, to_world }))
     }
 
-    /// Reads the bytes of a mesh file; those of the last one are stored, as many shapes may come
-    /// from one file.
+    /// Reads the bytes of a mesh file. The bytes of the last file are stored, because many shapes
+    /// may come from one file.
     fn mesh_bytes(&mut self, reference: &str, at: &Location) -> Result<std::rc::Rc<Vec<u8>>> {
         if let Some((name, bytes)) = &self.last_file
             && name == reference
@@ -382,7 +385,7 @@ fn unit_disk(at: &Location) -> Result<MeshData> {
     Ok(data)
 }
 
-/// Map of the unit cylinder along `z` to that from `p0` to `p1`.
+/// Map of the unit cylinder along `z` to the cylinder from `p0` to `p1`.
 fn cylinder_frame(p0: DVec3, p1: DVec3, radius: f64) -> Option<DMat4> {
     let axis = p1 - p0;
     let (x, y) = axis.try_normalize()?.any_orthonormal_pair();

@@ -5,12 +5,12 @@
 //! spot        I(ω) = intensity · texture(u, v) · falloff(θ)      tan at the rim: that of cutoff_angle
 //! ```
 //!
-//! Both look along their own `+z`. Columns of a projector's image run from `+x` to `−x` and rows
-//! from `+y` to `−y`, as a camera there would see them; those of a spot's run from `−x` to `+x` and
-//! from `−y` to `+y`.
+//! Both look along their own `+z`. The columns of a projector's image go from `+x` to `−x` and its
+//! rows from `+y` to `−y`, as a camera in its place would see it. The columns of a spot's image go
+//! from `−x` to `+x` and its rows from `−y` to `+y`.
 //!
-//! Images are `bitmap`s with their filter and wrapping; other textures are approximated by a
-//! constant, with a note. All slides together hold no more bytes than one file may have
+//! A slide is a `bitmap`, with its filter and wrapping; other textures are approximated by a
+//! constant, with a note. All slides together may hold at most as many bytes as one file
 //! ([`LoadOptions::max_file_bytes`](crate::io::LoadOptions)).
 //!
 //! Held to this by `suite::light_images`, with intensities computed by Mitsuba 3.9.
@@ -32,7 +32,7 @@ use crate::scene::{
     Emitter, Falloff, Image, IntensityMap, Lookup, NoteKind, Sampling, SlideWeight, Spread, Wrap,
 };
 
-/// Widest cutoff of a spot through which an image can shine (degrees).
+/// Largest cutoff angle of a spot that can shine through an image (degrees).
 const WIDEST: f64 = 89.0;
 
 impl Translation<'_> {

@@ -1,9 +1,9 @@
 //! Position of the sun at a place and time.
 //!
 //! Blanco-Muriel, Alarcón-Padilla, López-Moratalla and Lara-Coira 2001, "Computing the Solar
-//! Vector": ecliptic coordinates from the days since noon of the first day of 2000, celestial
-//! coordinates, local ones, parallax. Accurate to a hundredth of a degree between 1999 and 2015,
-//! and to a few hundredths for decades before and after.
+//! Vector". The days since noon of the first day of 2000 give ecliptic coordinates; from these
+//! follow celestial coordinates, local coordinates and the parallax. Accurate to a hundredth of a
+//! degree between 1999 and 2015, and to a few hundredths for decades before and after.
 //!
 //! Held to this by the test below.
 
@@ -16,11 +16,11 @@ use crate::math::elementary::{acos, atan2, sin_cos};
 /// A place on the earth and a local time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PlaceAndTime {
-    /// North is positive (degrees).
+    /// Latitude, positive in the north (degrees).
     pub(super) latitude: f64,
-    /// East is positive (degrees).
+    /// Longitude, positive in the east (degrees).
     pub(super) longitude: f64,
-    /// Hours that local time is ahead of universal time.
+    /// Difference between local and universal time (hours), positive in the east.
     pub(super) timezone: f64,
     pub(super) year: i64,
     pub(super) month: i64,

@@ -1,13 +1,14 @@
 //! Conversion of `<bsdf>`s that contain no others to surfaces.
 //!
-//! * Facets are distributed by Beckmann, the default, or GGX, masked and shadowed independently.
-//!   They are brushed where `αᵤ` and `αᵥ` differ; the light that a coat lets in takes the root mean
-//!   square.
-//! * `plastic` without `nonlinear` has the base `ρ/(1 − F)` instead of `ρ/(1 − ρF)`, `F` the
+//! * Microfacets have a Beckmann distribution, the default, or GGX, with independent masking and
+//!   shadowing. The surface is anisotropic where `αᵤ` and `αᵥ` differ; the transmission through a
+//!   coat uses their root mean square.
+//! * `plastic` without `nonlinear` has the base `ρ/(1 − F)` instead of `ρ/(1 − ρF)`, with `F` the
 //!   internal reflectance.
 //! * `principled`: the reflectance at normal incidence follows from `eta`; without `eta` it is
 //!   `0.08 s`, with `s` the parameter `specular` (Burley 2012).
-//! * `ward`: perfect metal with Beckmann's facets, whose lobe is Ward's except for masking.
+//! * `ward`: a perfectly reflecting metal with Beckmann facets; its lobe is Ward's except for
+//!   masking.
 //!
 //! Names of dielectrics are those of `dielectrics`; names and constants of metals are those of
 //! Mitsuba (`metals`).
@@ -34,7 +35,7 @@ const MAX_EXPONENT: f64 = 1e6;
 
 const WHITE: Rgb = Rgb::WHITE;
 
-/// A reflectance of one in every direction.
+/// Fresnel reflectance of one in every direction.
 const PERFECT: ConductorFresnel = ConductorFresnel::Schlick { f0: WHITE };
 
 /// Distribution of microfacets, in lower case.
@@ -49,7 +50,7 @@ impl Translation<'_> {
             "diffuse" => self.lambert(object),
             "roughdiffuse" => {
                 object.accept(&["use_fast_approx"]);
-                // Slopes of a standard deviation of α/√2.
+                // A Beckmann `α` corresponds to slopes of standard deviation α/√2.
                 let sigma = self.float(object, "alpha", 0.2)?.factor.max(0.0) * FRAC_1_SQRT_2;
                 let mut reflectance = self.diffuse(object)?;
                 reflectance.factor *= rough_diffuse::scale(sigma);
@@ -226,7 +227,7 @@ impl Translation<'_> {
         if eta.is_black() && k == WHITE {
             return Ok(Surface::Conductor { fresnel: PERFECT, specular, facets });
         }
-        // Where `eta` vanishes the reflectance is 1; at the clamped value it is nearly 1.
+        // Where `eta` is 0 the reflectance is 1. The clamped `eta` gives nearly 1.
         let positive = |c: Rgb| c.map(|v| (v / outside).clamp(1e-3, 1e3));
         Ok(Surface::Conductor {
             fresnel: ConductorFresnel::Exact { eta: positive(eta), k: k / outside },

@@ -36,7 +36,7 @@ pub(super) fn substitute<'t>(
                 (&after[..end], None)
             }
         };
-        // Without braces a name may end in the middle of a word: the longest known one is meant.
+        // Without braces a name may end in the middle of a word: the longest known name is taken.
         let shortest = if braced_rest.is_some() { name.len() } else { 1 };
         let ends = (shortest..=name.len()).rev().filter(|&end| name.is_char_boundary(end));
         let known = ends.filter_map(|end| Some((end, defaults.get(&name[..end])?))).next();

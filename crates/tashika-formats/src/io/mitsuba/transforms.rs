@@ -10,7 +10,7 @@ use glam::{Affine3A, DAffine3, DMat3, DMat4, DVec3, Mat3A, Vec3A};
 
 use crate::math::elementary::sin_cos;
 
-/// Largest coefficient of a matrix: squares of it stay in the range of `f32`.
+/// Largest coefficient of a matrix: its square stays in the range of `f32`.
 const MAX_COEFFICIENT: f64 = 1e18;
 
 /// Largest deviation of the last row of a matrix from `0 0 0 1`.
@@ -72,7 +72,7 @@ pub(super) fn affine_f64(m: &DMat4) -> DAffine3 {
     DAffine3 { matrix3: DMat3::from_cols(column(0), column(1), column(2)), translation: column(3) }
 }
 
-/// The axes of a map made orthonormal, the third first; `None` if they lie in a plane.
+/// Axes of a map, made orthonormal starting with the third; `None` if they lie in a plane.
 pub(super) fn orthonormal(m: &DMat4) -> Option<glam::Mat3> {
     let axis = |i: usize| m.col(i).truncate();
     let z = axis(2).try_normalize()?;
@@ -82,8 +82,8 @@ pub(super) fn orthonormal(m: &DMat4) -> Option<glam::Mat3> {
     Some(glam::Mat3::from_cols(x.as_vec3(), y.as_vec3(), z.as_vec3()))
 }
 
-/// Map of `(u, v, 1)` from a 4 × 4 matrix, of which the third and last row and the third column are
-/// ignored.
+/// Map of `(u, v, 1)` from a 4 × 4 matrix. The third column, the third row and the last row of the
+/// matrix are ignored.
 pub(super) fn planar(m: &DMat4) -> glam::Mat3 {
     let column = |i: usize, last: f32| m.col(i).truncate().truncate().as_vec2().extend(last);
     glam::Mat3::from_cols(column(0, 0.0), column(1, 0.0), column(3, 1.0))

@@ -13,9 +13,9 @@ use crate::color::{Rgb, srgb_decode};
 /// A spectrum as the file gives it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Spectrum {
-    /// Equal at all wavelengths; white if emitted.
+    /// Equal at all wavelengths; white as an emission.
     Constant(f64),
-    /// Equal at all wavelengths; equal energy, which is reddish, if emitted.
+    /// Equal at all wavelengths; as an emission it is equal energy, which is reddish.
     Uniform(f64),
     /// Wavelength (nm) and value, by increasing wavelength.
     Samples(Vec<(f32, f32)>),

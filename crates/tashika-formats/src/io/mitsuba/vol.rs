@@ -1,4 +1,4 @@
-//! Mitsuba's files of volumes, `.vol`, of version 3.
+//! Mitsuba's volume files, `.vol`, of version 3.
 //!
 //! ```text
 //! file = "VOL", version (1 byte), type (4 bytes, 1 is f32), cells along x, y, z (4 bytes each),
@@ -154,7 +154,7 @@ mod tests {
             for bit in 0..8 {
                 let mut flipped = whole.clone();
                 flipped[i] ^= 1 << bit;
-                // Either is fine; a panic is not.
+                // A volume or an error is fine; a panic is not.
                 let _ = read(&flipped, &at);
             }
         }

@@ -1,9 +1,10 @@
 //! `<volume>`s: coefficients of media.
 //!
 //! A `constvolume` is one value, constant in space. A `gridvolume` is a file of numbers or colours
-//! ([`vol`]) in the unit cube, placed by `to_world`, with values in the middle of its cells, the
-//! outermost of which extend to the faces. With `use_grid_bbox` the box of the file replaces the
-//! unit cube, as in files of version 0.x, where values are at the corners of cells.
+//! ([`vol`]) that fills the unit cube, placed by `to_world`. Its values are at the centres of
+//! cells; the outermost values extend to the faces. With `use_grid_bbox` the box of the file
+//! replaces the unit cube. Files of version 0.x always use the box of the file, and there values
+//! are at the corners of cells.
 //!
 //! Held to this by `suite::media_files`.
 
@@ -28,7 +29,8 @@ pub(super) enum Volume {
 
 impl<'a> Translation<'a> {
     /// Reads a coefficient or an albedo: a number, a colour, a spectrum, or a volume of these. A
-    /// grid that cannot be read counts as `missing`, and as not given if `missing` is none.
+    /// grid that cannot be read is replaced by `missing`; if `missing` is none, the parameter
+    /// counts as not given.
     pub(super) fn volume(
         &mut self,
         object: &'a Object,

@@ -1,10 +1,10 @@
 //! Features of OBJ and MTL files, and their support.
 //!
 //! Statements that only make sense together share a row. [`Tally`](super::tally::Tally) counts the
-//! features of one file; the notes have the rows' words.
+//! features of one file. The text of each note comes from its row.
 //!
-//! Held to this by `suite::obj_features`: every row, in a file of its own, gives the note that it
-//! promises and no other.
+//! Held to this by `suite::obj_features`: for every row, a file with only that feature gives the
+//! row's note and no other.
 
 use crate::error::Location;
 use crate::io::features::{Feature, Support, table};
@@ -16,7 +16,7 @@ pub(super) const STATEMENT: &str = "statement";
 /// Kind of the rows about statements of MTL files.
 pub(super) const MATERIAL: &str = "material statement";
 
-/// Kind of the rows about a definition as a whole.
+/// Kind of the rows about a material definition as a whole.
 pub(super) const MEANING: &str = "material";
 
 /// Row of free-form curves and surfaces.
@@ -27,13 +27,13 @@ pub(super) const DISPLAY: &str = "lod, bevel, shadow_obj";
 pub(super) const OUTER_MAPS: &str = "maplib, usemap";
 /// Other files and programs.
 pub(super) const COMMANDS: &str = "call, csh";
-/// Vertices with more than a position.
+/// Vertices with more numbers than a position.
 pub(super) const VERTEX_COLORS: &str = "v x y z r g b";
-/// Maps of heights.
+/// Height maps.
 pub(super) const BUMP: &str = "bump, map_bump, disp";
-/// The physically based extension beyond metal and roughness.
+/// The physically based extension, except metalness and roughness.
 pub(super) const SHEEN: &str = "Ps, Pc, aniso, map_RMA";
-/// Colours that are not red, green and blue.
+/// Colours that are given as spectra or XYZ.
 pub(super) const SPECTRAL: &str = "Kd spectral, Kd xyz";
 /// Options of texture statements that change values.
 pub(super) const MODIFIED: &str = "-mm, -t, -bm, -boost, -cc";
@@ -95,10 +95,10 @@ pub(in crate::io) const FEATURES: &[Feature] = table! {
     }
 };
 
-/// Notes the row `name` about a definition as a whole, met at `at`.
+/// Adds the note of the row `name` about a definition as a whole, at the location `at`.
 pub(super) fn meaning(name: &str, at: &Location, notes: &mut Notes) {
     if let Some(row) = Feature::find(FEATURES, MEANING, name) {
-        // No row is refused.
+        // No row of this kind refuses the file, so this cannot fail.
         row.met(at, notes).unwrap_or_default();
     }
 }

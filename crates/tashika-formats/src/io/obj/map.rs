@@ -1,15 +1,15 @@
 //! Texture statements of MTL files: `map_Kd -option arguments … file name`.
 //!
 //! Options come before the name, which is the rest of the line and may contain blanks; some
-//! exporters put options after it. With `s` and `o` of `-s u v w` and `-o u v w`, coordinates are
-//! mapped by
+//! exporters put options after the name. The options `-s u v w` and `-o u v w` give the scale `s`
+//! and the offset `o` in
 //!
 //! ```text
 //! u′ = s_u u + o_u,   v′ = s_v v + o_v        (v up)
 //! ```
 //!
-//! which is their meaning in exporters. The specification describes the inverse scale, which no
-//! exporter writes. With `v` running down, `ṽ = 1 − v`, the second becomes
+//! This is how exporters use the options. The specification describes the inverse scale, which no
+//! exporter writes. With `ṽ = 1 − v`, which runs down, the second formula becomes
 //! `ṽ′ = s_v ṽ + (1 − s_v − o_v)`, see [`Map::transform`].
 //!
 //! Tested by the tests below and `suite::obj::texture_options_*`.
@@ -18,7 +18,8 @@ use super::text::{name, number, split_keyword, trim, words};
 use crate::io::textures::upward;
 use crate::scene::{Channel, UvTransform, Wrap};
 
-/// Line of a statement. All lines compare equal, so that they do not distinguish statements.
+/// Line of a statement. All lines compare equal, so that statements compare by their contents
+/// alone.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line(pub(super) u32);
 
@@ -108,7 +109,7 @@ impl Map {
         Some(after_word)
     }
 
-    /// Reads options after the name, if nothing else follows the name; returns the name.
+    /// Reads options after the name, if they reach to the end of the text; returns the name.
     fn trailing_options<'a>(&mut self, text: &'a [u8]) -> &'a [u8] {
         let mut rest = split_keyword(text).1;
         while !rest.is_empty() {
@@ -138,8 +139,8 @@ impl Map {
     }
 }
 
-/// Passes up to `most` leading numbers of `text` to `take` and returns the rest; leaves at least
-/// one word if a name must follow. Numbers that are not finite are skipped.
+/// Passes up to `most` leading numbers of `text` to `take` and returns the rest. If a name must
+/// follow, at least one word is left for it. Numbers that are not finite are skipped.
 fn numbers(text: &[u8], most: usize, name_follows: bool, mut take: impl FnMut(usize, f32)) -> &[u8] {
     let mut rest = text;
     for i in 0..most {

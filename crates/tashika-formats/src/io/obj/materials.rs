@@ -1,7 +1,7 @@
 //! Conversion of MTL definitions to materials.
 //!
-//! The format describes lighting formulas of 1995, chosen by `illum`, and every exporter uses them
-//! in its own way. The first of these rules that applies decides:
+//! The format dates from 1995: `illum` selects one of its lighting formulas, and exporters differ
+//! in how they use them. The first rule that applies decides:
 //!
 //! 1. With `illum` 4, 6, 7 or 9, and `Tf` that is not black or, without `Tf`, an opacity below 1,
 //!    and `Ni` > 1 (or none: 1.5): smooth glass of index `Ni`, transmittance `Tf` (or white);
@@ -12,14 +12,14 @@
 //! 4. With `illum` 0 or 1, or `Ks` black or absent: Lambert of reflectance `Kd`.
 //! 5. Otherwise Phong: diffuse `Kd`, specular `Ks`, exponent `Ns`.
 //!
-//! * `K*` is multiplied by `map_K*`, if there is one that can be read; it is 1 if only the map is
-//!   given. A black `Kd` under a map counts as 1: a map is never meant to be invisible.
-//! * Opacity is `d`, else `1 − Tr`, times `map_d` (its alpha channel if it has one, else red). It
-//!   is the fraction of light that is stopped. For glass it is `map_d` alone.
-//! * `Ke` times `map_Ke` is the radiance emitted by both sides (W·m⁻²·sr⁻¹): the format has no
-//!   sides, and the winding of its faces is arbitrary.
-//! * `Ns` is taken as the exponent about the mirror direction. With the half vector of the
-//!   specification the same exponent makes a highlight twice as wide.
+//! * `K*` is multiplied by `map_K*`, if that can be read; without `K*`, the factor is 1. A black
+//!   `Kd` with a map counts as 1, because a map is never meant to be invisible.
+//! * Opacity is `d`, or else `1 − Tr`, times `map_d` (its alpha channel if it has one, else red).
+//!   It is the fraction of light that is stopped. For glass the opacity is `map_d` alone.
+//! * `Ke` times `map_Ke` is the radiance emitted by both sides (W·m⁻²·sr⁻¹): the format does not
+//!   distinguish sides, and the winding of its faces is arbitrary.
+//! * `Ns` is taken as the exponent about the mirror direction. About the half vector of the
+//!   specification, the same exponent makes a highlight twice as wide.
 //! * `norm` is a normal map in tangent space, green up in the image.
 //! * Materials that are used and not defined are grey, reflectance [`GREY`].
 //!
@@ -45,19 +45,19 @@ use crate::scene::{
     SceneBuilder, Surface, TextureId,
 };
 
-/// Exponent of highlights without one: chosen, a broad highlight.
+/// Exponent of highlights that have none: chosen, a broad highlight.
 const DEFAULT_EXPONENT: f32 = 10.0;
 
-/// Roughness of physically based materials without one: chosen, as other renderers do.
+/// Roughness of physically based materials that have none: chosen, as in other renderers.
 const DEFAULT_ROUGHNESS: f32 = 0.5;
 
-/// Refractive index where there is none: window glass.
+/// Refractive index of materials that have none: window glass.
 const DEFAULT_IOR: f32 = 1.5;
 
 /// Largest radiance (W·m⁻²·sr⁻¹): far above the sun's 2·10⁷, far below overflow.
 const MAX_RADIANCE: f32 = 1e12;
 
-/// Adds everything that a definition refers to, and returns its material.
+/// Adds the textures and parts that a definition refers to, and returns its material.
 pub(super) fn convert(
     name: &str,
     definition: &Definition,
@@ -88,7 +88,7 @@ impl Converter<'_, '_> {
         self.builder.note(kind, message, at);
     }
 
-    /// Notes a row of the table about the definition as a whole.
+    /// Adds the note of the row `name` about the definition as a whole.
     fn meaning(&mut self, name: &str) {
         meaning(name, &self.definition.at, self.builder.notes_mut());
     }
@@ -127,7 +127,8 @@ impl Converter<'_, '_> {
         Surface::Phong { diffuse, specular, exponent: self.number("Ns", d.ns, DEFAULT_EXPONENT, 0.0..=1e6) }
     }
 
-    /// A mirror beside the diffuse reflection, if there is any.
+    /// Mix of a mirror with the diffuse reflection, or the mirror alone if there is no diffuse
+    /// part.
     fn mirror(&mut self) -> Surface {
         let specular = self.specular();
         let base = match self.definition.kd {
@@ -260,8 +261,8 @@ impl Converter<'_, '_> {
         if value.is_nan() { default } else { value.clamp(least, most) }
     }
 
-    /// Limits a reflectance or transmittance to 1. Under a texture it may be above 1: the product
-    /// is limited later.
+    /// Limits a reflectance or transmittance to 1. Under a texture it may exceed 1, because the
+    /// product with the texture is limited later.
     fn reflectance(&mut self, keyword: &str, color: Rgb, textured: bool) -> Rgb {
         self.color(keyword, color, if textured { f32::MAX } else { 1.0 })
     }

@@ -1,4 +1,4 @@
-//! Conversion of faces to meshes: one mesh a material, in the order in which faces first use them.
+//! Conversion of faces to meshes: one mesh per material, in the order in which faces first use it.
 //!
 //! Corners with the same position, texture coordinate and normal become one vertex; vertices are
 //! numbered in the order of the file, so that equal files give equal meshes. Texture coordinates
@@ -23,8 +23,8 @@ pub(super) struct MaterialMesh {
     pub(super) data: MeshData,
 }
 
-/// Builds the meshes of all faces. If a material has normals, its corners without one get the zero
-/// vector.
+/// Builds the meshes of all faces. If some corners of a material have normals, the others get the
+/// zero vector.
 pub(super) fn build(geometry: &Geometry, file: &Path, notes: &mut Notes) -> Vec<MaterialMesh> {
     let mut tally = Tally::default();
     let mut triangulator = Triangulator::new();
@@ -102,7 +102,7 @@ impl MeshBuilder {
     fn vertex(&mut self, geometry: &Geometry, corner: Corner) -> u32 {
         let Corner { position, uv, normal } = corner;
         let data = &mut self.data;
-        // There are no more vertices than corners, whose number fits.
+        // There are no more vertices than corners, and the number of corners fits.
         let next = data.positions.len() as u32;
         let id = *self.vertices.entry([position, uv, normal]).or_insert(next);
         if id == next {

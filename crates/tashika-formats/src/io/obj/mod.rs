@@ -1,7 +1,7 @@
 //! Wavefront OBJ with MTL materials.
 //!
 //! Input: a text file of polygons and, beside it, material libraries and images. Output: a
-//! [`Scene`] in the file's own coordinates, taken as metres, with one mesh a material.
+//! [`Scene`] in the file's own coordinates, taken as metres, with one mesh per material.
 //!
 //! | module | content |
 //! |---|---|
@@ -21,8 +21,8 @@
 //! of the sizes of the files. The same files give the same scene.
 //!
 //! # Limits
-//! Features that are ignored are in the table [`FEATURES`] and noted. The format has neither
-//! cameras nor lights apart from emitting materials.
+//! Ignored features are listed in the table [`FEATURES`] and noted. The format has no cameras, and
+//! no lights except emitting materials.
 //!
 //! Sources: the Wavefront Advanced Visualizer manual, appendix B1 (OBJ); the MTL specification,
 //! version 4.2 (1995). Held to this by `suite::obj`, `suite::damaged_obj`.
@@ -96,9 +96,10 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     builder.build()
 }
 
-/// Reads the polygons of an OBJ file as one mesh of all materials, groups and smoothing groups.
+/// Reads the polygons of an OBJ file as a single mesh, regardless of material, group and smoothing
+/// group.
 ///
-/// Corners without a normal get the zero vector, and the mesh has no normals if no corner has one.
+/// Corners without a normal get the zero vector; if no corner has one, the mesh has no normals.
 /// Texture coordinates run down, as they do everywhere here.
 ///
 /// # Errors

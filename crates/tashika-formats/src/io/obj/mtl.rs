@@ -10,7 +10,7 @@
 //! Exocortex/Clara.io.
 //!
 //! # Guarantee
-//! Of several definitions of a name the first counts, also across libraries.
+//! If a name is defined several times, also in several libraries, the first definition counts.
 //!
 //! Tested by `suite::obj` and `suite::damaged_obj`.
 
@@ -109,7 +109,7 @@ impl Parser<'_> {
                 slot.insert(definition);
             }
             Entry::Occupied(slot) => {
-                // Exporters that write a material at each use repeat it word by word.
+                // Some exporters write a material at each use and repeat it word by word.
                 let first = Definition { at: definition.at.clone(), ..slot.get().clone() };
                 if first != definition {
                     let message = "materials defined again in another way: the first definition counts";
@@ -219,7 +219,7 @@ impl Reader<'_> {
         Error::invalid(at, found.trim_end(), expected)
     }
 
-    /// Reads the first argument, options aside (`d -halo 0.5`).
+    /// Reads the first argument after any options (`d -halo 0.5`).
     fn number(&self) -> Result<f32> {
         let word = values(self.rest).find(|word| *word != b"-halo");
         word.and_then(number).ok_or_else(|| self.invalid("a number"))

@@ -1,16 +1,16 @@
 //! Statements of an OBJ file, as lists.
 //!
 //! The parser reads `v`, `vt`, `vn`, `f` (and its old name `fo`), `usemtl`, `mtllib`, `s`; `o` and
-//! `g` only name parts. Other statements of the format are ignored and noted by the table of
-//! [`features`](super::features); statements that are not of the format are noted by name. Source:
-//! the Wavefront Advanced Visualizer manual, appendix B1.
+//! `g` only name parts. Other statements of the format are ignored, with the notes of the table in
+//! [`features`](super::features). Statements that are not part of the format are noted by name.
+//! Source: the Wavefront Advanced Visualizer manual, appendix B1.
 //!
 //! # Guarantee
 //! Every index of every [`Corner`] is in range of its list or [`NONE`]; every face has at least
 //! three corners. Memory is proportional to the text.
 //!
-//! Indices may point forward. They are checked at the end; until then the line of each face is
-//! stored.
+//! Indices may point forward, so they are checked at the end. The line of each face is stored until
+//! then.
 //!
 //! Tested by `suite::obj` and `suite::damaged_obj`.
 
@@ -182,7 +182,7 @@ impl<'a> Parser<'a> {
             _ => {
                 let word = excerpt(keyword);
                 let at = Location::line(self.file, line);
-                // Bytes that are not text have their own error.
+                // Bytes that are not text are reported by an error of their own.
                 let near = nearest_name(&word, ["usemtl", "mtllib"]).filter(|_| self.known_statements);
                 if let Some(near) = near {
                     return Err(Error::misspelt(at, STATEMENT, &word, near));
@@ -198,8 +198,8 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    /// Reads the first `N` numbers of a statement, of which the last `N − required` may be missing.
-    /// Returns them and the number of words after them.
+    /// Reads the first `N` numbers of a statement, of which only the first `required` must be
+    /// there. Returns them and the number of words after them.
     fn numbers<const N: usize, T: Copy + Default>(
         &self,
         keyword: &str,
@@ -238,7 +238,8 @@ impl<'a> Parser<'a> {
             self.tally.add(NoteKind::Repaired, "faces of fewer than three corners: left out", line);
             return Ok(());
         }
-        // One below the largest, so that the length of any list made of corners fits as well.
+        // The limit is one below the largest number, so that the length of any list made of corners
+        // fits as well.
         if corners >= NONE as usize {
             return Err(Error::unsupported(
                 Location::line(self.file, line),
@@ -361,7 +362,8 @@ impl<'a> Parser<'a> {
                 "v, vt, vn, f, g, o, s, usemtl or mtllib",
             ));
         }
-        // Tools that remove the normals of a file may leave the faces as they are.
+        // A tool that removes the normals or texture coordinates of a file may leave the indices in
+        // its faces.
         for kind in [Kind::Uv, Kind::Normal] {
             if kind.count(&self.geometry) == 0 {
                 self.strip(kind);

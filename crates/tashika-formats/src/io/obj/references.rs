@@ -1,8 +1,8 @@
 //! Files that OBJ and MTL files refer to: material libraries and images.
 //!
-//! A name is searched for, in this order, in the folder of the file that names it, in the folder of
-//! the scene, in both with `\ ` read as a blank, and by its last part in the folder of the scene.
-//! The last is needed because exporters write paths of their own machine.
+//! A name is searched for in the folder of the file that names it and in the folder of the scene;
+//! then in both with `\ ` read as a blank; then by its last part in the folder of the scene. The
+//! last step is needed because exporters write paths of the machine that they run on.
 //!
 //! A file that is not found is noted, and the scene is loaded without it. Tested by `suite::obj`,
 //! `suite::damaged_obj`.
@@ -29,7 +29,7 @@ struct Found {
     reference: String,
     /// Canonical path; for tiles, the pattern as it is spelt.
     path: PathBuf,
-    /// True if the file was not at the place of its name.
+    /// True if the file was found in another place than its name states.
     moved: bool,
 }
 
@@ -70,19 +70,21 @@ fn find(files: &SceneFiles, folder: &str, name: &str, at: &Location) -> Result<F
     }
 }
 
-/// Most different files that notes name because they could not be read or were found elsewhere.
+/// Most different files that notes mention by name, because they could not be read or were found
+/// elsewhere.
 const MAX_NAMED: usize = 100;
 
 /// Most material libraries that are searched for; chosen.
 const MAX_LIBRARIES: usize = 1000;
 const TOO_MANY_LIBRARIES: &str = "material libraries after the thousandth";
 
-/// Number of failed images after which no further ones are searched for; chosen.
+/// Number of images that could not be read after which no further ones are searched for; chosen.
 const MAX_FAILURES: usize = 1000;
 
 /// Reads the material libraries.
 ///
-/// The rest of a statement's line is one name if there is such a file, else a list of names.
+/// The rest of a statement's line is one name if a file of that name exists, otherwise a list of
+/// names.
 ///
 /// # Errors
 /// Errors of [`mtl::parse`] in a library that was found.
@@ -155,7 +157,7 @@ fn split_names(list: &str) -> Vec<String> {
     names
 }
 
-/// Notes a file that was not found at the place of its name.
+/// Notes a file that was found in another place than its name states.
 fn note_moved(name: &str, found: &Found, moved: &mut Named, at: &Location, notes: &mut Notes) {
     if found.moved {
         let reference = &found.reference;
@@ -200,7 +202,7 @@ impl<'a> Textures<'a> {
         }
     }
 
-    /// Adds the texture of a statement, if its image can be read; the flag is true if that has
+    /// Adds the texture of a statement, if its image can be read; the flag is true if the image has
     /// opacities.
     pub(super) fn load(
         &mut self,
@@ -227,7 +229,7 @@ impl<'a> Textures<'a> {
             Ok(picture) => {
                 let (wrap, transform) = (map.wrap(), map.transform());
                 let lookup = picture.texture(|all| ImageTexture { wrap, transform, ..all });
-                // Fails for transforms that are not finite, which maps do not have.
+                // This fails only for transforms that are not finite; the transforms of maps are.
                 Some((builder.add_texture(lookup).ok()?, self.images.has_opacity(picture)))
             }
             Err((kind, reason)) => {

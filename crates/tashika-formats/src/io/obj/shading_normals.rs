@@ -1,8 +1,8 @@
 //! Normals for corners that have none in the file.
 //!
-//! * A corner of a face with a smoothing group gets the mean of the normals of its group's faces
-//!   around its vertex, weighted with their angles there. Corners that have a normal do not count.
-//!   The mean does not depend on how the surface is cut into faces:
+//! * A corner of a face with a smoothing group gets the mean of the normals of the group's faces at
+//!   its vertex, weighted with their angles there. Corners that have a normal in the file are not
+//!   included. The mean does not depend on how the surface is cut into faces:
 //!
 //! ```text
 //!   n = Σ αᵢ nᵢ / ‖Σ αᵢ nᵢ‖
@@ -11,7 +11,7 @@
 //!   (Thürmer and Wüthrich, "Computing Vertex Normals from Polygonal Facets", JGT 3(1), 1998,
 //!   equation 1.)
 //! * Any other corner is flat. If other faces of its material have normals, it gets the normal of
-//!   its face, as a mesh has normals at all of its vertices or at none.
+//!   its face, because a mesh has normals at all of its vertices or at none.
 //!
 //! Sums run in `f64`, in the order of the file. Tested by `suite::obj::smoothing_*`.
 
@@ -26,7 +26,7 @@ use crate::error::{Error, Location, Result};
 use crate::io::polygon::double_area;
 use crate::math::elementary::atan2;
 
-/// Gives normals to the corners that need some and have none.
+/// Computes normals for corners without one, where their smoothing group or their mesh needs one.
 pub(super) fn complete(geometry: &mut Geometry, file: &Path) -> Result<()> {
     smooth(geometry, file)?;
     flatten(geometry, file)
@@ -106,7 +106,7 @@ fn interior_angle(points: &[Vec3], i: usize, normal: DVec3) -> f64 {
     if angle < 0.0 { angle + TAU } else { angle }
 }
 
-/// Converts `index` to the stored type; fails if there are too many.
+/// Converts `index` to the stored type; fails if it is too large.
 fn checked(index: usize, file: &Path) -> Result<u32> {
     u32::try_from(index).ok().filter(|&i| i != NONE).ok_or_else(|| {
         Error::unsupported(Location::file(file), "more than 4294967295 vertex normals", "split the file")

@@ -7,7 +7,7 @@ use crate::error::Location;
 use crate::io::features::Feature;
 use crate::scene::{NoteKind, Notes};
 
-/// Subject of a note about a line.
+/// Subject of a note: a message, or a row of the features table.
 #[derive(Clone, Copy, PartialEq)]
 enum Told {
     Message(NoteKind, &'static str),
@@ -44,7 +44,7 @@ impl Tally {
             let at = Location::line(file, line);
             match told {
                 Told::Message(kind, message) => notes.push_many(kind, message, at, count),
-                // No row is refused.
+                // No row of this format refuses the file, so this cannot fail.
                 Told::Row(row) => row.met_often(&at, count, notes).unwrap_or_default(),
             }
         }

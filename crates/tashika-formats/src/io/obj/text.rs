@@ -1,9 +1,9 @@
 //! Lines, words and numbers of OBJ and MTL files.
 //!
 //! Both formats are lines of blank-separated words, the first of which is a keyword. A `\` at the
-//! end of a line joins the next one to it; lines end in LF, CR LF or CR. Text is UTF-8, UTF-16 with
-//! a byte order mark, or, where it is not valid UTF-8, Latin-1, so that names do not depend on the
-//! exporter's encoding. A NUL byte means that the file is not text at all.
+//! end of a line joins the next one to it; lines end in LF, CR LF or CR. Text is UTF-8, or UTF-16
+//! with a byte order mark; text that is not valid UTF-8 is read as Latin-1, so that names do not
+//! depend on the exporter's encoding. A NUL byte means that the file is not text at all.
 //!
 //! Nothing is allocated beyond the text itself. Tested by the tests below and `suite::obj`.
 
@@ -31,7 +31,7 @@ pub(super) fn decode<'a>(bytes: &'a [u8], file: &Path) -> Result<Cow<'a, [u8]>> 
     Ok(text)
 }
 
-/// Logical lines: continued ones are joined.
+/// Iterator over logical lines: a line that ends in `\` is joined with the next.
 pub(super) struct Lines<'a> {
     rest: &'a [u8],
     /// Number of the next physical line, from 1.
@@ -117,8 +117,8 @@ pub(super) fn excerpt(bytes: &[u8]) -> String {
     notes::excerpt(&name(&bytes[..bytes.len().min(4 * LONGEST)]), LONGEST)
 }
 
-/// Parses a number in the notation that C's `strtof` and `printf` share, or a value that is not
-/// finite as C libraries print it.
+/// Parses a number in the notation common to C's `strtof` and `printf`, or a non-finite value in
+/// the spelling of C libraries.
 ///
 /// Numbers too large for `f32` are infinite, as in C.
 pub(super) fn number(word: &[u8]) -> Option<f32> {
@@ -132,7 +132,7 @@ pub(super) fn wide_number(word: &[u8]) -> Option<f64> {
     text.parse().ok().or_else(|| not_finite(text).map(f64::from))
 }
 
-/// Parses values that are not finite as C libraries print them: `1.#INF`, `-1.#IND00`, `nan(ind)`,
+/// Parses non-finite values in the spelling of C libraries: `1.#INF`, `-1.#IND00`, `nan(ind)`,
 /// `-nan(snan)`.
 fn not_finite(text: &str) -> Option<f32> {
     let lower = text.trim_start_matches(['+', '-']).to_ascii_lowercase();

@@ -7,15 +7,16 @@
 //! ```
 //!
 //! for a camera that looks along `−z`. A reflection in `C` is intended and kept. `fov` is the angle
-//! along the shorter side of the image. With the screen window `[x₀, x₁] × [y₀, y₁]`, by default
-//! `±1` along the shorter side and the image's proportions along the other, and `t = tan(fov / 2)`:
+//! along the shorter side of the image. The screen window is `[x₀, x₁] × [y₀, y₁]`; by default it
+//! spans `±1` along the shorter side, and the other side follows from the image's proportions. With
+//! `t = tan(fov / 2)`:
 //!
 //! ```text
 //! vertical_fov = 2 atan(t (y₁ − y₀)/2),   shift = ((x₀ + x₁)/2 / (x₁ − x₀), (y₀ + y₁)/2 / (y₁ − y₀))
 //! ```
 //!
-//! `environment` of pbrt-v3 and `spherical` of pbrt-v4 look, at a fraction `u` from the left and
-//! `v` from the top, along
+//! At the fraction `u` of the image from the left and `v` from the top, `environment` of pbrt-v3
+//! and `spherical` of pbrt-v4 look along
 //!
 //! ```text
 //! (sin θ cos φ, cos θ, sin θ sin φ)   θ = π v, φ = 2π u        mapping "equirectangular", and v3
@@ -23,16 +24,16 @@
 //!                                     direction of (u, v)       choice
 //! ```
 //!
-//! in that frame. The first begins at `+x`, looks ahead at `u = 1/4` and to the left at `u = 1/2`:
-//! compared with a perspective view it is mirrored. It becomes [`Projection::Spherical`] in axes of
-//! its own, `(−z, y, x)` of those of a perspective camera; the second is the map of equal areas,
-//! without a change of axes. Both take the whole film and ignore `fov` and `screenwindow`, as pbrt
-//! does.
+//! in the frame of `C`. The equirectangular mapping looks along `+x` at `u = 0`, ahead at `u = 1/4`
+//! and to the left at `u = 1/2`: compared with a perspective view it is mirrored. It becomes a
+//! [`Projection::Spherical`] whose axes are `(−z, y, x)` in terms of the axes of a perspective
+//! camera. The equal-area mapping becomes the equal-area projection, without a change of axes. Both
+//! cover the whole film and ignore `fov` and `screenwindow`, as pbrt does.
 //!
 //! A camera whose transform moves is blurred while its shutter is open, from `shutteropen` (0) to
 //! `shutterclose` (1 s), unless another time is requested.
 //!
-//! Sensor, ISO and exposure of a film are left to the picture's own exposure.
+//! A film's sensor, ISO and exposure are ignored: the output has an exposure of its own.
 //!
 //! Source: Pharr et al. 2023, sections 5.2 and 5.4. Tested by `suite::pbrt::cameras_*`.
 
@@ -50,19 +51,20 @@ use crate::scene::{Camera, Lens, MediumId, NoteKind, Projection, SphereMap};
 /// Range that fields of view are clamped to (degrees).
 const FOV: (f32, f32) = (0.01, 179.0);
 
-/// Field of view of lens systems; chosen.
+/// Field of view assumed for lens systems (degrees); chosen.
 const REALISTIC_FOV: f32 = 45.0;
 
 /// Largest side of an image that a file may request (pixels).
 const MAX_SIDE: i32 = 1 << 16;
 
-/// Largest relative difference between the proportions of screen and image that is not noted.
+/// Relative difference between the aspect ratios of screen window and image up to which none is
+/// noted.
 const TOLERANCE: f32 = 1e-3;
 
-/// Default time that the shutter is open (s).
+/// Default times at which the shutter opens and closes (s).
 pub(super) const SHUTTER: [f64; 2] = [0.0, 1.0];
 
-/// Time that a camera's shutter is open (s), by its parameters.
+/// Times at which a camera's shutter opens and closes (s), from its parameters.
 pub(super) fn shutter(p: &Parameters) -> [f64; 2] {
     let [open, close] = [("shutteropen", SHUTTER[0]), ("shutterclose", SHUTTER[1])]
         .map(|(name, own)| p.float(name).map_or(own, f64::from));
@@ -134,7 +136,8 @@ impl Film {
         Camera { resolution, crop: self.crop, ..Camera::new("camera", pose.as_affine3a(), projection) }
     }
 
-    /// Reads the part of the image between fractions, rounded up as in pbrt, or between pixels.
+    /// Reads the crop window. It is given in fractions of the image, which are rounded up to whole
+    /// pixels as in pbrt, or in pixels.
     fn crop(&self, loading: &mut Loading<'_>, p: &Parameters) -> Option<Window> {
         let [width, height] = self.resolution;
         let (x, y) = if let Some(&[x0, x1, y0, y1]) = p.integers("pixelbounds") {
@@ -160,7 +163,7 @@ impl Film {
     }
 }
 
-/// Pose of a camera, from the inverse of the current transform, `C⁻¹`; none if that flattens space.
+/// Pose of a camera, from the inverse of the current transform, `C⁻¹`; none if `C⁻¹` is singular.
 pub(super) fn to_world(inverse: &DAffine3) -> Option<DAffine3> {
     let mirrored = DMat3::from_cols(inverse.matrix3.x_axis, inverse.matrix3.y_axis, -inverse.matrix3.z_axis);
     let pose = DAffine3 { matrix3: mirrored, translation: inverse.translation };
@@ -226,7 +229,7 @@ fn add_spherical(
     stand: &Stand,
     film: &Film,
 ) -> Result<()> {
-    // pbrt accepts them and ignores them.
+    // pbrt accepts these parameters and ignores them.
     p.accept(&["hither", "yon"]);
     p.accept(&["lensradius", "focaldistance", "frameaspectratio", "screenwindow", "fov", "halffov"]);
     let map = match (class, p.string("mapping")) {
@@ -250,8 +253,9 @@ fn add_spherical(
     loading.builder.add_camera_at(camera, to_world)
 }
 
-/// Gives a camera its motion while the shutter is open, as the user requests or the file states;
-/// `axes` are the camera's, relative to those of a perspective camera.
+/// Sets the motion of a camera while its shutter is open. The shutter times are those that the user
+/// requests, or else those in the file. `axes` are the camera's axes relative to those of a
+/// perspective camera.
 fn exposed(
     loading: &mut Loading<'_>,
     p: &Parameters,
@@ -285,7 +289,8 @@ fn exposed(
     }
 }
 
-/// Perspective projection with `fov` degrees between `±1` of a screen of that height.
+/// Perspective projection in which the interval `±1` of the screen window subtends `fov` degrees.
+/// `height` is the height of the screen window.
 fn perspective(loading: &mut Loading<'_>, p: &Parameters, fov: f32, height: f32) -> Projection {
     if !(FOV.0..=FOV.1).contains(&fov) {
         loading.note(NoteKind::Repaired, "fields of view outside 0° to 180°: the nearer end", p.at());

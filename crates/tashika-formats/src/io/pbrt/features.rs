@@ -1,6 +1,6 @@
 //! Features of pbrt-v3 and pbrt-v4, and their support.
 //!
-//! Names that both formats have stand once.
+//! A name that both formats share has one row.
 //! `suite::pbrt_appearance::every_feature_gives_the_note_of_its_row` loads every row.
 
 use crate::io::features::{Feature, Support, table};

@@ -7,15 +7,15 @@
 //! projection    intensity   scale · map(u, v)              · power / ∫ map dω     of pbrt-v3: times I
 //! ```
 //!
-//! where the last factor applies in pbrt-v4 if the parameter is given; the integral is that of the
-//! luminance. Maps of pbrt-v4 are looked up by the nearest texel, those of pbrt-v3 bilinearly and
-//! repeated beyond their sides.
+//! The last factor applies in pbrt-v4 if `power` is given; its integral is over the luminance of
+//! the map. Maps of pbrt-v4 are sampled at the nearest texel. Maps of pbrt-v3 are sampled
+//! bilinearly and repeat beyond their sides.
 //!
-//! * A goniometric map of pbrt-v3 is latitude-longitude, that of pbrt-v4 octahedral; the pole of
-//!   both is the light's `+y`. The first has `u = 0` at the light's `+x` and turns towards `+z`.
-//!   Both formats swap `y` and `z` of a direction first, which is a reflection.
-//! * A slide shines along `+z`; `fov` spans its shorter side. Its top row is at the light's `−y` in
-//!   pbrt-v3, at `+y` in pbrt-v4.
+//! * A goniometric map is latitude-longitude in pbrt-v3 and octahedral in pbrt-v4. In both the pole
+//!   is the light's `+y`. The latitude-longitude map has `u = 0` at the light's `+x` and turns
+//!   towards `+z`. Both formats first swap `y` and `z` of a direction, which is a reflection.
+//! * A slide shines along `+z`; `fov` spans its shorter side. Its top row lies towards the light's
+//!   `−y` in pbrt-v3, and towards `+y` in pbrt-v4.
 //!
 //! A map that several lights share is kept once. Source: Pharr et al. 2023, chapter 12; the format
 //! descriptions. Held to this by `suite::light_images`.
@@ -37,15 +37,15 @@ use crate::scene::{
     Emitter, Image, IntensityMap, Lookup, NoteKind, Pixels, Sampling, SlideWeight, SphereMap, Spread, Wrap,
 };
 
-/// Maps of lights so far, by file and spread; none where the image could not be read or is black.
+/// Maps of lights read so far, by file and kind; none if the image is black or could not be read.
 pub(super) type Maps = std::collections::BTreeMap<(String, MapKind), Option<Arc<IntensityMap>>>;
 
 /// Kinds of map that an image may become.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum MapKind {
-    /// All directions.
+    /// Map over all directions.
     Goniometric,
-    /// A slide with the bits of its field of view.
+    /// Slide, with its field of view as the bits of an `f32`.
     Slide(u32),
 }
 
@@ -153,8 +153,8 @@ fn map(
     Ok(found)
 }
 
-/// Adds a light whose intensity is `intensity` where the map is 1, times the power over the map's
-/// integral if given.
+/// Adds a light whose intensity is `intensity` where the map is 1. A `power`, if given, multiplies
+/// the intensity by the power over the map's integral.
 fn add(
     loading: &mut Loading<'_>,
     p: &Parameters,
@@ -171,7 +171,7 @@ fn add(
     add_image_light(&mut loading.builder, &map, (place, to_world), intensity, p.at())
 }
 
-/// Image with the mean of the channels in each.
+/// Grey image: each channel is the mean of the three channels of `image`.
 fn grey(image: &Image) -> Image {
     let texels = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
     let mean = |(x, y)| {

@@ -1,8 +1,8 @@
 //! Execution of directives in the order of the text.
 //!
-//! Directives before `WorldBegin` describe the camera and the film, those after it the scene.
-//! Directives without a meaning here are skipped. A word that is no directive is an error: text
-//! that is no scene must not look like an empty one.
+//! Directives before `WorldBegin` describe the camera and the film, those after it the scene. Known
+//! directives without a meaning here are skipped. A word that is not a directive is an error, so
+//! that arbitrary text is not mistaken for an empty scene.
 //!
 //! Tested by `suite::pbrt`, `suite::damaged_pbrt`.
 
@@ -96,7 +96,7 @@ pub(super) struct Interpreter<'f> {
     shapes: Shapes,
     sky: Surroundings,
     objects: BTreeMap<String, Vec<Part>>,
-    /// Instances of objects that are defined after them.
+    /// Instances whose object is not defined yet.
     waiting: Vec<Instance>,
     /// Name and parts of the object between `ObjectBegin` and `ObjectEnd`.
     object: Option<(String, Vec<Part>)>,
@@ -171,7 +171,7 @@ impl<'f> Interpreter<'f> {
         while self.states.depth() > depth_before {
             self.states.restore(SavedBy::Attribute);
         }
-        // An end too many in the file has already restored the saved state.
+        // If the file has one end directive too many, that has already restored the saved state.
         if self.states.depth() == depth_before {
             self.states.restore(SavedBy::Attribute);
         }
@@ -304,7 +304,7 @@ impl<'f> Interpreter<'f> {
                 self.states.current.primaries = spectra::primaries(&name);
             }
             b"Option" => {
-                // One parameter, which affects how pbrt runs and not its image.
+                // `Option` has one parameter, which affects how pbrt runs and not the image.
                 let parameters = self.own_parameters(lexer, place)?;
                 parameters.accept_known();
                 self.loading.note_unused("option", "", &parameters)?;
@@ -423,7 +423,7 @@ impl<'f> Interpreter<'f> {
         self.loading.note_unused(kind, class, parameters)
     }
 
-    /// Executes a definition, unless it was executed before the reading.
+    /// Executes a definition, unless it was already executed ahead of this reading.
     fn meet(&mut self, definition: Definition) -> Result<()> {
         if self.loading.names.was_ahead(&definition) {
             return Ok(());
@@ -454,7 +454,7 @@ impl<'f> Interpreter<'f> {
         self.loading.names.needed_ahead()
     }
 
-    /// Executes definitions before the reading.
+    /// Executes the definitions that a second reading begins with.
     pub(super) fn begin_with(&mut self, ahead: &[Definition]) -> Result<()> {
         self.loading.names.begin_with(ahead);
         ahead.iter().try_for_each(|definition| self.define(definition))
@@ -543,16 +543,17 @@ impl<'f> Interpreter<'f> {
         self.states.name_inverse("camera");
     }
 
-    /// Beginning and end of the time that the shutter is open (s), as requested or by the camera;
-    /// none if everything stands as at one time.
+    /// Times at which the shutter opens and closes (s), as requested or given by the camera; none
+    /// if the scene is loaded at a single time.
     fn shutter(&self) -> Option<[f64; 2]> {
         let own =
             self.camera.as_ref().map_or(camera::SHUTTER, |(_, parameters, _)| camera::shutter(parameters));
         self.loading.files.options().exposure(Some(own))
     }
 
-    /// Motion of the current transform while the shutter is open, if it moves. Things that move but
-    /// are placed at one time (the first, or the middle of the shutter's time) are noted.
+    /// Motion of the current transform while the shutter is open, if it moves. A note is added if
+    /// something moves but is placed at one time: the first, or the middle of the time that the
+    /// shutter is open.
     fn motion(&mut self, is_light: bool, at: &Location) -> Option<Track> {
         let times = self.states.moves()?;
         self.loading.builder.add_animated_seconds(times);
@@ -572,7 +573,7 @@ impl<'f> Interpreter<'f> {
                 }
                 "in the middle of the time that the shutter is open"
             }
-            // Outside the time of its motion, a thing stands as at the nearer end.
+            // Before its motion begins and after it ends, a shape stays at the nearer end.
             Some(_) if track.is_some() => return track,
             _ if options.at.is_none() => "first",
             _ => return None,

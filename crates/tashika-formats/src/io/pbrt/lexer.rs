@@ -136,8 +136,8 @@ fn ends_word(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | b'\n' | b'\r' | 0x0b | 0x0c | b'"' | b'[' | b']' | b'#')
 }
 
-/// Value of a string, with its escapes resolved. A `\` before a letter without a meaning stands for
-/// itself, as in paths.
+/// Value of a string, with its escapes resolved. A `\` that begins no escape stands for itself, as
+/// in paths.
 pub(super) fn unescape(bytes: &[u8]) -> String {
     let raw = utf8_or_latin1(bytes);
     if !raw.contains('\\') {

@@ -9,10 +9,10 @@
 //! diffuse         radiance    L · scale           · power / (π · area · sides)
 //! ```
 //!
-//! where the last factor applies in pbrt-v4 if the parameter is given. Latitude-longitude maps of
-//! pbrt-v3 have their pole at `+z` and `u = 0` at `+x`, turning towards `+y`; octahedral ones of
-//! pbrt-v4 have the scene's own convention (Clarberg 2008). Constant environments add up; there is
-//! at most one map.
+//! The last factor applies in pbrt-v4 if its parameter is given. Latitude-longitude maps of pbrt-v3
+//! have their pole at `+z` and `u = 0` at `+x`, turning towards `+y`. Octahedral maps of pbrt-v4
+//! have the scene's own convention (Clarberg 2008). Constant environments add up; there is at most
+//! one environment map.
 //!
 //! Source: Pharr et al. 2023, chapter 12; the format descriptions. Tested by
 //! `suite::pbrt_appearance::lights_*`.
@@ -34,7 +34,8 @@ use crate::scene::{ColorInput, Emitter, Environment, Falloff, FalloffShape, Note
 /// Solid angle of the sphere (sr).
 pub(super) const FOUR_PI: f32 = 4.0 * std::f32::consts::PI;
 
-/// Range that half-angles of spots are clamped to (degrees), and the least difference of the two.
+/// Range that half-angles of spots are clamped to (degrees). `LEAST_FADE` is the least difference
+/// between the outer and the inner one.
 const CONE: (f32, f32) = (0.1, 179.0);
 const LEAST_FADE: f32 = 0.05;
 
@@ -44,11 +45,11 @@ pub(super) const LAT_LONG_OF_PBRT: Mat3 = Mat3::from_cols(Vec3::NEG_Y, Vec3::Z, 
 /// Emission of a shape.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AreaLight {
-    /// Radiance without the factor of `power`.
+    /// Radiance before the factor of `power`.
     pub(super) radiance: ColorInput,
     /// True if both sides emit.
     pub(super) two_sided: bool,
-    /// Power that the shape emits, if given.
+    /// Total power of the shape (W), if given.
     pub(super) power: Option<f32>,
 }
 
@@ -89,7 +90,7 @@ pub(super) fn light(
     to_world: &DAffine3,
     sky: &mut Surroundings,
 ) -> Result<()> {
-    // Version 2 has two names for it.
+    // pbrt-v2 also has `exinfinite` as a name of `infinite`.
     let class = if class == "exinfinite" { "infinite" } else { class };
     loading.met("light", class, "left out", &p.at())?;
     p.accept(&["nsamples", "samples"]);

@@ -60,15 +60,15 @@ impl<'f> Loading<'f> {
         self.builder.note(kind, message, at);
     }
 
-    /// As [`Self::note`], for messages with a name from the file. Beyond `MAX_NAMED` different
-    /// messages, a note of `further {otherwise}` stands for the rest.
+    /// As [`Self::note`], for messages that contain a name from the file. After `MAX_NAMED`
+    /// different messages, a single note `further {otherwise}` replaces the rest.
     pub(super) fn note_named(&mut self, kind: NoteKind, message: String, otherwise: &str, at: Location) {
         let notes = self.builder.notes_mut();
         self.named.add(kind, message, &format!("further {otherwise}"), at, notes);
     }
 
-    /// Notes a feature by its row in the feature table. A name without a row is noted as ignored,
-    /// with `unknown` in its place.
+    /// Adds the note that the feature table has for a feature. A name without a row is noted as
+    /// ignored; `unknown` is the consequence that this note states.
     ///
     /// # Errors
     /// If the feature is refused, or the name is a slip of a name in the table.

@@ -7,15 +7,16 @@
 //! `MediumInterface` sets the media inside and outside of the shapes that follow; the outside is
 //! also the medium of the camera. A single name sets both. As in pbrt, a shape with the same medium
 //! on both sides is no interface, so that objects in fog do not change it. The surface normal
-//! points away from the inside. A name stands for a definition before it, or in pbrt-v4 also after
-//! it. Only some integrators render media; if that of the file does not, media are ignored here,
-//! too.
+//! points away from the inside. A name refers to a definition before it; in pbrt-v4 the definition
+//! may also follow. Only some integrators render media: if the file's integrator does not, media
+//! are ignored here, too.
 //!
-//! In media of a grid (`uniformgrid`, `heterogeneous` in version 3), the coefficients are
-//! multiplied by the density of `nx · ny · nz` cells of the box from `p0` to `p1`, placed as shapes
-//! are. Media of `rgbgrid` have coefficients for each cell. As in pbrt, values fall to zero within
-//! half a cell of the faces. A `nanovdb` medium has the grid named `density` of its file, to which
-//! the file's own map is applied first.
+//! In grid media (`uniformgrid`; `heterogeneous` in version 3), the coefficients are multiplied by
+//! a density. The density has `nx · ny · nz` cells that fill the box from `p0` to `p1`; the current
+//! transform places the box as it places shapes. Media of `rgbgrid` have coefficients for each
+//! cell. As in pbrt, values fall to zero within half a cell of the faces. A `nanovdb` medium has
+//! the grid named `density` of its file; the file's own map is applied before the current
+//! transform.
 //!
 //! Source: Pharr et al. 2023, chapter 11. Tested by `suite::media_files`.
 
@@ -41,14 +42,14 @@ use crate::scene::{
     VolumeSamples, VolumeValues,
 };
 
-/// pbrt's own coefficients, if the file gives none (m⁻¹).
+/// pbrt's default coefficients (m⁻¹).
 const ABSORPTION: Rgb = Rgb::new(0.0011, 0.0024, 0.014);
 const SCATTERING: Rgb = Rgb::new(2.55, 3.21, 3.77);
 
 /// Integrators that render media.
 const VOLUMETRIC: [&str; 4] = ["volpath", "simplevolpath", "bdpt", "mlt"];
 
-/// Ignores media, with a note, if the integrator of the file does. By default it is `path` in
+/// Ignores media, with a note, if the file's integrator does. The default integrator is `path` in
 /// version 3 and `volpath` in version 4.
 pub(super) fn finish(loading: &mut Loading<'_>, integrator: Option<&str>) {
     let own = if loading.version == Version::V3 { "path" } else { "volpath" };
@@ -90,8 +91,8 @@ impl Media {
     /// Executes `MakeNamedMedium name`; a grid is placed by `to_world`.
     ///
     /// # Errors
-    /// Coefficients that are too large; a grid without cells, or with another number of values than
-    /// of cells.
+    /// Coefficients that are too large; a grid without cells, or whose number of values differs
+    /// from its number of cells.
     pub(super) fn define(
         &mut self,
         loading: &mut Loading<'_>,
@@ -126,7 +127,7 @@ impl Media {
         Ok(())
     }
 
-    /// Returns the media of `MediumInterface` by the names of the inside and the outside.
+    /// Returns the media that `MediumInterface` names, inside first.
     pub(super) fn sides(&self, loading: &mut Loading<'_>, names: [&str; 2], at: &Location) -> Sides {
         let [inside, outside] = names.map(|name| match self.named.get(name) {
             _ if name.is_empty() => None,
@@ -269,7 +270,7 @@ fn grid_of_file(
     VolumeGrid::new(data, &file).map(Some)
 }
 
-/// Grid of the parameters' cells in their box.
+/// Grid of the cells that the parameters list, in the box from `p0` to `p1`.
 fn grid(
     loading: &mut Loading<'_>,
     p: &Parameters,
@@ -277,7 +278,7 @@ fn grid(
     to_world: Option<DAffine3>,
 ) -> Result<Option<VolumeGrid>> {
     let at = p.at();
-    // Values by `Attribute` are copied to any number of media.
+    // Counted for each medium: values that come from `Attribute` are copied to any number of them.
     let bytes = if matches!(values, VolumeValues::Numbers(_)) { 4 } else { 12 };
     loading.geometry.take(bytes * values.len() as u64, &at)?;
     let counts = ["nx", "ny", "nz"].map(|name| p.integer(name).unwrap_or(1));
@@ -302,7 +303,8 @@ fn grid(
     VolumeGrid::new(data, &at).map(Some)
 }
 
-/// Absorption and scattering of each cell; 1, before the scale, if only the other is given.
+/// Absorption and scattering coefficients of each cell. If only one of the two is given, the other
+/// is 1 before scaling.
 fn of_cells(loading: &mut Loading<'_>, p: &Parameters, scale: f32) -> Result<[Vec<Rgb>; 2]> {
     let given = ["sigma_a", "sigma_s"].map(|name| spectra::colors(loading, p, name));
     let cells = given.iter().flatten().map(Vec::len).max().unwrap_or(0);

@@ -17,9 +17,9 @@
 //! | [`features`] | support of each feature |
 //! | [`loading`] | state that all of them share |
 //!
-//! Objects stay instances: a shape between `ObjectBegin` and `ObjectEnd` is one mesh, and each
-//! `ObjectInstance` places it by its own transform times the transform that was current at the
-//! shape.
+//! Objects are kept as instances: a shape between `ObjectBegin` and `ObjectEnd` is one mesh, which
+//! each `ObjectInstance` places. The transform of the placement is that of the instance times the
+//! one that was current at the shape.
 //!
 //! # Guarantee
 //! Any bytes give a scene or an error with file, line and column. Memory and time are bounded by
@@ -27,8 +27,9 @@
 //! [`text::MAX_DEPTH`] files. The same files give the same scene.
 //!
 //! # Limits
-//! Lights do not move (they stand where they are first, or at the requested time); no media that
-//! glow, no curves, no measured materials. All are noted where they are met.
+//! Lights do not move: each stays where it is at the requested time, or at the first time. Emissive
+//! media, curves and measured materials are not supported. Each of these is noted where it occurs
+//! in the file.
 //!
 //! Sources: Pharr et al. 2023; the format descriptions of pbrt-v3 and pbrt-v4 at pbrt.org. Held to
 //! this by `suite::pbrt`, `suite::pbrt_appearance`, `suite::damaged_pbrt`.

@@ -1,9 +1,9 @@
 //! Names that a scene defines: textures, materials, media.
 //!
-//! In pbrt-v3 a name stands for the last definition before its use. pbrt-v4 makes textures, media
+//! In pbrt-v3 a name refers to the last definition before its use. pbrt-v4 makes textures, media
 //! and materials after it has read all files, so that a use may precede the definition. Such a
-//! scene is read twice: the first reading finds the names that are used too early; the second
-//! reading begins with their definitions, and with the definitions that these use.
+//! scene is read twice. The first reading finds the names that are used before they are defined.
+//! The second reading begins with their definitions, and with the definitions that these use.
 //!
 //! An undefined name is noted where it is used, and refused if it is a slip of a defined name. Held
 //! to this by `suite::pbrt_names`.
@@ -82,7 +82,7 @@ pub(super) struct Names {
     defined: BTreeMap<(Named, String), Definition>,
     /// Location of the first use of each undefined name.
     undefined: BTreeMap<(Named, String), Location>,
-    /// Names that were defined before the reading, and not yet in it.
+    /// Names whose definition was executed ahead of this reading and has not been met in it yet.
     ahead: BTreeSet<(Named, String)>,
 }
 
@@ -92,19 +92,20 @@ impl Names {
         self.undefined.entry((of, name.to_owned())).or_insert_with(|| at.clone());
     }
 
-    /// Records a definition, for uses of its name that precede it.
+    /// Records a definition, in case its name is used before it.
     pub(super) fn keep(&mut self, definition: Definition) {
         self.defined.entry(definition.key()).or_insert(definition);
     }
 
-    /// Returns true, once, for a definition that was executed before the reading.
+    /// Returns true if the definition was executed ahead of this reading, the first time that its
+    /// name is met.
     pub(super) fn was_ahead(&mut self, definition: &Definition) -> bool {
         self.ahead.remove(&definition.key())
     }
 
     /// Returns the definitions that a second reading begins with, each after the definitions that
-    /// it uses; empty if no name was used before its definition. Names that use themselves stay
-    /// undefined.
+    /// it uses; empty if no name was used before its definition. A name whose definition uses
+    /// itself stays undefined.
     pub(super) fn needed_ahead(&self) -> Vec<Definition> {
         let mut ahead = Vec::new();
         let mut begun = BTreeSet::new();

@@ -74,7 +74,7 @@ impl Kind {
         })
     }
 
-    /// Numbers in one value; those of spectra are counted where they are read.
+    /// Count of numbers in one value; the numbers of a spectrum are counted where they are read.
     fn width(self) -> usize {
         match self {
             Self::Point2 | Self::Vector2 => 2,
@@ -155,7 +155,7 @@ impl Parameter {
 #[derive(Clone, Debug)]
 pub(super) struct Parameters {
     list: Vec<Parameter>,
-    /// Parameters that apply unless the list has one of that name.
+    /// Parameters that apply unless the list has one of the same name.
     defaults: Vec<Parameter>,
     place: Place,
     accepts_known: Cell<bool>,
@@ -211,7 +211,7 @@ impl Parameters {
         found
     }
 
-    /// Marks parameters as used that have no effect here.
+    /// Marks parameters that have no effect here as used.
     pub(super) fn accept(&self, names: &[&str]) {
         self.list.iter().filter(|p| names.contains(&p.name.as_str())).for_each(|p| p.used.set(true));
     }

@@ -6,8 +6,8 @@
 //! otherwise:           α = r
 //! ```
 //!
-//! A texture of pbrt-v3's remapped roughness becomes `1.62 r^0.54`, which is within 6 % of the
-//! polynomial from `r = 0.01` to 1.
+//! If the remapped roughness of pbrt-v3 is a texture, `1.62 r^0.54` replaces the polynomial; it is
+//! within 6 % of the polynomial from `r = 0.01` to 1.
 //!
 //! Source: Pharr et al. 2023, section 9.6.4 (v4); pbrt-v3's format description, "remaproughness".
 //! Tested by the tests below.

@@ -1,8 +1,8 @@
 //! Colours of parameters: `rgb`, `xyz`, `blackbody`, `spectrum`.
 //!
 //! All colours become linear RGB with the primaries of Rec. 709, as in pbrt's images. A reflectance
-//! or factor of 1 at all wavelengths is white. Radiances, intensities and irradiances are those in
-//! a pixel of pbrt's default film:
+//! or factor of 1 at all wavelengths is white. Radiances, intensities and irradiances have the
+//! values that a pixel of pbrt's default film would record:
 //!
 //! | parameter | pbrt-v3 | pbrt-v4 |
 //! |---|---|---|
@@ -12,9 +12,9 @@
 //!
 //! `rgb` values are in the primaries of the `ColorSpace` at their place.
 //!
-//! A `spectrum` is a list of wavelength (nm) and value in turn, the name of a file with such a
-//! list, or a name that [`illuminant_rgb`] accepts. Negative channels of colours outside the gamut
-//! are set to 0.
+//! A `spectrum` is a list that alternates wavelengths (nm) and values, the name of a file with such
+//! a list, or a name that [`illuminant_rgb`] accepts. Negative channels of colours outside the
+//! gamut are set to 0.
 //!
 //! Source: Pharr et al. 2023, sections 4.5 and 12.1; pbrt-v3's format description. Tested by
 //! `suite::pbrt_appearance::lights_*`, `suite::pbrt_appearance::spectra_*`.
@@ -171,7 +171,7 @@ fn named(loading: &mut Loading<'_>, name: &str, quantity: Quantity, at: &Locatio
     match loading.files.read(name, at) {
         Ok(bytes) => sampled_file(&bytes, name, quantity, loading.version, at).map(Some),
         Err(error) => {
-            // A name without an ending is that of one of pbrt's own spectra.
+            // A name without a file extension is one of pbrt's built-in spectra.
             let (what, kind) =
                 if is_file { ("file of a spectrum", kind(&error)) } else { ("spectrum", NoteKind::Repaired) };
             let message = format!("{what} {:?} is not there: a grey of 0.5 is used", excerpt(name, 60));

@@ -2,12 +2,12 @@
 //! systems.
 //!
 //! pbrt keeps two transforms, for the two times that `TransformTimes` names (0 and 1 s);
-//! `ActiveTransform` selects the ones that directives change. Without a requested time the scene is
-//! that of the first; at a time the transform is interpolated by [`Track`].
+//! `ActiveTransform` selects the ones that directives change. Without a requested time, the scene
+//! is loaded with the first transform. At a requested time, [`Track`] interpolates between the two.
 //!
-//! `AttributeBegin`, `TransformBegin` and `ObjectBegin` save, their counterparts restore. As in
-//! pbrt-v3 they need not be nested by kind: each end restores the state that was saved last. Ends
-//! without beginning are ignored. Both are noted.
+//! `AttributeBegin`, `TransformBegin` and `ObjectBegin` save the state, their counterparts restore
+//! it. As in pbrt-v3 they need not be nested by kind: each end restores the state that was saved
+//! last. An end without a beginning is ignored. Both cases are noted.
 //!
 //! Tested by `suite::pbrt::transforms_*`, `suite::pbrt::attributes_*`.
 
@@ -144,8 +144,8 @@ impl States {
         true
     }
 
-    /// Executes `TransformTimes`; changes nothing and returns false if the second is not after the
-    /// first.
+    /// Executes `TransformTimes`; changes nothing and returns false if the second time is not after
+    /// the first.
     pub(super) fn set_times(&mut self, times: [f64; 2]) -> bool {
         let rise = times[0] < times[1];
         if rise {
@@ -172,7 +172,8 @@ impl States {
         self.between(|m| Some(DMat4::from(inverted(transform::affine(m)?)?)))
     }
 
-    /// [`Self::inverse`] at all times, if the transform moves and both ends can be inverted.
+    /// [`Self::inverse`] as a function of time, if the transform moves and both ends can be
+    /// inverted.
     pub(super) fn inverses(&self) -> Option<Track> {
         let [from, to] = self.moves()?;
         let [first, second] = &self.current.transforms;
@@ -180,7 +181,7 @@ impl States {
         Track::new([(from, inverse(first)?), (to, inverse(second)?)])
     }
 
-    /// Current transform at all times, if it moves and both ends can be inverted.
+    /// Current transform as a function of time, if it moves and both ends can be inverted.
     pub(super) fn track(&self) -> Option<Track> {
         let [from, to] = self.moves()?;
         let [first, second] = &self.current.transforms;
@@ -223,7 +224,8 @@ impl States {
         named.is_some()
     }
 
-    /// Executes `WorldBegin`: the identity without motion, named `world`.
+    /// Executes `WorldBegin`: resets the transforms to the identity, without motion, and names it
+    /// `world`.
     pub(super) fn begin_world(&mut self) {
         self.current.transforms = [DMat4::IDENTITY; 2];
         self.current.active = [true; 2];

@@ -1,10 +1,10 @@
 //! The texts of a scene: the main file and included files.
 //!
-//! Names are relative to the folder of the main file, as in pbrt; a file that is not there is
-//! searched for beside the including file. Texts may be compressed with gzip.
+//! Names are relative to the folder of the main file, as in pbrt; a file that does not exist there
+//! is searched for beside the including file. Texts may be compressed with gzip.
 //!
 //! # Guarantee
-//! Nesting, the number of included files and their bytes in all are limited, so that files which
+//! The nesting, the number of included files and their total size are limited, so that files which
 //! include each other end in an error.
 //!
 //! Tested by `suite::pbrt::includes_*`, `suite::damaged_pbrt::includes_*`.

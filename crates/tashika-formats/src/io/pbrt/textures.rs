@@ -1,7 +1,8 @@
 //! `Texture`, and parameters that may name one.
 //!
 //! pbrt's texture coordinates have `t` running up from an image's bottom row, for images of both
-//! formats. The scene's `v` runs down: meshes get `v = 1 − t` once, and textures the transforms
+//! formats. The scene's `v` runs down. The loader therefore replaces `t` of each mesh by
+//! `v = 1 − t`, and gives each texture the transform
 //!
 //! ```text
 //! image:         (u, v) ↦ (s_u u + d_u,  s_v v + 1 − s_v − d_v)          = (s, 1 − t)
@@ -14,8 +15,9 @@
 //! | v4 | `encoding` for PNG, by default sRGB; others sRGB |
 //!
 //! A number that is read from an image is the luminance of the colour; in pbrt-v4 it is the opacity
-//! if the image has opacities other than 1. Textures of numbers and of colours have names of their
-//! own. A texture without a counterpart here is replaced by a constant, its mean, and noted.
+//! if the image has opacities other than 1. Textures of numbers and textures of colours may have
+//! the same names. A texture type without a counterpart here is replaced by a constant, its mean,
+//! and noted.
 //!
 //! Tested by `suite::pbrt_appearance::textures_*`.
 

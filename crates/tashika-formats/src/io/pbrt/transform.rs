@@ -47,20 +47,21 @@ pub(super) fn affine(m: &DMat4) -> Option<DAffine3> {
     Some(DAffine3::from_cols(column(m.x_axis), column(m.y_axis), column(m.z_axis), column(m.w_axis)))
 }
 
-/// Intervals of time in the product of two motions; chosen.
+/// Number of time intervals in the product of two motions; chosen.
 const STEPS: u32 = 32;
 
-/// Motion of the product of an object's transform and that of a part in it; none if neither moves.
+/// Motion of the product of an object's transform (outer) and the transform of a part in it
+/// (inner); none if neither moves.
 ///
-/// If only the outer one moves, the inner one is applied before it at each key. If the outer one is
-/// the identity, the product is the inner motion. Otherwise the product is evaluated at [`STEPS`] +
-/// 1 times from the first to the last key: between two of its own keys, each factor turns evenly,
-/// and the product nearly so.
+/// If only the outer transform moves, the inner one is applied before it at each key. If the outer
+/// transform is the identity, the product is the inner motion. Otherwise the product is evaluated
+/// at [`STEPS`] + 1 times from the first to the last key. A product of two even rotations is not an
+/// even rotation, but nearly one over such a short interval.
 pub(super) fn product([outer, inner]: [&DAffine3; 2], tracks: [Option<&Track>; 2]) -> Option<Track> {
     match tracks {
         [None, None] => None,
         [Some(outer), None] => outer.after(*inner),
-        // The part stands in the world itself.
+        // The object's transform is the identity: the part keeps its own motion.
         [None, Some(inner)] if *outer == DAffine3::IDENTITY => Some(inner.clone()),
         [outer_track, Some(track)] => {
             let spans = [outer_track.unwrap_or(track).span(), track.span()];
@@ -72,7 +73,7 @@ pub(super) fn product([outer, inner]: [&DAffine3; 2], tracks: [Option<&Track>; 2
     }
 }
 
-/// Returns a transform that can place something: it and its inverse are finite in `f32`.
+/// Returns the transform in `f32` if it and its inverse are finite, so that it can place something.
 pub(super) fn placeable(t: &DAffine3) -> Option<Affine3A> {
     let t = t.as_affine3a();
     (t.is_finite() && t.inverse().is_finite() && t.matrix3.determinant() != 0.0).then_some(t)

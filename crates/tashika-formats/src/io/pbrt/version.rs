@@ -9,7 +9,7 @@
 //! |---|---|
 //! | `Import`, `Attribute`, `ColorSpace`, `Option` | v4 |
 //! | `Film` `rgb`, `gbuffer`, `spectral`; `Film` `image` | v4; v3 |
-//! | a sampler, integrator or material type that only one has | that one |
+//! | a sampler, integrator or material type that only one format has | that format |
 //! | types `color` and `xyz` of parameters | v3 |
 //! | `WorldEnd` | v3 |
 //!

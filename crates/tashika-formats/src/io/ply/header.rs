@@ -38,7 +38,7 @@ impl Scalar {
         })
     }
 
-    /// Bytes in binary files.
+    /// Size in binary files (bytes).
     pub(super) const fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
@@ -169,8 +169,8 @@ impl Lines<'_> {
     }
 }
 
-/// Location of a line of the file. If `at` already is a line of another file, it stays, and this
-/// line becomes its item.
+/// Location of a line of the file. If `at` already is a line of another file, that line is kept,
+/// and this line becomes its item.
 pub(super) fn line_of(at: &Location, line: u32) -> Location {
     match at.line {
         None => Location { line: Some(line), ..at.clone() },

@@ -9,8 +9,8 @@
 //!
 //! # Guarantee
 //! Any bytes give a mesh whose indices are in range, or an error with line or row. Memory is
-//! bounded by a multiple of the bytes that are there, whatever numbers of elements the header
-//! states, and time by these bytes and the limits of [`polygon`](super::polygon).
+//! bounded by a multiple of the bytes of the file, regardless of the numbers of elements in the
+//! header. Time is bounded by the bytes of the file and the limits of [`polygon`](super::polygon).
 //!
 //! | module | purpose |
 //! |---|---|
@@ -35,8 +35,8 @@ use header::{Format, Header};
 use numbers::{Binary, Numbers, Text};
 use rows::{Faces, Vertices};
 
-/// Largest number of bytes for each compressed byte, more than any mesh needs: text of a regular
-/// grid reaches 30.
+/// Largest number of unpacked bytes for each compressed byte. Meshes need far less: the text of a
+/// regular grid reaches 30.
 const MAX_EXPANSION: u64 = 256;
 
 /// Reads a mesh.
@@ -96,7 +96,8 @@ fn unpacked<'a>(bytes: &'a [u8], options: &LoadOptions, at: &Location) -> Result
     Ok(Cow::Owned(unpacked))
 }
 
-/// Reads all elements in the order of the file; faces are none without an element `face`.
+/// Reads all elements in the order of the file. Without an element `face`, the second value is
+/// none.
 fn elements<N: Numbers>(header: &Header, mut numbers: N, at: &Location) -> Result<(Vertices, Option<Faces>)> {
     let missing = || {
         let found = "a header without element \"vertex\"";
@@ -111,7 +112,7 @@ fn elements<N: Numbers>(header: &Header, mut numbers: N, at: &Location) -> Resul
             "face" if faces.is_none() => {
                 faces = Some(Faces::read(element, points.min(u64::from(u32::MAX)), &mut numbers, at)?)
             }
-            // Elements after these two are not used.
+            // Elements after both the vertices and the faces are not used.
             _ if vertices.is_some() && faces.is_some() => break,
             _ => rows::skip(element, &mut numbers, at)?,
         }

@@ -62,7 +62,7 @@ impl Numbers for Text<'_> {
     }
 
     fn capacity(&self, _: Scalar) -> u64 {
-        // A digit and a blank for each, the last without.
+        // Each number takes at least a digit and a blank; the last one needs no blank.
         (self.rest.len() as u64).div_ceil(2)
     }
 

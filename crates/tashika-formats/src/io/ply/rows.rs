@@ -7,7 +7,7 @@ use super::numbers::{Numbers, Wrong};
 use crate::error::{Error, Location, Result};
 use crate::math::LocalPlaces;
 
-/// Names of the properties of a vertex, by their meaning; the last two have several.
+/// Names of the properties of a vertex, by meaning. The last two properties have several names.
 const VERTEX_PROPERTIES: [&[&str]; 8] = [
     &["x"],
     &["y"],
@@ -66,9 +66,9 @@ pub(super) struct Vertices {
     /// Positions of the vertices relative to `origin`.
     pub positions: Vec<Vec3>,
     pub origin: DVec3,
-    /// One a vertex, or none.
+    /// One for each vertex; empty if the file has none.
     pub normals: Vec<Vec3>,
-    /// One a vertex, or none.
+    /// One for each vertex; empty if the file has none.
     pub uvs: Vec<Vec2>,
 }
 

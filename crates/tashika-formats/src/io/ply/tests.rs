@@ -146,7 +146,7 @@ fn counts_beyond_the_bytes_are_refused_before_memory_is_taken() {
 #[test]
 fn every_truncation_and_every_changed_byte_is_survived() {
     for bytes in [TEXT.as_bytes().to_vec(), binary(false), binary(true)] {
-        // Only the last byte of a text, a blank, can be missing.
+        // Every cut must be noticed, except that the last byte of a text, a blank, may be missing.
         for length in 0..bytes.len() - 1 {
             assert!(mesh(&bytes[..length]).is_err(), "{length}");
         }
@@ -175,14 +175,16 @@ fn polygons_are_triangulated_and_odd_ones_noted() {
         let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
         0.5 * (b - a).cross(c - a).z
     };
-    // The dent is the triangle (4, 4), (2, 1), (0, 4).
+    // The polygon is a square of area 16 with a dent: the triangle (4, 4), (2, 1), (0, 4) of area
+    // 6.
     assert_eq!(mesh.triangles[..3].iter().map(area).sum::<f32>(), 16.0 - 6.0);
     let notes: Vec<String> = notes.iter().map(|n| n.message).collect();
     assert_eq!(notes.len(), 2, "{notes:?}");
     assert!(notes[0].contains("fewer than three") && notes[1].contains("cross themselves"), "{notes:?}");
 }
 
-/// Files as written by scanners (points alone) and by MeshLab (texture coordinates of corners).
+/// A file of points alone, as scanners write it, and a file with texture coordinates of corners, as
+/// MeshLab writes it. Each must give one note.
 #[test]
 fn points_without_faces_and_coordinates_of_corners_are_noted() {
     let cloud = TEXT.split("element face").next().unwrap().to_owned() + "end_header\n0 0 5 0 0 1 255 0 0\n";

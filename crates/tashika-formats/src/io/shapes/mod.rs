@@ -1,12 +1,12 @@
 //! Shapes of scene formats, as triangles.
 //!
 //! Output: meshes with unit normals and texture coordinates, in the shape's own coordinates (m).
-//! Triangles run counter-clockwise as seen against their normals, which are `∂p/∂u × ∂p/∂v` of
-//! pbrt's parametrisation: outward for closed shapes.
+//! Seen from the side that their normals point to, triangles run counter-clockwise. The normals are
+//! `∂p/∂u × ∂p/∂v` of pbrt's parametrisation: outward for closed shapes.
 //!
 //! # Guarantee
-//! All parameters are checked: they give a mesh of bounded size, or an error that names the
-//! parameter. Numbers of triangles depend on angles and steps, not on sizes.
+//! Each parameter is checked: the result is a mesh of bounded size, or an error that names the
+//! parameter. The number of triangles depends on angles and steps, not on sizes.
 //!
 //! | module | shapes |
 //! |---|---|
@@ -40,8 +40,8 @@ mod tests {
 
     use crate::scene::MeshData;
 
-    /// Returns the area (m²) of a mesh, after checking that its normals are unit vectors on the
-    /// side of the triangles.
+    /// Returns the area (m²) of a mesh. Checks that its normals are unit vectors on the front side
+    /// of the triangles.
     pub(super) fn checked_area(mesh: &MeshData) -> f64 {
         assert_eq!(mesh.normals.len(), mesh.positions.len());
         assert!(mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-5), "unit normals");

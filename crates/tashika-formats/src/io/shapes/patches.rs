@@ -9,7 +9,7 @@ use crate::scene::MeshData;
 /// Most steps of a side of a bilinear patch.
 const MAX_STEPS: u32 = 256;
 
-/// Relative distance from a parallelogram below which a patch counts as one.
+/// Relative deviation from a parallelogram below which a patch is treated as one.
 const FLAT: f32 = 1e-6;
 
 /// The square `[−1, 1]²` at height 0, facing up, with texture coordinates from `(0, 0)` at its
@@ -27,8 +27,8 @@ pub(in crate::io) fn rectangle() -> MeshData {
 
 /// The cube `[−1, 1]³` with flat sides, each of which shows the whole texture as in Mitsuba.
 pub(in crate::io) fn cube() -> MeshData {
-    // Normal and direction of `u`; `v` grows along `u × n`, that is, images with their first row at
-    // `v = 0` are upright and not mirrored.
+    // Normal and direction of `u`. `v` grows along `u × n`, so that an image whose first row is at
+    // `v = 0` is upright and not mirrored.
     let sides = [
         (Vec3::NEG_Y, Vec3::Z),
         (Vec3::Y, Vec3::NEG_X),
@@ -51,9 +51,9 @@ pub(in crate::io) fn cube() -> MeshData {
     mesh
 }
 
-/// The patch `p(u, v) = (1 − u)(1 − v) p₀₀ + u (1 − v) p₁₀ + (1 − u) v p₀₁ + u v p₁₁` with corners
-/// in this order, in `steps · steps` parts; a parallelogram needs one. Texture coordinates are
-/// interpolated in the same way.
+/// The patch `p(u, v) = (1 − u)(1 − v) p₀₀ + u (1 − v) p₁₀ + (1 − u) v p₀₁ + u v p₁₁`, with corners
+/// in this order. It is divided into `steps · steps` cells; a parallelogram needs only one. Texture
+/// coordinates are interpolated in the same way.
 pub(in crate::io) fn bilinear_patch(
     corners: [Vec3; 4],
     uvs: [Vec2; 4],
@@ -76,7 +76,7 @@ pub(in crate::io) fn bilinear_patch(
             let (u, v) = (i as f32 / steps as f32, j as f32 / steps as f32);
             mesh.positions.push((p00.lerp(p10, u)).lerp(p01.lerp(p11, u), v));
             mesh.uvs.push(uvs[0].lerp(uvs[1], u).lerp(uvs[2].lerp(uvs[3], u), v));
-            // Where two corners coincide, the normal is that of points nearby.
+            // Where two corners coincide there is no normal; that of a nearby point is used.
             let inward = |t: f32| if t < 0.5 { t + 1e-3 } else { t - 1e-3 };
             let own = Some(normal(u, v)).filter(|n| *n != Vec3::ZERO);
             mesh.normals.push(own.unwrap_or_else(|| normal(inward(u), inward(v))));
@@ -86,7 +86,8 @@ pub(in crate::io) fn bilinear_patch(
     Ok(mesh)
 }
 
-/// Height field over the unit square, row by row, with flat triangles in between; no normals.
+/// Height field over the unit square. Heights are listed row by row; each cell becomes two flat
+/// triangles without normals.
 pub(in crate::io) fn heightfield(size: [u32; 2], heights: &[f32], at: &Location) -> Result<MeshData> {
     let [columns, rows] = size;
     require(columns >= 2 && rows >= 2, "height field of", format!("{columns}×{rows}"), "at least 2×2", at)?;
@@ -135,7 +136,7 @@ mod tests {
         for (p, n) in cube.positions.iter().zip(&cube.normals) {
             assert_eq!((p.abs(), p.dot(*n)), (Vec3::ONE, 1.0));
         }
-        // The first side of Mitsuba's table.
+        // First side in Mitsuba's table of the cube.
         let (p, uv) = (&cube.positions[..2], &cube.uvs[..2]);
         assert_eq!(
             (p, uv),

@@ -6,11 +6,11 @@
 //! p(u, v) = R_z(u φ_max) p(v),   n = ∂p/∂u × ∂p/∂v
 //! ```
 //!
-//! with [`COLUMNS`] steps a full turn. Flat triangles between points of a curved surface have less
-//! area than the surface, and lights shine by their area. Therefore spheres are scaled, and disks
-//! and cylinders widened, until the area is exact, by 0.1 % of the radius. Other shapes are widened
-//! until the circumference is exact, which leaves an error below 0.2 % of the area. Held to this by
-//! the tests below.
+//! with [`COLUMNS`] steps per full turn. Flat triangles between points of a curved surface have
+//! less area than the surface, and the power of a light is proportional to its area. Therefore
+//! spheres are scaled, and disks and cylinders widened, until the area is exact; this changes the
+//! radius by 0.1 %. Other shapes are widened until the circumference is exact, which leaves an
+//! error below 0.2 % of the area. Held to this by the tests below.
 //!
 //! All angles are in radians.
 
@@ -23,9 +23,9 @@ use crate::error::{Location, Result};
 use crate::math::elementary::{acos, sin_cos};
 use crate::scene::MeshData;
 
-/// Steps of a full turn: the polygon is within 0.12 % of the circle's radius.
+/// Steps per full turn: the polygon is within 0.12 % of the circle's radius.
 const COLUMNS: f32 = 64.0;
-/// Steps of half a turn from pole to pole.
+/// Steps per half turn from pole to pole.
 const ROWS: f32 = 32.0;
 /// Steps of a curved profile that is not a circle.
 const PROFILE_STEPS: u32 = 32;
@@ -37,15 +37,15 @@ struct Point {
     v: f32,
 }
 
-/// Power of the radius by which an area grows when a mesh is widened.
+/// Power of the scale factor with which the area of a mesh grows.
 #[derive(Clone, Copy)]
 enum Growth {
     Linear,
     Squared,
 }
 
-/// A sphere around the origin between two heights, which are clamped to it; `v` runs from the lower
-/// to the upper.
+/// A sphere around the origin, cut at two heights that are clamped to it; `v` runs from the lower
+/// to the upper height.
 pub(in crate::io) fn sphere(radius: f32, z_range: [f32; 2], phi_max: f32, at: &Location) -> Result<MeshData> {
     check_length("radius", radius, at)?;
     let [low, high] = ordered(z_range, at)?.map(|z| z.clamp(-radius, radius));
@@ -54,7 +54,7 @@ pub(in crate::io) fn sphere(radius: f32, z_range: [f32; 2], phi_max: f32, at: &L
     let steps = ((last - first) / PI * ROWS).ceil().max(2.0) as u32;
     let profile = profile(steps, |v| {
         let (sin, cos) = sin_cos(first + (last - first) * v);
-        // Poles are on the axis, whatever the rounding of π.
+        // A pole lies exactly on the axis, however π is rounded.
         let on_axis = (v == 0.0 && low == -radius) || (v == 1.0 && high == radius);
         let normal = Vec3::new(if on_axis { 0.0 } else { sin }, 0.0, -cos);
         (normal * radius, normal)
@@ -102,7 +102,7 @@ pub(in crate::io) fn cylinder(
     Ok(mesh)
 }
 
-/// A cone without its base, which is at height 0; `v` runs to the tip at `height`.
+/// A cone without its base; `v` runs from the base at height 0 to the tip at `height`.
 pub(in crate::io) fn cone(height: f32, radius: f32, phi_max: f32, at: &Location) -> Result<MeshData> {
     check_length("radius", radius, at)?;
     require(height.is_finite() && height != 0.0, "height", height, "a finite number other than 0", at)?;
@@ -111,8 +111,8 @@ pub(in crate::io) fn cone(height: f32, radius: f32, phi_max: f32, at: &Location)
     revolve_widened(&profile, phi_max, at)
 }
 
-/// The paraboloid `z = z_max (x² + y²) / radius²` between two heights, which are clamped to 0; `v`
-/// runs up.
+/// The paraboloid `z = z_max (x² + y²) / radius²` between two heights, of which negative ones are
+/// clamped to 0; `v` runs up.
 pub(in crate::io) fn paraboloid(
     radius: f32,
     z_range: [f32; 2],
@@ -129,7 +129,7 @@ pub(in crate::io) fn paraboloid(
         at,
     )?;
     let inner = radius * (low / high).sqrt();
-    // Equal steps of the radius: near the tip, equal steps of the height would be far apart.
+    // Steps are equal in the radius: equal steps in the height would be far apart near the tip.
     let mut profile = profile(PROFILE_STEPS, |t| {
         let r = inner + (radius - inner) * t;
         let slope = 2.0 * high * (r / radius) / radius;
@@ -142,7 +142,7 @@ pub(in crate::io) fn paraboloid(
     revolve_widened(&profile, phi_max, at)
 }
 
-/// The hyperboloid that the segment between two points sweeps; `v` runs from the first to the
+/// The hyperboloid that the segment between two points sweeps; `v` runs from the first point to the
 /// second.
 pub(in crate::io) fn hyperboloid(ends: [Vec3; 2], phi_max: f32, at: &Location) -> Result<MeshData> {
     let [first, last] = ends;
@@ -151,7 +151,7 @@ pub(in crate::io) fn hyperboloid(ends: [Vec3; 2], phi_max: f32, at: &Location) -
     let profile = profile(PROFILE_STEPS, |v| {
         let point = first + along * v;
         let normal_at = |p: Vec3| Vec3::new(-p.y, p.x, 0.0).cross(along).normalize_or_zero();
-        // On the axis there is no direction of turning: the normal is that of points nearby.
+        // On the axis `∂p/∂u` is 0 and there is no normal; that of a nearby point is used.
         let inward = if v < 0.5 { v + 1e-3 } else { v - 1e-3 };
         let normal = Some(normal_at(point)).filter(|n| *n != Vec3::ZERO);
         (point, normal.unwrap_or_else(|| normal_at(first + along * inward)))
@@ -195,7 +195,7 @@ fn revolve(profile: &[Point], phi_max: f32, at: &Location) -> Result<MeshData> {
     let mut mesh = MeshData::default();
     for i in 0..=columns {
         let u = i as f32 / columns as f32;
-        // A full turn ends at exactly the points where it begins.
+        // A full turn ends at exactly the points at which it begins.
         let angle = if i == columns && phi_max == TAU { 0.0 } else { u * phi_max };
         let (sin, cos) = sin_cos(angle);
         let turned = |p: Vec3| Vec3::new(p.x * cos - p.y * sin, p.x * sin + p.y * cos, p.z);
@@ -286,7 +286,7 @@ mod tests {
             (cylinder(0.5, [-1.0, 2.0], QUARTER, &at()), 0.75 * PI64),
         ] {
             let area = checked_area(&mesh.unwrap());
-            // Error that is left by rounding coordinates and angles to f32.
+            // The remaining error comes from rounding coordinates and angles to f32.
             assert!((area / exact - 1.0).abs() < 1e-6, "{area} {exact}");
         }
     }
@@ -294,8 +294,8 @@ mod tests {
     #[test]
     fn areas_of_other_shapes_are_within_two_thousandths() {
         let slant = 5.0_f64.sqrt();
-        // z = x² + y² has the area (π / 6) (5^{3/2} − 1) up to z = 1, and (π / 6) (2^{3/2} − 1)
-        // less from z = 1/4.
+        // z = x² + y² up to z = 1 has the area (π / 6) (5^{3/2} − 1). Up to z = 1/4 it has (π / 6)
+        // (2^{3/2} − 1), which is subtracted if the surface begins there.
         let bowl = PI64 / 6.0 * (5.0 * slant - 1.0);
         let rim = PI64 / 6.0 * (5.0 * slant - 2.0 * 2.0_f64.sqrt());
         // The segment from (1, −1, −1) to (1, 1, 1) sweeps x² + y² = 1 + z²:

@@ -8,20 +8,20 @@
 //! boundary:     p ↦ 3/4 p + 1/8 (p₁ + p₂),       new vertex (a + b) / 2
 //! ```
 //!
-//! and after the last level vertices move to where further levels would take them:
+//! After the last level, vertices move to their limit under infinitely many further levels:
 //!
 //! ```text
 //! inside:       (1 − n γ) p + γ Σ pᵢ             γ = 1 / (n + 3 / (8 β))
 //! boundary:     2/3 p + 1/6 (p₁ + p₂)
 //! ```
 //!
-//! with the normals of the limit surface, the product of two tangents `Σ cos(2πi/n) pᵢ` and
-//! `Σ sin(2πi/n) pᵢ`, or those for boundaries.
+//! The normals are those of the limit surface: the cross product of the tangents `Σ cos(2πi/n) pᵢ`
+//! and `Σ sin(2πi/n) pᵢ`, or of the boundary's tangents at a boundary.
 //!
 //! # Guarantee
-//! Any triangles whose indices are in range give a surface. Edges with one triangle, or more than
-//! two, are boundaries. Vertices on one boundary edge, or more than two, stay where they are. Where
-//! the neighbours of a vertex form no fan, its normal is the mean of the triangles'.
+//! Any triangles whose indices are in range give a surface. An edge of one triangle, or of more
+//! than two, is a boundary. A vertex on one boundary edge, or on more than two, stays where it is.
+//! If the triangles around a vertex form no fan, its normal is the mean of their normals.
 //!
 //! Sources: Loop 1987; Warren 2002 for `β`; Biermann 2000 for tangents on boundaries. Held to this
 //! by the tests below.
@@ -36,8 +36,8 @@ use crate::scene::MeshData;
 /// Most triangles that a surface may have after the last level; chosen.
 const MAX_TRIANGLES: u64 = 1 << 23;
 
-/// Subdivides a mesh `levels` times and moves its vertices to the limit surface; no texture
-/// coordinates.
+/// Subdivides a mesh `levels` times and moves its vertices to the limit surface. The result has no
+/// texture coordinates.
 pub(in crate::io) fn loop_subdivision(
     positions: &[Vec3],
     triangles: &[[u32; 3]],
@@ -64,10 +64,10 @@ pub(in crate::io) fn loop_subdivision(
     Ok(MeshData { positions: limits, normals, triangles, ..MeshData::default() })
 }
 
-/// An edge and the vertices across it in its triangles.
+/// An edge, with the vertices opposite to it in its triangles.
 struct Edge {
     ends: [u32; 2],
-    /// Opposite vertices in the first two triangles, equal if there is one triangle.
+    /// Opposite vertices in the first two triangles; equal if the edge has only one triangle.
     opposite: [u32; 2],
     triangles: u32,
 }
@@ -80,7 +80,7 @@ impl Edge {
 
 struct Edges {
     edges: Vec<Edge>,
-    /// The edge from each corner of each triangle to the next.
+    /// Edges of each triangle; entry `i` is the edge from corner `i` to the next.
     of_corner: Vec<[u32; 3]>,
 }
 
@@ -90,7 +90,7 @@ impl Edges {
         for (index, t) in triangles.iter().enumerate() {
             for corner in 0..3 {
                 let (a, b) = (t[corner], t[(corner + 1) % 3]);
-                // No more triangles than `MAX_TRIANGLES`.
+                // There are no more triangles than `MAX_TRIANGLES`, so indices fit.
                 sides.push(([a.min(b), a.max(b)], index as u32, corner as u8));
             }
         }
@@ -192,7 +192,8 @@ fn split(positions: &[DVec3], triangles: &[[u32; 3]]) -> (Vec<DVec3>, Vec<[u32; 
 
 /// Unit normals of the limit surface.
 fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
-    // Sides of each vertex's triangles that are opposite to the vertex, one list for all vertices.
+    // For each vertex, the sides of its triangles that are opposite to it; one list for all
+    // vertices.
     let mut starts = vec![0_u32; positions.len() + 1];
     for i in triangles.iter().flatten() {
         starts[*i as usize + 1] += 1;
@@ -213,8 +214,8 @@ fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
     let normal = |i: usize| {
         let sides = &mut sides[starts[i] as usize..starts[i + 1] as usize];
         let p = positions[i];
-        // Relative to the vertex, so that rounding errors of sines are not multiplied by its
-        // coordinates.
+        // Positions are relative to the vertex. Otherwise rounding errors of sines would be
+        // multiplied by its coordinates.
         let at = |vertex: u32| positions[vertex as usize] - p;
         let mean: DVec3 = sides.iter().map(|s| at(s[0]).cross(at(s[1]))).sum();
         let exact = match order(sides, &mut ring) {
@@ -222,7 +223,8 @@ fn normals(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<Vec3> {
             Ring::Open => boundary_normal(&ring, at),
             Ring::Broken => mean,
         };
-        // Where the surface is folded, the product of tangents may point inward or vanish.
+        // Where the surface is folded, the cross product of the tangents may point inward or
+        // vanish.
         let exact = if exact.dot(mean) < 0.0 { -exact } else { exact };
         let unit = exact.normalize_or_zero();
         (if unit == DVec3::ZERO { mean.normalize_or(DVec3::Z) } else { unit }).as_vec3()
@@ -238,7 +240,8 @@ enum Ring {
     Broken,
 }
 
-/// Fills `ring` with the neighbours of a vertex in order around it, from the sides opposite to it.
+/// Fills `ring` with the neighbours of a vertex in their order around it. `sides` are the sides of
+/// its triangles that are opposite to it.
 fn order(sides: &mut [[u32; 2]], ring: &mut Vec<u32>) -> Ring {
     ring.clear();
     sides.sort_unstable();
@@ -267,7 +270,8 @@ fn order(sides: &mut [[u32; 2]], ring: &mut Vec<u32>) -> Ring {
     }
 }
 
-/// Normal of a vertex inside, by its neighbours relative to it; any length.
+/// Normal of a vertex inside the surface, of any length; `ring` gives its neighbours relative to
+/// it.
 fn inside_normal(ring: impl ExactSizeIterator<Item = DVec3>) -> DVec3 {
     let step = std::f32::consts::TAU / ring.len() as f32;
     let (mut s, mut t) = (DVec3::ZERO, DVec3::ZERO);
@@ -337,7 +341,7 @@ mod tests {
                 assert!((mesh.normals[i] - axis).length() < 1e-6, "by symmetry");
             }
         }
-        // n = 4: β = 3/32, γ = 1/8; the neighbours of a vertex cancel.
+        // n = 4: β = 3/32, γ = 1/8; the sum of a vertex's neighbours is 0.
         assert!((meshes[0].positions[0] - Vec3::X * 0.5).length() < 1e-6);
         let areas: Vec<f64> = meshes.iter().map(checked_area).collect();
         assert!((areas[4] - areas[3]).abs() < 0.3 * (areas[3] - areas[2]).abs(), "{areas:?}");
@@ -345,7 +349,7 @@ mod tests {
 
     #[test]
     fn normals_are_those_of_the_limit_surface() {
-        // Triangles around a vertex of the finest level close in on its tangent plane.
+        // The triangles around a vertex of the finest level approach its tangent plane.
         let (positions, triangles) = octahedron();
         let coarse = loop_subdivision(&positions, &triangles, 1, &at()).unwrap();
         let fine = loop_subdivision(&positions, &triangles, 6, &at()).unwrap();
@@ -368,7 +372,7 @@ mod tests {
             let mesh = loop_subdivision(&positions, &triangles, levels, &at()).unwrap();
             assert!(mesh.positions.iter().all(|p| p.z == 0.0));
             assert!(mesh.normals.iter().all(|n| (*n - Vec3::Z).length() < 1e-6));
-            // The middle of a side: on a straight and evenly divided boundary.
+            // Midpoint of a side, whose neighbours lie on a straight and evenly divided boundary.
             assert!((mesh.positions[1] - Vec3::new(1.0 / 3.0, 0.0, 0.0)).length() < 1e-6);
             // The corner: 2/3 p + 1/6 (p₁ + p₂).
             assert!((mesh.positions[0] - Vec3::new(1.0, 1.0, 0.0) / 18.0).length() < 1e-6);
@@ -377,12 +381,12 @@ mod tests {
 
     #[test]
     fn boundary_normals_follow_a_bent_boundary() {
-        // A sheet bent into a parabolic channel z = x²: its subdivision keeps the slope along x.
+        // A sheet is bent into a parabolic channel z = x². Subdivision preserves its slope along x.
         let (mut positions, triangles) = sheet(8);
         positions.iter_mut().for_each(|p| p.z = p.x * p.x);
         let mesh = loop_subdivision(&positions, &triangles, 2, &at()).unwrap();
         for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
-            // Away from the sides, where the channel ends and the surface straightens.
+            // Vertices away from the sides, where the channel ends and the surface straightens.
             if (0.2..0.8).contains(&p.x) {
                 let expected = Vec3::new(-2.0 * p.x, 0.0, 1.0).normalize();
                 assert!((*n - expected).length() < 0.02, "{p}: {n} {expected}");

@@ -1,8 +1,9 @@
 //! Materials that are bound to prims.
 //!
-//! A binding holds for a prim and its descendants, until a descendant has its own. A binding
-//! `strongerThanDescendants` is not replaced. Bindings for final renders (`material:binding:full`)
-//! count before those for all purposes, at any level. A binding to a prim that is not a material is
+//! A binding holds for a prim and its descendants. A descendant's own binding replaces an inherited
+//! one, unless the inherited one is `strongerThanDescendants`. A binding for final renders
+//! (`material:binding:full`) takes precedence over a binding for all purposes, even if an ancestor
+//! has the former and the prim itself the latter. A binding to a prim that is not a material is
 //! ignored.
 //!
 //! Held to this by `usd_scope` of the suite.
@@ -13,7 +14,7 @@ use super::value::Text;
 use crate::error::Result;
 use crate::scene::NoteKind;
 
-/// Bound materials, for final renders and for all purposes.
+/// Bindings that hold for a prim: for final renders, and for all purposes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bindings([Option<Binding>; 2]);
 
@@ -34,7 +35,8 @@ impl Bindings {
 }
 
 impl Stage<'_> {
-    /// Replaces inherited bindings by those of a prim.
+    /// Replaces inherited bindings by those of a prim, except where the inherited one is
+    /// `strongerThanDescendants`.
     pub fn bind(&mut self, prim: &Prim, bindings: &mut Bindings) -> Result<()> {
         for (bound, name) in bindings.0.iter_mut().zip(NAMES) {
             let Some(material) = self.targets(prim, name).into_iter().next() else { continue };

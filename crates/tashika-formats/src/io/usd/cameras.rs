@@ -1,4 +1,4 @@
-//! Cameras: focal length and apertures, a lens where there is an f-stop.
+//! Cameras: field of view from focal length and apertures, and a thin lens if an f-stop is set.
 //!
 //! With the focal length `f` and the apertures `w`, `h` in tenths of the scene's unit,
 //!
@@ -6,8 +6,9 @@
 //! vertical field of view = 2 atan(h / 2f)     radius of the lens = f / (20 fStop) units
 //! ```
 //!
-//! An orthographic camera sees `h` tenths of a unit. The aperture's width only scales the
-//! horizontal offset: the shape of the picture is that of its pixels. Clipping is ignored.
+//! The view of an orthographic camera is `h` tenths of a unit high. The width `w` only scales the
+//! horizontal offset, because the aspect ratio is that of the image in pixels. Clipping planes are
+//! ignored.
 //!
 //! Held to this by `usd_materials::cameras_have_their_field_of_view_lens_and_offset`.
 
@@ -42,7 +43,7 @@ impl Stage<'_> {
             return Ok(());
         };
         let is_flat = self.word(prim, "projection")?.is_some_and(|word| &*word == "orthographic");
-        // In metres.
+        // A tenth of a unit (m).
         let tenth = 0.1 * self.meters_per_unit;
         let projection = if is_flat {
             Projection::Orthographic { height: (height * tenth) as f32 }
@@ -61,7 +62,7 @@ impl Stage<'_> {
             let radius = 0.5 * focal * tenth / stop;
             camera.lens = Lens::round(radius as f32, (focus * self.meters_per_unit) as f32);
         }
-        // Name in the program's interface: the camera's own, made unique.
+        // Name by which users select the camera: that of the prim, made unique.
         camera.name = unique(shown(prim.name()), &mut self.camera_names);
         if self.builder.add_camera_at(camera, to_world).is_err() {
             let at = self.at(prim);

@@ -1,19 +1,21 @@
 //! Prims of the scene, composed from the opinions of layers.
 //!
-//! The opinions about a prim form a tree of sites. A site is a path in a stack of layers. Below it
-//! are the sites that it is composed of, the strongest first: inherited classes, chosen variants,
-//! references, payloads, specialised classes. Within one kind, a site that a prim names itself is
-//! stronger than one that it has through the prims above it. A [`Prim`] is all opinions in the
-//! order of the tree, each site's in the order of its layers.
+//! The opinions about a prim form a tree of sites. A site is a path in a stack of layers. Its
+//! children in the tree are the sites that it is composed of, strongest first: inherited classes,
+//! chosen variants, references, payloads, specialised classes. Among sites of one kind, a site that
+//! the prim itself names is stronger than a site that comes from a reference (or other arc) of a
+//! prim above it. A [`Prim`] lists all opinions in depth-first order of the tree, and within a site
+//! in the order of its layers.
 //!
 //! # Guarantee
 //! A prim that is composed of itself is refused. The total number of sites is bounded by the bytes
 //! of the layers ([`work`](super::work)), and the depth of prims by [`MAX_DEPTH`].
 //!
 //! # Differences from USD
-//! Classes that a referenced file inherits are those of that file alone. Specialised classes are
-//! weaker than the opinions of their own site, but not than all others. Shifted times, relocations
-//! and clips are ignored.
+//! If a prim of a referenced file inherits a class, only that file's opinions about the class
+//! count; opinions of the referencing file about it are ignored. Specialised classes are weaker
+//! than all opinions of the site that names them, but not weaker than the opinions of every other
+//! site. Shifted times, relocations and clips are ignored.
 //!
 //! Held to this by `usd` of the suite, which compares with Pixar's own library.
 
@@ -51,7 +53,7 @@ impl<'f> Composer<'f> {
         Self { layers, steps: Steps::default() }
     }
 
-    /// The node above all prims.
+    /// Node of the pseudo-root, the parent of all top-level prims.
     pub fn root(&self) -> Node {
         self.top(0, Arc::Own, identity())
     }
@@ -70,12 +72,12 @@ impl<'f> Composer<'f> {
         }
     }
 
-    /// The prim of a path of the scene, if there is one.
+    /// Prim at a path of the scene, if there is one.
     pub fn prim(&mut self, path: &str, builder: &mut SceneBuilder) -> Result<Option<Prim>> {
         Ok(self.node(path, builder)?.map(|(_, prim)| prim))
     }
 
-    /// The prim of a path of the scene, with its sites.
+    /// Prim at a path of the scene, with its sites.
     pub fn node(&mut self, path: &str, builder: &mut SceneBuilder) -> Result<Option<(Node, Prim)>> {
         let mut node = self.root();
         for name in path.split('/').filter(|name| !name.is_empty()) {
@@ -103,7 +105,7 @@ impl<'f> Composer<'f> {
     pub fn children(&self, prim: &Prim) -> Vec<Text> {
         let mut names = Vec::new();
         let mut seen = BTreeSet::new();
-        // From the weakest layer on: prims that stronger layers add come later.
+        // Layers are visited from the weakest up, so prims that stronger layers add come later.
         for (layer, spec, _) in prim.opinions().iter().rev() {
             for (name, _) in &self.layers.spec((*layer, *spec)).children {
                 if seen.insert(name.clone()) {
@@ -127,8 +129,8 @@ impl<'f> Composer<'f> {
         Ok(Some(node))
     }
 
-    /// Returns the child `name` of a node, without the sites that the child itself names. The node
-    /// is reached through `nested` others.
+    /// Returns the child `name` of a node, without the sites that the child itself names. `nested`
+    /// is the length of the chain of sites that leads to the node.
     fn step(&self, parent: &Node, name: &str, nested: usize) -> Result<Node> {
         let path: Text = if &*parent.path == "/" {
             format!("/{name}").into()
@@ -176,7 +178,8 @@ impl<'f> Composer<'f> {
         }
     }
 
-    /// Adds the sites that the sites of a tree name themselves, except variants.
+    /// Adds, for `node` and every site below it, the sites that each of them names, except
+    /// variants.
     fn name_arcs(
         &mut self,
         node: &mut Node,
@@ -194,7 +197,7 @@ impl<'f> Composer<'f> {
         Ok(())
     }
 
-    /// Adds the sites that a site itself names, except variants.
+    /// Adds the sites that `node` itself names, except variants.
     fn own_arcs(
         &mut self,
         node: &mut Node,
@@ -224,7 +227,8 @@ impl<'f> Composer<'f> {
         Ok(())
     }
 
-    /// A list that the layers of a site edit, and for each item the spec that names it.
+    /// Applies the edits that the layers of a site make to a list. Returns the items, each with the
+    /// strongest spec that names it.
     fn listed<T: Clone + Ord>(
         &self,
         specs: &[(LayerId, u32)],
@@ -301,7 +305,8 @@ impl<'f> Composer<'f> {
         while let Some(name) = names.next() {
             found = self.step(&found, name, chain.len())?;
             self.name_arcs(&mut found, chain, builder)?;
-            // Variants of the prim itself are chosen later, by all opinions about it.
+            // Variants of the target prim are chosen later, because all opinions about it may
+            // select them.
             if names.peek().is_some() {
                 self.choose_variants(&mut found, builder)?;
             }
@@ -318,7 +323,8 @@ impl<'f> Composer<'f> {
         Ok(())
     }
 
-    /// Chooses variants until no variant set is left.
+    /// Chooses variants until every variant set is settled, including the sets inside of chosen
+    /// variants.
     fn choose_variants(&mut self, root: &mut Node, builder: &mut SceneBuilder) -> Result<()> {
         for _ in 0..MAX_VARIANTS {
             let mut selections = BTreeMap::new();
@@ -333,7 +339,7 @@ impl<'f> Composer<'f> {
         Err(Error::unsupported(self.at(root), found, "use fewer"))
     }
 
-    /// Selections of variants, each by the strongest opinion.
+    /// Collects the selected variant of each set, by the strongest opinion.
     fn selections(&self, node: &Node, all: &mut BTreeMap<Text, Text>) {
         self.steps.add(1, 0);
         for &site in &node.specs {
@@ -346,7 +352,8 @@ impl<'f> Composer<'f> {
         node.below.iter().for_each(|below| self.selections(below, all));
     }
 
-    /// Chooses from the first variant set without a choice; returns false if there is none.
+    /// Chooses a variant of the first set that is not yet settled; returns false if all are
+    /// settled.
     fn choose_one(
         &mut self,
         node: &mut Node,
@@ -414,8 +421,8 @@ impl<'f> Composer<'f> {
         is_defined
     }
 
-    /// The node for the prims below an instance: only sites that the instance itself names count,
-    /// if it names more than variants.
+    /// Node from which the prims below an instance are composed. If the instance names any site
+    /// other than a variant, only the sites that it names itself count. Otherwise all sites count.
     pub fn shared(&self, node: &Node) -> Node {
         let is_own = |n: &Node| n.depth == node.names();
         if !node.below.iter().any(|n| is_own(n) && n.arc != Arc::Variant) {

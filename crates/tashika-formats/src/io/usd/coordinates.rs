@@ -1,8 +1,8 @@
 //! Texture coordinates: a set of the mesh, and a map from it to the coordinates of the texture.
 //!
-//! The set comes from a reader of a primvar, possibly through nodes that map it. `UsdTransform2d`
-//! scales, turns counter-clockwise and moves, in this order. MaterialX's `place2d` with pivot `p`
-//! is
+//! A primvar reader names the set; nodes between the reader and the texture may map the
+//! coordinates. `UsdTransform2d` scales, rotates counter-clockwise and translates, in this order.
+//! MaterialX's `place2d` with pivot `p` is
 //!
 //! ```text
 //! operationorder 0    p + R (u − p)/s − o
@@ -30,7 +30,7 @@ const MAX_MAPS: usize = 8;
 /// Largest coefficient of a texture transform.
 const MAX_COEFFICIENT: f32 = 1e6;
 
-/// Coordinates by default.
+/// Name of the default set of texture coordinates.
 const USUAL: &str = "st";
 
 fn scaled(Vec2 { x, y }: Vec2) -> Mat3 {
@@ -48,8 +48,9 @@ fn turned(degrees: f32) -> Mat3 {
 }
 
 impl Stage<'_> {
-    /// Returns the set of coordinates that a texture reads by an input, and the map from the set to
-    /// the texture. The map ends with `last`, the texture's own map; in the result, `v` runs down.
+    /// Returns the set of coordinates that is connected to a texture's `input`, and the map from
+    /// the set to the texture. The last step of the map is `last`, the texture's own map. In the
+    /// result, `v` runs down.
     pub fn coordinates(&mut self, shader: &Prim, input: &str, last: Mat3) -> Result<(Text, UvTransform)> {
         let mut map = last;
         let mut at = (shader.clone(), Text::from(input));
@@ -93,7 +94,7 @@ impl Stage<'_> {
         Ok((USUAL.into(), self.downward(map, shader)))
     }
 
-    /// Map that a texture of MaterialX itself has.
+    /// Map that a MaterialX texture node applies to its coordinates.
     pub fn placed(&mut self, shader: &Prim) -> Result<Mat3> {
         let name = self.shader(shader)?;
         if name.starts_with("ND_gltf_image_") {
@@ -116,7 +117,8 @@ impl Stage<'_> {
         Ok(moved * turned(degrees) * scaled(self.pair(prim, "inputs:scale", 1.0)?))
     }
 
-    /// MaterialX's `place2d`; with `of_gltf`, the numbers are those of glTF's texture transforms.
+    /// Map of a `place2d` node; with `of_gltf`, scale, offset and rotation are as in glTF's texture
+    /// transforms.
     fn place_2d(&mut self, prim: &Prim, of_gltf: bool) -> Result<Mat3> {
         let pivot = if of_gltf { Vec2::Y } else { Vec2::ZERO };
         let pivot = self.input_tuple(prim, "inputs:pivot", pivot.to_array().map(f64::from))?;
@@ -145,7 +147,8 @@ impl Stage<'_> {
         Ok(Vec2::from(both.map(|n| n as f32)))
     }
 
-    /// The map where `v` runs down; the identity, with a note, if it is huge or not finite.
+    /// Converts a map for `v` up to one for `v` down. Returns the identity, with a note, if a
+    /// coefficient is too large or not finite.
     fn downward(&mut self, map: Mat3, shader: &Prim) -> UvTransform {
         let flip = Mat3::from_cols(Vec3::X, Vec3::NEG_Y, Vec3::new(0.0, 1.0, 1.0));
         let map = flip * map * flip;

@@ -12,14 +12,14 @@ use crate::color::Rgb;
 use crate::error::Result;
 use crate::scene::{ColorInput, FloatInput, NormalInput, NoteKind};
 
-/// Largest number of consecutive nodes that leave a normal unchanged.
+/// Largest number of consecutive nodes before a normal map that pass the normal on unchanged.
 const MOST_NORMALS: usize = 8;
 
 /// A material being read.
 pub(super) struct Reading {
     pub shader: Prim,
     pub name: String,
-    /// Name of the coordinates that its textures look up.
+    /// Name of the texture coordinates that its textures use.
     pub uv: Option<Text>,
     /// Number of nodes evaluated so far.
     pub nodes: u32,
@@ -32,7 +32,7 @@ impl Reading {
 }
 
 impl Stage<'_> {
-    /// Value of a colour input, brought into the range from 0 to `most`.
+    /// Value of a colour input, clamped to the range from 0 to `most`.
     pub fn color(&mut self, r: &mut Reading, name: &str, fallback: Rgb, most: f32) -> Result<ColorInput> {
         let input = format!("inputs:{name}");
         let shader = r.shader.clone();
@@ -45,7 +45,7 @@ impl Stage<'_> {
         Ok(ColorInput { factor, texture: given.texture })
     }
 
-    /// Value of a number input, brought into the range from 0 to `most`.
+    /// Value of a number input, clamped to the range from 0 to `most`.
     pub fn float(&mut self, r: &mut Reading, name: &str, fallback: f32, most: f32) -> Result<FloatInput> {
         let input = format!("inputs:{name}");
         let shader = r.shader.clone();
@@ -66,7 +66,7 @@ impl Stage<'_> {
                 at = (node, "inputs:in".to_owned());
                 continue;
             }
-            // The surface's own normal.
+            // The node returns the surface's own normal, without a map.
             if id.starts_with("ND_normal_") {
                 return Ok(None);
             }
@@ -82,7 +82,8 @@ impl Stage<'_> {
         Ok(None)
     }
 
-    /// Records the coordinates that a texture looks up: a mesh has one set.
+    /// Records the texture coordinates that a texture uses. A second set is noted, because a mesh
+    /// has only one.
     pub fn wants(&mut self, r: &mut Reading, uv: &Text) -> Result<()> {
         if r.uv.get_or_insert_with(|| uv.clone()) != uv {
             let at = self.at(&r.shader);
@@ -91,7 +92,7 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// A colour brought into its range, with a note if it was outside.
+    /// Clamps a colour to its range, with a note if it was outside.
     fn in_range(&mut self, r: &Reading, input: &str, color: Rgb, most: f32) -> Rgb {
         let within = color.map(|v| if v.is_nan() { 0.0 } else { v.clamp(0.0, most) });
         if within != color {

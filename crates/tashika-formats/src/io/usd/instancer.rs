@@ -1,8 +1,9 @@
 //! Point instancers: many placements of a few prims.
 //!
-//! Point `i` shows prototype `protoIndices[i]` at `M T_i R_i S_i`, with `M` the transform of the
-//! instancer, times the prototype's own transform. Materials, display colours and purposes of a
-//! prototype are inherited in its own place in the scene; its visibility is not.
+//! Point `i` shows prototype `protoIndices[i]` with the transform `M T_i R_i S_i P`, where `M` is
+//! the transform of the instancer and `P` the prototype's own transform. A prototype inherits
+//! materials, display colours and purpose from the prims above it in the scene, but not their
+//! visibility.
 //!
 //! Held to this by `usd_meshes::points_place_their_prototypes`.
 
@@ -85,8 +86,9 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// Returns the meshes of a prototype, in its own space. A missing prototype gives a note at
-    /// `at`. The prototype is read once for all instancers.
+    /// Returns the meshes of a prototype, with its own transform but without those of the prims
+    /// above it. A missing prototype gives a note at `at`. The prototype is read once for all
+    /// instancers.
     fn prototype(&mut self, path: &Text, at: &Location) -> Result<Rc<Vec<Placed>>> {
         if let Some(known) = self.prototypes.get(path) {
             return Ok(Rc::clone(known));

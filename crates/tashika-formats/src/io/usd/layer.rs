@@ -19,7 +19,7 @@ const LONGEST_PATH: usize = 500;
 pub(super) struct Layer {
     /// File name that messages give.
     pub name: PathBuf,
-    /// All prims and variants; the first stands for the file, and has the top-level prims below it.
+    /// All prims and variants. The first stands for the file: its children are the top-level prims.
     pub prims: Vec<PrimSpec>,
     pub metadata: Metadata,
     /// The bytes of a binary file.
@@ -41,7 +41,7 @@ pub(super) struct Metadata {
     pub frames_per_second: Option<f64>,
 }
 
-/// Kind of a spec: a definition, an opinion alone, or a class.
+/// Kind of a spec: a definition, opinions about a prim that is defined elsewhere, or a class.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Specifier {
     Def,
@@ -74,7 +74,8 @@ pub(super) struct PrimSpec {
     pub children: Vec<(Text, u32)>,
     /// Indices of the prims below it, by name.
     pub by_name: BTreeMap<Text, u32>,
-    /// By set and name; the opinions of a variant are a prim of their own.
+    /// Indices of the variants by set and name. The opinions of each variant are stored as a
+    /// separate prim.
     pub variants: BTreeMap<Text, BTreeMap<Text, u32>>,
 }
 
@@ -83,12 +84,12 @@ pub(super) struct PrimSpec {
 pub(super) struct Property {
     pub line: Option<u32>,
     pub value: Option<Stored>,
-    /// By time code, ascending.
+    /// Time codes and values, in ascending order of time.
     pub samples: Vec<(f64, Stored)>,
     pub has_spline: bool,
     /// True if the file declares the property `custom`, that is, as part of no schema.
     pub is_custom: bool,
-    /// True if a value holds until the next sample, as whole numbers and truth values do.
+    /// True if each value holds until the next sample, as with integers and booleans.
     pub is_held: bool,
     /// Paths that a relationship names.
     pub targets: ListOp<Text>,
@@ -97,7 +98,7 @@ pub(super) struct Property {
     pub interpolation: Option<Text>,
     pub element_size: Option<f64>,
     pub color_space: Option<Text>,
-    /// Strength, if it is a material binding.
+    /// Binding strength, if the property is a material binding.
     pub strength: Option<Text>,
 }
 
@@ -109,10 +110,10 @@ pub(super) enum Stored {
 }
 
 impl Layer {
-    /// Value of this layer, for the property at `at`.
+    /// Decodes a value of this layer. `at` is the location of its property, for messages.
     ///
     /// # Errors
-    /// If a binary file is damaged there.
+    /// If the bytes of the value in a binary file are damaged.
     pub fn value(&self, stored: &Stored, at: &Location) -> Result<Value> {
         match (stored, &self.binary) {
             (Stored::Value(value), _) => Ok(value.clone()),
@@ -154,7 +155,8 @@ impl Layer {
 }
 
 impl PrimSpec {
-    /// Returns the first prim that this prim is composed of.
+    /// Path of the first prim that this prim is composed of, or the name of its file if only the
+    /// file is named.
     pub fn named(&self) -> Option<&Text> {
         let paths = [&self.inherits, &self.specializes].map(ListOp::first);
         let references = [&self.references, &self.payloads].map(ListOp::first);
@@ -163,7 +165,7 @@ impl PrimSpec {
         paths.into_iter().chain(references).flatten().next()
     }
 
-    /// Adds a child; of several with one name, the first counts.
+    /// Adds a child. If several children have the same name, the first counts.
     pub fn add_child(&mut self, name: &Text, index: u32) {
         if !self.by_name.contains_key(name) {
             self.by_name.insert(name.clone(), index);
@@ -223,13 +225,13 @@ impl Property {
     }
 }
 
-/// Makes a path below a prim absolute: `../B` below `/A/C` is `/A/B`.
+/// Makes a path relative to `prim` absolute: `../B` relative to `/A/C` is `/A/B`.
 pub(super) fn absolute(path: &str, prim: &str) -> Text {
     if path.starts_with('/') {
         return path.into();
     }
     let (steps, property) = path.split_once('.').map_or((path, None), |(a, b)| {
-        // `..` is no property.
+        // The dots of `..` do not begin the name of a property.
         if path.starts_with("..") { (path, None) } else { (a, Some(b)) }
     });
     let mut names: Vec<&str> = prim.split('/').filter(|n| !n.is_empty()).collect();

@@ -35,7 +35,7 @@ const MAX_SUBLAYERS: usize = 1000;
 /// Index of a layer of the scene.
 pub(super) type LayerId = usize;
 
-/// Index of a layer with all its sublayers.
+/// Index of a stack, which is a layer with all its sublayers.
 pub(super) type StackId = usize;
 
 /// Place of a file: beside the scene, or in an archive.
@@ -185,7 +185,8 @@ impl<'f> Layers<'f> {
         }
     }
 
-    /// Layer of a file; in an archive, the layer `inner`, or the first one.
+    /// Layer of the file at `place`. If the file is an archive, the layer is its file `inner`, or
+    /// else its first file.
     fn opened_at(&mut self, place: Place, inner: Option<&str>, at: &Location) -> Result<LayerId> {
         let key = self.key(&place, at)?;
         let opened = match self.opened.get(&key) {

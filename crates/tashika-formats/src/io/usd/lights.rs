@@ -6,10 +6,11 @@
 //! L = color · intensity · 2^exposure · blackbody(colorTemperature) / sizeFactor
 //! ```
 //!
-//! number by number, with a nit counted as a W·m⁻²·sr⁻¹: the factor between the units is the same
-//! for all lights of a scene and left to exposure. `blackbody` has luminance 1. `sizeFactor` is 1
-//! unless `normalize` is on; then it is the light's area in the scene's own units, so that pictures
-//! do not depend on the length of a unit. For a distant light it is `π sin²(angle / 2)`.
+//! with the numbers unchanged: a nit counts as one W·m⁻²·sr⁻¹. The factor between the units is the
+//! same for all lights of a scene and is left to exposure. `blackbody` has luminance 1.
+//! `sizeFactor` is 1 unless `normalize` is on; then it is the light's area in squares of the
+//! scene's unit, so that pictures do not depend on the length of the unit. For a distant light it
+//! is `π sin²(angle / 2)`.
 //!
 //! | light | becomes |
 //! |---|---|
@@ -45,7 +46,7 @@ use crate::scene::{
     ColorInput, Emission, Emitter, Environment, Falloff, FalloffShape, Material, MeshData, NoteKind, Surface,
 };
 
-/// Smallest difference of the cosines between which a spot fades.
+/// Smallest difference between the cosines of the two angles between which a spot fades.
 const MIN_FADING: f32 = 1e-4;
 
 /// Note on lights without a direction.
@@ -204,8 +205,8 @@ impl Stage<'_> {
         }
         let place = self.at_property(prim, "inputs:texture:file");
         let Some(image) = self.picture_itself(&file, layer, &place)? else { return Ok(()) };
-        // The pole is the light's y, or the axis `poleAxis`; the middle of the map is at z, or at
-        // −y.
+        // The pole of the map is the light's y axis, and the middle of the map is at z. If a
+        // `DomeLight_1` has its pole at z, the middle is at −y.
         let pole = self.word(prim, "poleAxis")?;
         let is_z_up = match pole.as_deref() {
             Some("Y") => false,
@@ -246,8 +247,9 @@ impl Stage<'_> {
         } else if cone.is_some() {
             met("light", "inputs:shaping:cone:angle", at.clone(), &mut self.builder)?;
         }
-        // A sphere of area A and radiance L has the intensity L A / 4. `normalize` divides by the
-        // area in the scene's units.
+        // A sphere of area A and radiance L has the intensity L A / 4. `normalize` divides the
+        // radiance by the area in squares of the scene's unit, which leaves one such square in
+        // place of `A`.
         let units = self.meters_per_unit * self.meters_per_unit;
         let area = if radius > 0.0 {
             area_of(&unit_sphere(&at)?, state.to_world.matrix3 * DMat3::from_diagonal(DVec3::splat(radius)))
@@ -278,7 +280,7 @@ impl Stage<'_> {
                     return Ok(());
                 }
             };
-            // The lamp points along −z.
+            // Lamps point along −y in the map's frame, but along −z in USD.
             let frame = Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::NEG_Y);
             let turn = rotation(&state.to_world).unwrap_or(Mat3::IDENTITY) * frame;
             return add_image_light(&mut self.builder, &map, (centre, turn), intensity, at);
@@ -297,7 +299,7 @@ impl Stage<'_> {
         if self.light_number(prim, "shaping:focus", 0.0)? != 0.0 {
             met("light", "inputs:shaping:focus", self.at(prim), &mut self.builder)?;
         }
-        // The schema's own default, if the schema is applied.
+        // The default of the schema, if it is applied. Otherwise there is no cone.
         let usual = if self.has_schema(prim, "ShapingAPI") { 90.0 } else { 180.0 };
         let angle = self.light_number(prim, "shaping:cone:angle", usual)?;
         if angle >= 180.0 {
@@ -326,7 +328,7 @@ impl Stage<'_> {
             _ => [("radius", 0.5); 2],
         };
         let Some([first, second]) = self.sizes(prim, "inputs:", names)? else { return Ok(()) };
-        // Half a turn around y: surfaces that face +z shine along −z.
+        // The meshes face +z. Half a turn around y lets them shine along −z.
         let down = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));
         let (data, to_light) = match kind {
             "RectLight" => {
@@ -368,7 +370,8 @@ impl Stage<'_> {
     }
 }
 
-/// Rotation of a transform: its axes made orthonormal, the third first.
+/// Rotation of a transform: its axes, made orthonormal in an order that keeps the direction of the
+/// third.
 fn rotation(to_world: &DAffine3) -> Option<Mat3> {
     let axes = to_world.matrix3;
     let z = axes.z_axis.try_normalize()?;
@@ -377,7 +380,7 @@ fn rotation(to_world: &DAffine3) -> Option<Mat3> {
     Some(DMat3::from_cols(x, y, z).as_mat3())
 }
 
-/// Area of a mesh after a map.
+/// Area of a mesh after a linear map.
 fn area_of(mesh: &MeshData, map: DMat3) -> f64 {
     let corner = |i: u32| map * mesh.positions[i as usize].as_dvec3();
     let of = |t: &[u32; 3]| {

@@ -1,9 +1,9 @@
 //! Materials: `UsdPreviewSurface`, and the choice between the surfaces of a material.
 //!
-//! A material may have two surfaces: one of MaterialX (`outputs:mtlx:surface`,
-//! [`materialx`](super::materialx)), which its author sees, and a `UsdPreviewSurface`, often a
-//! rough likeness, for programs without MaterialX. The surface of MaterialX is used if all of its
-//! nodes are supported, or if there is no other.
+//! A material may have two surfaces. The surface of MaterialX (`outputs:mtlx:surface`,
+//! [`materialx`](super::materialx)) is the one that its author sees. The `UsdPreviewSurface` is for
+//! programs without MaterialX, and often only a rough approximation. The surface of MaterialX is
+//! used if all of its nodes are supported, or if there is no `UsdPreviewSurface`.
 //!
 //! ```text
 //! metallic workflow    base diffuseColor, F₀ = ((n − 1)/(n + 1))² of what is no metal
@@ -11,12 +11,13 @@
 //! α = roughness², of the coat clearcoatRoughness²
 //! ```
 //!
-//! The surface has holes where the opacity is below `opacityThreshold`. Without a threshold, the
-//! share that is not opaque is a pane of the given index of refraction, which light passes
-//! straight. With the mode `presence` it is nothing.
+//! The surface has holes where the opacity is below `opacityThreshold`. Without a threshold, it is
+//! a mix: its share `opacity` is the opaque surface, and the rest is a thin pane of the given index
+//! of refraction, which transmits light without refraction. With the mode `presence`, the rest is
+//! empty.
 //!
-//! A material that several prims define by the same opinions is read once. For one that is missing,
-//! or has no surface that is read, the prim's `displayColor` is used, or grey.
+//! Material prims with the same opinions are read once. If a material is missing or has no
+//! supported surface, the `displayColor` of the drawn prim is used, or grey if it has none.
 //!
 //! Held to this by `usd_materials` of the suite.
 
@@ -44,7 +45,7 @@ use crate::scene::{Alpha, AlphaMode, Emission, FloatInput, Material, MaterialId,
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Look {
     pub is_double_sided: bool,
-    /// Colour and opacity without a material.
+    /// Colour and opacity that are used if there is no material.
     pub shown: Shown,
 }
 
@@ -52,14 +53,15 @@ pub(super) struct Look {
 #[derive(Clone, Debug)]
 pub(super) struct UsedMaterial {
     pub id: MaterialId,
-    /// Name of the texture coordinates that it looks up.
+    /// Name of the texture coordinates that it uses.
     pub uv: Option<Text>,
 }
 
 /// Materials and surfaces that were looked up so far.
 #[derive(Default)]
 pub(super) struct Materials {
-    /// Surface shader and its identity, by path; none without a surface that is read.
+    /// By path of a material: its surface shader, and its identity; none if no surface is
+    /// supported.
     by_path: BTreeMap<Text, Option<(Prim, Identity)>>,
     read: BTreeMap<(Identity, bool), UsedMaterial>,
     shown: BTreeMap<[u32; 4], UsedMaterial>,
@@ -71,7 +73,8 @@ pub(super) struct Materials {
 type Identity = Vec<(LayerId, u32)>;
 
 impl Stage<'_> {
-    /// Material of a path; the display colour if there is no path, or no surface that is read.
+    /// Material at a path. Without a path, or without a supported surface, a material of the
+    /// display colour.
     pub fn material(&mut self, path: Option<&Text>, look: Look) -> Result<UsedMaterial> {
         let Some(path) = path else { return self.colored(look) };
         let found = match self.materials.by_path.get(path) {
@@ -114,7 +117,7 @@ impl Stage<'_> {
         Ok(used)
     }
 
-    /// Surface shader of a material; none, with a note, if it has none that is read.
+    /// Surface shader of a material; none, with a note, if no surface is supported.
     fn surface_of(&mut self, path: &Text) -> Result<Option<(Prim, Identity)>> {
         let Some((node, prim)) = self.composer.node(path, &mut self.builder)? else {
             let at = self.origin.clone().item(&**path);
@@ -151,7 +154,7 @@ impl Stage<'_> {
         Ok(Some((shader, identity)))
     }
 
-    /// Shader that an output of a material names, if it is one that is read.
+    /// Shader that is connected to an output of a material, if it is supported.
     fn surface(&mut self, material: &Prim, output: &str) -> Result<Option<Prim>> {
         let Some(Source::Output(shader, _)) = self.source(material, output)? else { return Ok(None) };
         let id = self.shader(&shader)?;
@@ -225,7 +228,8 @@ impl Stage<'_> {
     ) -> Result<Surface> {
         let at = self.at_property(&r.shader, "inputs:opacity");
         met("UsdPreviewSurface", "opacity", at, &mut self.builder)?;
-        // The pane reflects as one face, as the surface would.
+        // The two faces of the pane together reflect as much as the opaque surface, which has one
+        // face.
         let alpha = self.builder.power(roughness, 2.0)?;
         let pane = Surface::ThinGlass {
             ior: single_face(ior.max(1.0)),

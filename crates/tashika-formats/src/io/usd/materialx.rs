@@ -1,6 +1,6 @@
 //! The physically based surfaces of MaterialX: Standard Surface, OpenPBR and glTF's.
 //!
-//! All three have these layers, from below; each names the weights differently:
+//! All three have these layers, from the bottom up, under different names:
 //!
 //! ```text
 //! base            base · base_color, and by `subsurface` its colour: diffuse, or by metalness a metal
@@ -11,9 +11,10 @@
 //! opacity         the share of light that the surface stops
 //! ```
 //!
-//! Solid glass has its tint at each crossing. If the tint is meant for a depth, each crossing has
-//! the square root of the tint, so that light through that depth has the tint. OpenPBR's luminance
-//! is used as radiance, as in MaterialX's own graph of OpenPBR.
+//! Solid glass multiplies light by its tint at each crossing of its surface. If the tint is given
+//! for a depth, each crossing multiplies by the square root, so that light that enters and leaves
+//! the glass has the whole tint. OpenPBR's luminance is used as radiance, as in MaterialX's own
+//! graph of OpenPBR.
 //!
 //! Sources: Georgiev et al. 2019; Andersson et al. 2024; [^materialx2024]. Held to this by
 //! `usd_materialx` of the suite.
@@ -99,7 +100,7 @@ impl Stage<'_> {
         Ok(color)
     }
 
-    /// A colour times its weight, which is brought into the range from 0 to `most`.
+    /// Product of a colour and its weight. The weight is clamped to the range from 0 to `most`.
     fn weighted(
         &mut self,
         r: &mut Reading,
@@ -209,7 +210,7 @@ impl Stage<'_> {
         Ok(radiance)
     }
 
-    /// Opacity, where it is not one.
+    /// Opacity of the surface; none if it is 1 everywhere.
     fn stopped(&mut self, r: &mut Reading, model: &Model) -> Result<Option<Alpha>> {
         let mode = match model.alpha_mode.map(|inputs| inputs.map(|name| format!("inputs:{name}"))) {
             None => AlphaMode::Blend,

@@ -1,7 +1,7 @@
 //! Meshes: faces of any number of corners become triangles, in one mesh for each material.
 //!
-//! A mesh that several prims define by the same opinions is read once. Faces of a left-handed mesh
-//! have their corners reversed. A subdivision surface is replaced by its cage.
+//! Mesh prims with the same opinions are read once. In left-handed meshes, the order of the corners
+//! of each face is reversed. A subdivision surface is replaced by its control mesh.
 //!
 //! Held to this by `usd_meshes` of the suite.
 
@@ -22,7 +22,7 @@ use crate::io::polygon::{Coverage, Triangulator};
 use crate::math::LocalPlaces;
 use crate::scene::{MaterialId, MeshData, MeshId, NoteKind};
 
-/// Largest texture coordinate: far beyond those at which `f32` resolves texels.
+/// Largest texture coordinate; `f32` resolves texels only at far smaller ones.
 const FARTHEST_UV: Vec2 = Vec2::splat(1e9);
 
 /// Key of a mesh: the specs that define it, and the materials of its parts.
@@ -33,7 +33,7 @@ struct Faces {
     points: LocalPlaces,
     /// Number of corners of each face.
     counts: Vec<usize>,
-    /// Points of all corners, face by face.
+    /// Index of the point at each corner, face by face.
     corners: Vec<u32>,
 }
 

@@ -1,7 +1,8 @@
 //! USD scenes: `.usda` (text), `.usdc` (binary), `.usd` (either) and `.usdz`
 //! (archives).[^usd2016][^aousd2025]
 //!
-//! [`FEATURES`] lists the features of the format and their support; notes and errors use its words.
+//! [`FEATURES`] lists the features of the format and their support; notes and errors quote its
+//! rows.
 //!
 //! | module | purpose |
 //! |---|---|
@@ -83,10 +84,10 @@ use crate::scene::{MaterialId, MeshId, Scene, SceneBuilder};
 
 pub(super) use self::features::FEATURES;
 
-/// Metres per unit of a stage that gives none: a centimetre.
+/// Metres per unit, if the stage states none: a unit is a centimetre.
 const METERS_PER_UNIT: f64 = 0.01;
 
-/// Time codes per second of a stage that gives none.
+/// Time codes per second, if the stage states none.
 const CODES_PER_SECOND: f64 = 24.0;
 
 /// A scene being read.
@@ -99,7 +100,7 @@ struct Stage<'f> {
     codes_per_second: f64,
     meters_per_unit: f64,
     is_z_up: bool,
-    /// From the stage's units and axes to metres and `+y` up.
+    /// Transform from the stage's units and axes to metres and `+y` up.
     to_world: DAffine3,
     images: ImageCache<'f>,
     packed: Packed,
@@ -159,7 +160,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     let root = stage.composer.root();
     stage.walk(&root, &State::new(to_world), &mut Vec::new())?;
     if stage.surroundings.hides_constant() {
-        // A dome without a texture is ignored beside one with a texture.
+        // A dome light without a texture is ignored if another dome light has a texture.
         let at = stage.origin.clone();
         features::met("light", "second DomeLight texture", at, &mut stage.builder)?;
     }

@@ -27,7 +27,7 @@ pub(super) struct Model {
     pub ior: &'static str,
     pub subsurface: Option<[Input; 2]>,
     pub transmission: &'static str,
-    /// Without it, the colour of the base.
+    /// Colour of transmitted light; if the model has no such input, it is the base colour.
     pub transmission_color: Option<&'static str>,
     pub transmission_depth: Option<&'static str>,
     pub pane: Pane,
@@ -39,7 +39,7 @@ pub(super) struct Model {
     pub emission: Input,
     pub emission_color: Input,
     pub opacity: &'static str,
-    /// Inputs for the mode of opacity and for its cutoff, as in glTF; without them, opacity blends.
+    /// Inputs for the alpha mode and its cutoff, as in glTF. Without them, the mode is blending.
     pub alpha_mode: Option<[&'static str; 2]>,
     pub normal: &'static str,
     pub left_out: &'static [LeftOut],
@@ -54,7 +54,7 @@ pub(super) struct LeftOut {
     pub neutral: f64,
     /// Name of the table's row with the text of the note.
     pub row: &'static str,
-    /// Input that this one modifies; without it, this one has no effect.
+    /// Input that this one modifies. If that input is absent or zero, this one has no effect.
     pub of: Option<&'static str>,
 }
 
@@ -176,7 +176,7 @@ const GLTF_PBR: Model = Model {
 };
 
 impl Model {
-    /// Model of the shader `id`, if it is one of these.
+    /// Model of the shader `id`, if the shader is one of the three surfaces.
     pub fn of(id: &str) -> Option<&'static Self> {
         [&STANDARD_SURFACE, &OPEN_PBR, &GLTF_PBR].into_iter().find(|model| id.starts_with(model.definition))
     }

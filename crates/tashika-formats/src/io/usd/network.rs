@@ -22,7 +22,8 @@ enum End {
 }
 
 impl Stage<'_> {
-    /// Source of a property of a material or a shader, through node graphs and their inputs.
+    /// Source of a property of a material or a shader. Connections are followed through node graphs
+    /// and their inputs.
     pub fn source(&mut self, prim: &Prim, name: &str) -> Result<Option<Source>> {
         Ok(match self.end(prim, name)? {
             None => None,

@@ -34,9 +34,9 @@ const MOST_NODES: u32 = 256;
 pub(super) struct Given {
     pub factor: [f32; 4],
     pub texture: Option<TextureId>,
-    /// Channel of the value where a number is needed.
+    /// Channel that is read if a number is needed.
     pub channel: Channel,
-    /// True if only that channel is meant.
+    /// True if the value consists of that channel alone.
     pub is_one_channel: bool,
 }
 
@@ -78,7 +78,7 @@ impl Given {
         }]
     }
 
-    /// The value as a colour, or as the factor of one.
+    /// The value as a colour; if there is a texture, the factor on its colours.
     pub fn color(&self) -> Rgb {
         let [r, g, b, _] = self.factor;
         if self.is_one_channel && self.texture.is_none() {
@@ -102,7 +102,7 @@ impl Given {
 enum Kind {
     UsdTexture,
     Image,
-    /// Value of the named input.
+    /// Passes the value of the named input through.
     Through(&'static str),
     Product,
     Mix,
@@ -149,7 +149,7 @@ fn is_known(id: &str) -> bool {
 }
 
 impl Stage<'_> {
-    /// Value of an input; none if it has no value, or none that is supported.
+    /// Value of an input; none if it has no value, or if its source is not supported.
     pub fn given(
         &mut self,
         r: &mut Reading,

@@ -4,7 +4,7 @@
 //! scene.
 //!
 //! # Guarantee
-//! Any bytes give files that lie inside them, or an error.
+//! Any byte string gives either files that lie inside it, or an error.
 //!
 //! Held to this by the tests below, and `usd` and `damaged_usd` of the suite.
 
@@ -41,7 +41,7 @@ impl Package {
         let short = |at: usize| Some(usize::from(u16::from_le_bytes([*bytes.get(at)?, *bytes.get(at + 1)?])));
         let long = |at: usize| Some(short(at)? | short(at + 2)? << 16);
         let is = |at: usize, mark: &[u8]| bytes.get(at..).is_some_and(|rest| rest.starts_with(mark));
-        // The end has 22 bytes and a comment of at most 65,535.
+        // The end record has 22 bytes, followed by a comment of at most 65,535 bytes.
         let last = bytes.len().saturating_sub(22);
         let first = last.saturating_sub(0xffff);
         let end = (first..=last).rev().find(|&at| is(at, END_OF_LIST));
@@ -81,14 +81,14 @@ impl Package {
         Ok(Self { name: name.to_owned(), bytes: Rc::new(bytes), files, first })
     }
 
-    /// The bytes of a file; a name may go up and down by `..`, but not out of the archive.
+    /// The bytes of a file. The name may contain `..` if it does not lead out of the archive.
     pub fn file(&self, name: &str) -> Option<Bytes> {
         let (from, to) = *self.files.get(&plain(name)?)?;
         Some(Bytes { all: Rc::clone(&self.bytes), from, to })
     }
 }
 
-/// A name without `.` and `..`; none if it leads out of the archive.
+/// Resolves the steps `.` and `..` of a name; returns none if it leads out of the archive.
 pub(super) fn plain(name: &str) -> Option<String> {
     let mut steps: Vec<&str> = Vec::new();
     for step in name.split(['/', '\\']).filter(|s| !s.is_empty() && *s != ".") {

@@ -1,8 +1,9 @@
 //! Prims of the scene, and the values that result from their opinions.
 //!
-//! The strongest opinion counts. Without a time the value is the default, or the first sample if
-//! there is no default. At a time `t` the value is interpolated linearly between samples of equal
-//! shape; other values, whole numbers and truth values are those of the sample before `t`.
+//! The strongest opinion counts. If the scene is loaded without a time, the value is the default,
+//! or the first sample if there is no default. At a time `t`, the value is interpolated linearly
+//! between the two samples around `t`, if both consist of numbers and have the same shape.
+//! Integers, booleans and all other values are those of the last sample that is not after `t`.
 //!
 //! Held to this by `usd` of the suite.
 
@@ -16,7 +17,8 @@ use super::sites::Mapping;
 use super::value::{ListOp, Text, Value};
 use crate::error::{Location, Result};
 
-/// An opinion about a prim: layer, prim in the layer, and the map from its paths to the scene.
+/// An opinion about a prim: layer, prim in the layer, and the map from paths of the layer to paths
+/// of the scene.
 type Opinion = (LayerId, u32, Rc<Mapping>);
 
 /// A prim of the scene.
@@ -131,7 +133,7 @@ impl Stage<'_> {
 
     /// Value of an attribute at the time of the scene.
     pub fn value(&mut self, prim: &Prim, name: &str) -> Result<Option<Value>> {
-        // Spec whose samples count, if any.
+        // Strongest spec with samples, if any.
         let mut changing: Option<(LayerId, u32)> = None;
         for &(layer, spec, _) in &prim.opinions {
             let layers = &self.composer.layers;

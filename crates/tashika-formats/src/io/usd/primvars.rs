@@ -1,9 +1,9 @@
 //! Values that vary over a mesh: normals, texture coordinates, colours.
 //!
-//! There is a value for the mesh (`constant`), or for each face (`uniform`), point (`vertex`,
-//! `varying`) or corner (`faceVarying`), possibly through a list of indices.
+//! A primvar has one value for the mesh (`constant`), or one for each face (`uniform`), point
+//! (`vertex`, `varying`) or corner (`faceVarying`). A list of indices may select the values.
 //!
-//! Held to this by `usd_meshes` of the suite.
+//! Tested by `usd_meshes` of the suite.
 
 use std::collections::BTreeMap;
 
@@ -23,8 +23,8 @@ pub(super) struct Shown {
     pub opacity: Option<f32>,
 }
 
-/// Means of primvars, each with a flag that is true if it is constant. A key is the layer and the
-/// prim of the values, those of their indices, and the primvar's name.
+/// Means of primvars, each with a flag that is true if the primvar is constant. The key is the
+/// layer and prim of the values, the layer and prim of the indices, and the primvar's name.
 pub(super) type MeansOf =
     BTreeMap<((LayerId, u32), Option<(LayerId, u32)>, &'static str), Option<(Vec<f32>, bool)>>;
 
@@ -45,7 +45,7 @@ pub(super) struct Counts {
     pub corners: usize,
 }
 
-/// A place on a mesh.
+/// A corner of a face, with an index for each kind of interpolation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Corner {
     pub face: usize,
@@ -54,7 +54,7 @@ pub(super) struct Corner {
     pub corner: usize,
 }
 
-/// Values of `N` numbers.
+/// Values of a primvar, `N` numbers each.
 #[derive(Clone, Debug)]
 pub(super) struct Primvar<const N: usize> {
     interpolation: Interpolation,
@@ -80,7 +80,10 @@ impl<const N: usize> Primvar<N> {
 }
 
 impl Stage<'_> {
-    /// Values of an attribute over a mesh; none, with a note, if they do not fit the mesh.
+    /// Returns the values of an attribute over a mesh. If they do not fit the mesh, returns `None`
+    /// and adds a note.
+    ///
+    /// * `fallback`: the interpolation of an attribute that does not state one.
     pub fn primvar<const N: usize>(
         &mut self,
         prim: &Prim,
@@ -101,7 +104,7 @@ impl Stage<'_> {
             value.array::<N>().map(|all| all.iter().map(|v| v.map(|n| n as f32)).collect::<Vec<_>>());
         let indices = self.value(prim, &format!("{name}:indices"))?;
         let indices = indices.as_ref().and_then(|value| value.numbers());
-        // Negative indices become the largest index, which no value has.
+        // Negative indices become `usize::MAX`, which is out of range.
         let indices: Option<Vec<usize>> =
             indices.map(|all| all.iter().map(|&i| if i >= 0.0 { i as usize } else { usize::MAX }).collect());
         let fits = values.as_ref().is_some_and(|values| match &indices {
@@ -135,8 +138,8 @@ impl Stage<'_> {
         Ok(())
     }
 
-    /// Returns the mean of a primvar over a prim, with a note if it varies, and true if it is
-    /// constant.
+    /// Returns the mean of a primvar over a prim, and true if its interpolation is `constant`. Adds
+    /// a note if its values differ.
     fn mean<const N: usize>(&mut self, prim: &Prim, name: &'static str) -> Result<Option<([f32; N], bool)>> {
         let attribute = format!("primvars:{name}");
         let indexed = format!("{attribute}:indices");

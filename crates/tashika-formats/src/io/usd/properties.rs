@@ -1,8 +1,9 @@
 //! Fates of the properties that schemas define.
 //!
-//! A property is read, or noted where its value differs from its fallback, or has no effect on
-//! pictures. The reasons for the latter are in the table ([`FEATURES`](super::FEATURES), kind `no
-//! effect`). Prims that are ignored as a whole have a row of their own.
+//! There are three fates: a property is read; it is noted if its value differs from its fallback;
+//! or it has no effect on pictures, for a reason that the table gives
+//! ([`FEATURES`](super::FEATURES), kind `no effect`). Types of prims that are ignored as a whole
+//! have one row in the table instead.
 //!
 //! Held to this by the tests below, over all properties of Pixar's own library
 //! (`scripts/usd_schemas.py`).
@@ -13,7 +14,7 @@ pub(super) enum Fate {
     Read,
     /// Name of the table's row that has the reason.
     NoEffect(&'static str),
-    /// Kind and name of the table's row that has the text of the note, and the value without a
+    /// Kind and name of the table's row that has the text of the note, and the value that gives no
     /// note.
     Noted([&'static str; 2], Without),
 }
@@ -235,7 +236,8 @@ mod tests {
         })
     }
 
-    /// Returns true for schemas whose properties have a row of the table, or a reader elsewhere.
+    /// Returns true for schemas that have a row of the table as a whole, or that another module
+    /// reads.
     fn is_told_elsewhere(schema: &str) -> bool {
         let row = |kind| Feature::find(FEATURES, kind, schema);
         let is_left_out = ["prim", "light"]

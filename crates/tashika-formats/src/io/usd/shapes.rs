@@ -1,8 +1,8 @@
 //! Named shapes: cubes, spheres, cylinders, cones, planes.
 //!
 //! They are centred on the origin. Cylinders and cones have their axis along `axis` and are closed;
-//! planes are at right angles to `axis`. Curved shapes are meshes of the same area, cones of nearly
-//! the same.
+//! planes are at right angles to `axis`. Curved shapes are meshes that have the area of the true
+//! shape (cones nearly).
 //!
 //! Held to this by `usd_meshes::shapes_have_their_areas_and_axes`.
 
@@ -44,8 +44,7 @@ impl Stage<'_> {
         let axis = self.word(prim, "axis")?;
         let turn = match (kind, axis.as_deref()) {
             ("Cube" | "Sphere", _) => DMat3::IDENTITY,
-            // The width of a plane is along z or x; the axes form a rotation, which mirrors
-            // nothing.
+            // The width of a plane is along z or x. The axes form a rotation without a reflection.
             ("Plane", Some("X")) => DMat3::from_cols(DVec3::Z, DVec3::NEG_Y, DVec3::X),
             ("Plane", Some("Y")) => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
             (_, Some("X")) => DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X),
@@ -129,7 +128,7 @@ fn closed_cone(at: &Location) -> Result<MeshData> {
     Ok(joined(cone, lid(-1.0, false, at)?))
 }
 
-/// Both meshes as one.
+/// Joins two meshes.
 fn joined(mut a: MeshData, b: MeshData) -> MeshData {
     let first = a.positions.len() as u32;
     a.positions.extend(b.positions);

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use super::layers::{LayerId, StackId};
 use super::value::Text;
 
-/// Reason that a site is part of a prim, the strongest first.
+/// Reasons for which a site is part of a prim, strongest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Arc {
     Own,
@@ -22,7 +22,8 @@ pub(super) enum Arc {
 pub(super) struct Mapping {
     pub from: Text,
     pub to: Text,
-    /// True if paths outside of `from` are not changed, as within one stack of layers.
+    /// True if paths outside of `from` stay unchanged, as within one stack of layers. Otherwise the
+    /// scene does not have them.
     pub keeps_others: bool,
     pub above: Option<Rc<Mapping>>,
 }
@@ -53,11 +54,11 @@ pub(super) struct Node {
     pub arc: Arc,
     pub stack: StackId,
     pub path: Text,
-    /// Layer and prim, the strongest first.
+    /// Opinions of the site itself as layer and prim, strongest first.
     pub specs: Vec<(LayerId, u32)>,
     pub mapping: Rc<Mapping>,
     pub below: Vec<Node>,
-    /// Number of names in the path of the prim that names this site; more are stronger.
+    /// Number of names in the path of the prim that names this site. A larger number is stronger.
     pub depth: usize,
     /// Variant sets for which a variant was chosen.
     pub chosen: BTreeSet<Text>,

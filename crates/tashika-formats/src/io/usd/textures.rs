@@ -20,7 +20,7 @@ use crate::io::textures::between;
 use crate::io::udim::Picture;
 use crate::scene::{Channel, Image, NoteKind, TextureId, Wrap};
 
-/// Images in archives, by place and encoding, with the reason if one could not be read.
+/// Images in archives, by place and encoding. For an unreadable image, the reason is stored.
 pub(super) type Packed = BTreeMap<(Place, Encoding), Result<Picture, (NoteKind, String)>>;
 
 /// Use of a texture's values.
@@ -35,16 +35,16 @@ pub(super) enum Content {
 #[derive(Clone, Debug)]
 pub(super) struct Lookup {
     pub texture: TextureId,
-    /// Factor on colours and opacity.
+    /// Factors on red, green, blue and opacity.
     pub scale: [f32; 4],
     /// Channel that is connected, if the value is a number.
     pub channel: Channel,
-    /// Name of the coordinates that it looks up.
+    /// Name of the texture coordinates that it uses.
     pub uv: Text,
 }
 
-/// Channel of a number by the name of an output, in `UsdUVTexture` and MaterialX; of several
-/// channels, the first.
+/// Channel that is read as a number from the output of a `UsdUVTexture` or a MaterialX node. If the
+/// output has several channels, the first is read.
 pub(super) fn channel_of(output: &str) -> Channel {
     match output {
         "g" | "outg" | "outy" => Channel::G,
@@ -131,7 +131,8 @@ impl Stage<'_> {
         let fallback = self.input_tuple(shader, "inputs:fallback", [0.0, 0.0, 0.0, 1.0])?.map(|n| n as f32);
         let Some(picture) = self.picture_of(shader, content)? else { return Ok(Found::Fallback(fallback)) };
         let at = self.at_property(shader, "inputs:file");
-        // By default the file's own mode counts, and files have none: black. MaterialX repeats.
+        // The default of USD is the mode that the image file states. Image files state none, which
+        // means black. The default of MaterialX is to repeat.
         let wrap = if self.shader(shader)?.starts_with("ND_") { Wrap::Repeat } else { Wrap::Black };
         let wrap = [self.wrap(shader, "inputs:wrapS", wrap)?, self.wrap(shader, "inputs:wrapT", wrap)?];
         let (uv, transform) = self.coordinates(shader, "inputs:st", Mat3::IDENTITY)?;
@@ -147,10 +148,11 @@ impl Stage<'_> {
             let is_usual = scale[..3] == [2.0; 3] && bias[..3] == [-1.0; 3];
             let is_plain = scale[..3] == [1.0; 3] && bias[..3] == [0.0; 3];
             if is_plain && !picture.has_values_below_zero(&self.builder) {
-                // Texels of 0 to 1 without the map to −1 to 1.
+                // The texels are from 0 to 1, and the map to the range from −1 to 1 is missing.
                 met("UsdUVTexture", "scale and bias of normals", at, &mut self.builder)?;
             } else if !is_usual {
-                // Scaled and biased texel = 2 · new texel − 1.
+                // The normal is `scale · texel + bias`, but the scene decodes `2 · texel − 1`. Each
+                // texel is therefore replaced so that `2 · new texel − 1 = scale · texel + bias`.
                 let ends = [rgb(bias), rgb(bias) + rgb(scale)];
                 let ends = ends.map(|end| (end + Rgb::WHITE) * 0.5);
                 texture = between(&mut self.builder, ends, texture)?;
@@ -173,7 +175,7 @@ impl Stage<'_> {
         Ok(Found::Texture(Lookup { texture, scale: factor.map(|s| s.max(0.0)), channel, uv }))
     }
 
-    /// Value of a texture of MaterialX: an image, one in tiles, or one of glTF.
+    /// Value of a MaterialX texture node: `image`, `tiledimage` or glTF's image.
     pub fn image(&mut self, shader: &Prim, content: Content) -> Result<Found> {
         let fallback = self.plain_input(shader, "inputs:default")?;
         let fallback = fallback.and_then(|value| match (value.tuple::<3>(), value.number()) {
@@ -196,7 +198,7 @@ impl Stage<'_> {
         Ok(Found::Texture(Lookup { texture, scale: [1.0; 4], channel: Channel::R, uv }))
     }
 
-    /// Picture of a texture shader; none, with a note, if there is none that can be read.
+    /// Picture of a texture shader; none, with a note, if there is no file or it cannot be read.
     fn picture_of(&mut self, shader: &Prim, content: Content) -> Result<Option<Picture>> {
         let (owner, name) = self.owner(shader, "inputs:file")?;
         let at = self.at_property(&owner, &name);
@@ -230,7 +232,8 @@ impl Stage<'_> {
         }
     }
 
-    /// Colour space of a file's numbers: that of the texture, or else that of the file.
+    /// Colour space of an image: the one that the texture shader states, or else the one that the
+    /// input `file` states.
     fn color_space(&mut self, shader: &Prim) -> Result<Option<Text>> {
         let said = self.input_word(shader, "inputs:sourceColorSpace")?.filter(|word| &**word != "auto");
         if said.is_some() {
@@ -251,7 +254,7 @@ impl Stage<'_> {
             Some("clamp") => Wrap::Clamp,
             Some("mirror") => Wrap::Mirror,
             Some("repeat" | "periodic") => Wrap::Repeat,
-            // `useMetadata` of a file without any, `black`, and `constant`.
+            // `black`, `constant`, and `useMetadata`, because image files have no such metadata.
             Some(_) => Wrap::Black,
         })
     }

@@ -1,9 +1,9 @@
 //! Properties of a file that no reader uses.
 //!
-//! Properties of schemas have a row of the table ([`properties`](super::properties)). Among the
-//! others, a name without a namespace is noted unless the file declares it `custom`, and so are
-//! inputs of lights. Names of other renderers share one note. Primvars, custom attributes and
-//! unknown namespaces belong to their users and are not noted.
+//! Properties of schemas are treated as [`properties`](super::properties) prescribes. Of all other
+//! properties, those without a namespace and inputs of lights are noted, unless the file declares
+//! them `custom`. All properties in namespaces of other renderers share one note. Primvars, custom
+//! attributes and properties in unknown namespaces are data of other programs and are not noted.
 //!
 //! Each prim of a layer is checked once, even if many prims of the scene are composed of it.
 //!
@@ -25,7 +25,7 @@ const RENDERERS: [&str; 12] = [
 ];
 
 impl Stage<'_> {
-    /// Notes properties of a prim that are given and not read.
+    /// Notes the properties of a prim that have a value and are not read.
     pub fn note_unread(&mut self, prim: &Prim, type_name: &str) -> Result<()> {
         for &(layer, spec, _) in prim.opinions() {
             if !self.looked_at.insert((layer, spec)) {

@@ -1,6 +1,7 @@
-//! Values in the form common to all encodings: numbers are `f64`, however a file stores them.
+//! Values in a form common to all encodings. All numbers are `f64`, regardless of their type in the
+//! file.
 //!
-//! A quaternion is `(w, x, y, z)`, a matrix its rows one after the other.
+//! A quaternion is stored as `(w, x, y, z)`, a matrix row by row.
 
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -13,7 +14,7 @@ pub(super) type Text = Rc<str>;
 pub(super) enum Value {
     /// `None`: hides weaker opinions.
     Blocked,
-    /// A number, or a truth value.
+    /// A number or a boolean.
     Number(f64),
     /// A string, a token, the path of an asset or of a prim.
     Text(Text),
@@ -36,7 +37,7 @@ pub(super) enum Value {
     Ids(ListOp<i64>),
     /// Chosen variants: set and choice.
     Selections(Vec<(Text, Text)>),
-    /// A value that nothing here uses.
+    /// A value of a type that is not used.
     Other,
 }
 
@@ -94,7 +95,7 @@ impl<T: Clone + Ord> ListOp<T> {
         self.explicit.iter().flatten().chain(&self.prepended).chain(&self.appended).next()
     }
 
-    /// Applies the edits of a stronger layer to the list that weaker ones made.
+    /// Applies these edits to the list that results from the weaker layers.
     pub fn apply(&self, list: &mut Vec<T>) {
         if let Some(explicit) = &self.explicit {
             list.clone_from(explicit);
@@ -141,7 +142,7 @@ impl Value {
         }
     }
 
-    /// An array of numbers, or an empty array of texts.
+    /// An array of numbers; an empty array of texts also counts as one.
     pub fn numbers(&self) -> Option<&[f64]> {
         match self {
             Self::Array { width: 1, numbers } => Some(numbers),
@@ -169,8 +170,8 @@ impl Value {
         }
     }
 
-    /// Linear interpolation to `other` at the fraction `u`; none unless both are numbers of one
-    /// shape.
+    /// Linear interpolation to `other` at the fraction `u`; none unless both values consist of
+    /// numbers and have the same shape.
     pub fn between(&self, other: &Self, u: f64) -> Option<Self> {
         let mix = |a: &[f64], b: &[f64]| -> Option<Vec<f64>> {
             (a.len() == b.len()).then(|| a.iter().zip(b).map(|(a, b)| a * (1.0 - u) + b * u).collect())

@@ -19,7 +19,7 @@ use super::value::Text;
 use crate::error::{Error, Result};
 use crate::scene::{Instance, MeshId};
 
-/// Steps of composition for the visit of a prim.
+/// Number of composition steps that the visit of a prim counts as.
 const STEPS: u64 = 2;
 
 /// State that a prim inherits from the prims above it.
@@ -145,7 +145,8 @@ impl Stage<'_> {
                 self.add_light(&prim, &type_name, &state, placed)?;
             }
             "PointInstancer" => {
-                // Prototypes may be below the instancer, and are not drawn by themselves.
+                // Prims below the instancer may be its prototypes, which are drawn only as
+                // instances.
                 if is_drawn {
                     self.instance_points(&prim, &state, placed)?;
                 }

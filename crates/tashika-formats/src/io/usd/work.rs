@@ -1,15 +1,16 @@
 //! Bounds on the work and the memory of a scene, in proportion to the bytes of its layers.
 //!
-//! References that name prims with two references each double the work, level by level: a file of 3
-//! kB can require as much as one of a gigabyte. With `n` bytes of layers, the limit of each
-//! resource is
+//! If each prim of a chain references the next one twice, the work doubles at every level: a file
+//! of 3 kB can require as much work as a file of a gigabyte. With `n` bytes of layers, the limit of
+//! each resource is
 //!
 //! ```text
 //! limit = first + each · n
 //! ```
 //!
-//! The constants are chosen: a layout of a few lines may reference an asset a thousand times. Work
-//! that doubles ends after about a second, and two more for each megabyte.
+//! The constants are chosen. They permit a layout of a few lines to reference an asset a thousand
+//! times. A scene whose work doubles at every level is refused after about one second, plus two
+//! seconds for each megabyte of layers.
 //!
 //! Held to this by `damaged_usd` of the suite.
 
@@ -32,7 +33,7 @@ pub(super) struct Allowance {
 }
 
 impl Allowance {
-    /// Creates the budget of values: copies of arrays, counted each time that one is made.
+    /// Creates the budget of values. Each copy of an array is counted.
     pub fn of_values(most: u64) -> Self {
         Self::new([1 << 30, 1 << 9], most, "values")
     }
@@ -67,7 +68,7 @@ impl Allowance {
 #[derive(Debug, Default)]
 pub(super) struct Steps {
     used: Cell<u64>,
-    /// Steps of sites that are named through more than [`NESTED`] others.
+    /// Steps of sites that are reached through a chain of more than [`NESTED`] other sites.
     nested: Cell<u64>,
     /// Number of times that each prim's references were followed.
     followed: BTreeMap<(LayerId, u32), u64>,
@@ -79,19 +80,19 @@ const FIRST: u64 = 1 << 20;
 /// Further steps for each byte of the layers.
 const EACH: u64 = 2;
 
-/// Further steps for each byte, up to [`MOST_COPIES`], for sites that are not nested deeply: a
-/// layout of a few lines may reference an asset a thousand times.
+/// Further steps for each byte, up to [`MOST_COPIES`] in all, which deeply nested sites may not
+/// use. With them, a layout of a few lines may reference an asset a thousand times.
 const EACH_COPY: u64 = 62;
 
 /// Largest number of further steps for sites that are not nested deeply.
 const MOST_COPIES: u64 = 7 << 20;
 
-/// Largest length of a chain of sites that does not count as nested deeply: work that doubles at
-/// each site grows 128-fold.
+/// Largest length of a chain of sites that does not count as deeply nested. Over this length, work
+/// that doubles at each site grows 128-fold.
 const NESTED: usize = 7;
 
 impl Steps {
-    /// Counts steps of a site that is named through `nested` others.
+    /// Counts steps of a site that is reached through a chain of `nested` other sites.
     pub fn add(&self, steps: u64, nested: usize) {
         self.used.set(self.used.get().saturating_add(steps));
         if nested > NESTED {
@@ -99,7 +100,7 @@ impl Steps {
         }
     }
 
-    /// Counts that the references of a layer's prim are followed once more.
+    /// Counts one more time that the references of a layer's prim are followed.
     pub fn follow(&mut self, site: (LayerId, u32)) {
         *self.followed.entry(site).or_insert(0) += 1;
     }
@@ -119,7 +120,7 @@ impl Steps {
         }
         let limit = if is_nested { nested } else { all };
         let expected = format!("at most {limit} prims and items of lists from layers of {bytes} bytes");
-        // The first prim among those that were followed most often.
+        // The prim whose references were followed most often; the first of several.
         let most = self.followed.iter().max_by_key(|&(&site, &times)| (times, Reverse(site)));
         let Some((&site, times)) = most.filter(|(_, times)| **times > 1) else {
             return Err(Error::invalid(at(), "more prims, targets and items of lists than that", expected));

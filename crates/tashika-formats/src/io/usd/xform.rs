@@ -6,8 +6,8 @@
 //! M = M_1 M_2 … M_n
 //! ```
 //!
-//! so that the last one acts on points first. Matrices of files act on rows, hence are transposed.
-//! `rotateXYZ` turns around `x` first: `R_z R_y R_x`. Angles are in degrees.
+//! so that the last operation acts on points first. Matrices in files act on row vectors and are
+//! therefore transposed. `rotateXYZ` turns around `x` first: `R_z R_y R_x`. Angles are in degrees.
 //!
 //! Held to this by the tests below, `usd_meshes::operations_multiply_in_their_order` and
 //! `usd::composed_scenes_are_what_pixars_library_reads`.
@@ -75,7 +75,7 @@ impl Stage<'_> {
     }
 }
 
-/// Transform of an operation; none if its value does not fit.
+/// Transform of an operation; none if its value has the wrong type.
 fn operation(kind: &str, value: &Value) -> Option<DAffine3> {
     let vector = || value.tuple::<3>().map(DVec3::from_array);
     let along = |axis: DVec3, rest: f64| value.number().map(|n| axis * n + (DVec3::ONE - axis) * rest);
@@ -162,13 +162,13 @@ mod tests {
         near(moved("rotateZ", &[90.0], [1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]);
         // Around x first, then y: y goes to z, then to x.
         near(moved("rotateXYZ", &[90.0, 90.0, 0.0], [0.0, 1.0, 0.0]), [1.0, 0.0, 0.0]);
-        // Around y first, which leaves y, then around x.
+        // First around y, which does not change the y axis, then around x.
         near(moved("rotateYXZ", &[90.0, 90.0, 0.0], [0.0, 1.0, 0.0]), [0.0, 0.0, 1.0]);
         near(moved("scaleY", &[3.0], [1.0, 1.0, 1.0]), [1.0, 3.0, 1.0]);
         near(moved("translateZ", &[3.0], [1.0, 1.0, 1.0]), [1.0, 1.0, 4.0]);
         // Half a turn around z, as a quaternion of length 2 with its real part first.
         near(moved("orient", &[0.0, 0.0, 0.0, 2.0], [1.0, 0.0, 0.0]), [-1.0, 0.0, 0.0]);
-        // Rows: x to y, y to −x, and then along x.
+        // Rows of a matrix that maps x to y and y to −x, and then translates along x.
         let rows = [0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 5.0, 0.0, 0.0, 1.0];
         near(moved("transform", &rows, [1.0, 0.0, 0.0]), [5.0, 1.0, 0.0]);
         assert!(operation("rotateXYZ", &Value::Number(1.0)).is_none());

@@ -1,4 +1,4 @@
-//! `.mtlx`: layers of MaterialX, which stages refer to for materials.
+//! `.mtlx`: MaterialX documents, which stages reference for their materials, as layers.
 //!
 //! A document becomes the prims that USD's own reader makes: a material `/MaterialX/Materials/NAME`
 //! for each `surfacematerial`, with the nodes and node graphs that it uses below it. A node is a
@@ -6,8 +6,8 @@
 //! none. Looks are ignored: stages bind materials themselves.
 //!
 //! # Guarantee
-//! Any bytes give a layer, or an error with its line. Each material has a node at most once; no
-//! more than [`MAX_NODES`] are made in total.
+//! Any bytes give a layer, or an error with its line. Within a material, each node is made at most
+//! once; all materials together have at most [`MAX_NODES`] nodes.
 //!
 //! # Differences from the format
 //! Included files (`xi:include`) are not read; their nodes count as unsupported.
@@ -88,12 +88,12 @@ struct Making<'a, 'd> {
     layer: Layer,
     /// Byte offsets of the beginnings of lines.
     lines: Vec<usize>,
-    /// By name, and by the byte offset of the document or the graph around the element.
+    /// Elements by name, and by the byte offset of the enclosing document or graph.
     by_name: BTreeMap<(usize, &'a str), Node<'a, 'd>>,
 }
 
-/// A node or a graph still to be made: the element around it, the prim above it with that prim's
-/// path, and its name.
+/// A node or graph that is still to be made. Fields: enclosing element, parent prim, path of the
+/// parent, and the name of the node or graph.
 struct Waiting<'a, 'd> {
     scope: Node<'a, 'd>,
     below: u32,
@@ -106,7 +106,8 @@ impl<'a, 'd> Making<'a, 'd> {
         self.lines.partition_point(|&start| start <= node.range().start) as u32
     }
 
-    /// Refuses a long name, since each input below it stores the path of its material.
+    /// Refuses a long name, because every input below an element of this name stores the whole
+    /// path.
     fn check_name(&self, name: &str, of: Node<'_, '_>) -> Result<()> {
         if name.len() <= MAX_NAME {
             return Ok(());

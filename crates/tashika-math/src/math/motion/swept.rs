@@ -7,18 +7,20 @@
 //! ‖x''(u)‖ ≤ ω² ‖S v‖ + 2 ω ‖S₁ v − S₀ v‖
 //! ```
 //!
-//! and over a part of the time of length `h` it is no further than `h²/8 · max ‖x''‖` from the
-//! chord between its ends, along any axis. So the boxes of both ends, grown by that distance, hold
-//! the point in between. `‖S v‖` and `‖S₁ v − S₀ v‖` are convex in `v`, so both are largest at
-//! corners of the object's box. `‖S v‖` is also convex in `u`, so it is largest at a key. `x` is
-//! affine in `v`, so a box around the corners holds all of the object.
+//! Consider a part of the time, of length `h` in `u`. Along any axis, the point is then no further
+//! than `h²/8 · max ‖x''‖` from the chord between its positions at the two ends. So the union of
+//! the boxes at both ends, grown by that distance, contains the point at all times in between.
+//! `‖S v‖` and `‖S₁ v − S₀ v‖` are convex in `v`, so both are largest at corners of the object's
+//! box. `‖S v‖` is also convex in `u`, so it is largest at a key. `x` is affine in `v`, so a box
+//! around the positions of the corners contains the whole object.
 //!
-//! If matrices were interpolated entry by entry, the boxes of both ends would suffice. A rotation
-//! bulges beyond them: by half its radius between ends that are a third of a turn apart.
+//! If matrices were interpolated entry by entry, the boxes at both ends would suffice. A rotation
+//! leaves them: if the two ends are a third of a turn apart, the arc rises above its chord by half
+//! the radius.
 //!
 //! # Guarantee
-//! The box holds every point of the object at every time, as placed in `f64` and in `f32`
-//! arithmetic.
+//! The box contains every point of the object at every time, whether its position is computed in
+//! `f64` or in `f32`.
 //!
 //! # Held to this by
 //! The tests below.
@@ -32,8 +34,8 @@ use crate::math::{Aabb, GAMMA_4};
 /// the radius.
 const STEP: f64 = 0.1;
 
-/// Bound of the rounding error of a position, relative to the largest sum of absolute terms: maps
-/// are rounded to `f32`, and applied forwards and backwards.
+/// Bound of the rounding error of a position, relative to the largest sum of absolute terms. It
+/// covers the rounding of the map to `f32`, and its application forwards and backwards.
 const ROUNDING: f64 = 4.0 * GAMMA_4 as f64;
 
 /// A box while it grows, in `f64`.
@@ -117,9 +119,9 @@ mod tests {
         DQuat::from_xyzw(v.x, v.y, v.z, cos)
     }
 
-    /// No position at any time is outside the box. The objects have any shape; they turn by up to
-    /// half a turn per key, shear and grow, or are only translated, so that the only margin is that
-    /// of rounding. The shutter may open and close between keys or beyond them.
+    /// Random objects that rotate by up to half a turn between keys, shear and grow; some are only
+    /// translated, so that the margin covers nothing but rounding. The shutter may open and close
+    /// between keys or beyond them. No position at any time is outside the box.
     #[test]
     fn nothing_ever_leaves_its_box() {
         let mut s = Stream::new(1, Purpose::Test, 7);
@@ -164,8 +166,9 @@ mod tests {
         }
     }
 
-    /// A bar of length 2 that turns by half a turn around its middle sweeps a disk, whose box is
-    /// far larger than the boxes of both ends; a translated bar sweeps the hull of those boxes.
+    /// A bar of length 2 that rotates by half a turn around its middle sweeps a disk, whose box is
+    /// far larger than the boxes at both ends. A bar that is only translated sweeps the hull of
+    /// these two boxes.
     #[test]
     fn the_box_is_tight() {
         let bar = Aabb { lo: Vec3::new(-1.0, -0.01, -0.01), hi: Vec3::new(1.0, 0.01, 0.01) };
@@ -177,7 +180,7 @@ mod tests {
         let swept = turns.swept(&bar, [0.0, 1.0]);
         assert!(swept.hi.y > 1.0 && swept.hi.y < 1.003, "{swept:?}");
         assert!(swept.lo.x < -1.0 && swept.lo.x > -1.003, "{swept:?}");
-        // A sixth of the time, a sixth of the turn.
+        // In a sixth of the time the bar rotates by a sixth of the angle.
         let part = turns.swept(&bar, [0.0, 1.0 / 6.0]);
         let expected = sin_cos_f64(3.1 / 6.0).0;
         assert!((f64::from(part.hi.y) - expected).abs() < 0.015, "{part:?} for {expected}");

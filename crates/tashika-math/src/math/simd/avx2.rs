@@ -123,14 +123,14 @@ impl Vector for Avx2 {
 
     #[inline(always)]
     fn load(x: &[f32; 8]) -> Self {
-        // Eight numbers are read from an array of eight.
+        // The instruction reads eight numbers from an array of eight.
         Self(instruction!(_mm256_loadu_ps(x.as_ptr())))
     }
 
     #[inline(always)]
     fn array(self) -> [f32; 8] {
         let mut array = [0.0; 8];
-        // Eight numbers are written to an array of eight.
+        // The instruction writes eight numbers to an array of eight.
         instruction!(_mm256_storeu_ps(array.as_mut_ptr(), self.0));
         array
     }

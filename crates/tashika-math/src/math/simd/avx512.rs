@@ -1,7 +1,7 @@
 //! Vectors of AVX-512: eight or sixteen numbers a register, and masks of one bit a number.
 //!
-//! The set is AVX2 and F, BW, CD, DQ and VL of AVX-512: every server processor with AVX-512 has
-//! them all.
+//! The set consists of AVX2 and the extensions F, BW, CD, DQ and VL of AVX-512. Every server
+//! processor with AVX-512 has all of these.
 //!
 //! # Safety
 //! The types are private to `simd`. Other code receives them only from [`Token::run`], so the
@@ -136,14 +136,14 @@ macro_rules! register {
 
             #[inline(always)]
             fn load(x: &[f32; $lanes]) -> Self {
-                // As many numbers are read as the array has.
+                // The instruction reads exactly the numbers of the array.
                 Self(instruction!($load(x.as_ptr())))
             }
 
             #[inline(always)]
             fn array(self) -> [f32; $lanes] {
                 let mut array = [0.0; $lanes];
-                // As many numbers are written as the array has.
+                // The instruction writes exactly the numbers of the array.
                 instruction!($store(array.as_mut_ptr(), self.0));
                 array
             }

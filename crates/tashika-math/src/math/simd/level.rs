@@ -1,9 +1,9 @@
 //! Instruction sets, and work that is compiled for each of them.
 //!
-//! A [`Level`] is evidence: it holds the token of its instruction set, and tokens are made only by
-//! detecting the set on the machine. Except for plain arrays, the vectors of a set cannot be named
-//! outside of `simd`: [`Work::run`] receives them as a type, from a level. So safe code can neither
-//! claim that the machine has a set nor use the vectors of one that it lacks.
+//! A [`Level`] proves that the machine has an instruction set: it holds a token, which only the
+//! detection of the set can create. Outside of `simd` the vector types of a set cannot be named,
+//! except plain arrays: a level passes them to [`Work::run`] as a type parameter. Safe code
+//! therefore cannot use the vectors of a set that the machine lacks.
 
 use std::sync::OnceLock;
 

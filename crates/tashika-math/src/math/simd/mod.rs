@@ -1,12 +1,13 @@
 //! One number or several at once, on several instruction sets.
 //!
-//! [`Real`] has the operations that formulas are written in, once for a single number and for
-//! vectors; [`Vector`] adds loads, stores and masks. All are single IEEE operations, selections, or
-//! exact changes of bits, so that every implementation gives the same bits; none contracts a
-//! product and a sum. `portable` is the scalar twin of the others; `tests` compares them with it.
+//! [`Real`] has the operations of formulas that are written once, for a single number and for
+//! vectors. [`Vector`] adds loads, stores and masks. Every operation is a single IEEE operation, a
+//! selection, or an exact change of bits, and no product is fused with a sum. All implementations
+//! therefore give the same bits. `portable` implements vectors as plain arrays; `tests` compares
+//! the other implementations with it.
 //!
-//! Code for vectors is [`Work`], generic over [`Vectors`], and is run by a [`Level`], which only
-//! detection makes: see `level`.
+//! Code for vectors implements [`Work`] and is generic over [`Vectors`]. It is run by a [`Level`],
+//! which only the detection of an instruction set can create: see `level`.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -36,8 +37,8 @@ pub const MOST_LANES: usize = 16;
 #[cfg(target_arch = "x86_64")]
 const CACHE_LINE: usize = 64;
 
-/// Array of the values of an expression for 0, 1 and 2. Unlike a closure it is never a function of
-/// its own, which would not be compiled for the instruction set of its caller.
+/// Array of the values of an expression for 0, 1 and 2. A macro, since a closure may become a
+/// separate function, which is not compiled for the instruction set of its caller.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! each {
@@ -61,7 +62,7 @@ macro_rules! each {
 pub use each;
 
 /// Runs a block for each bit that is set, from the lowest; `below` is the number of bits, a power
-/// of two. It takes no closure, for the reason of [`each`].
+/// of two. A macro for the same reason as [`each`].
 #[macro_export]
 #[doc(hidden)]
 macro_rules! for_bits {

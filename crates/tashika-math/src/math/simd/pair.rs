@@ -1,4 +1,5 @@
-//! Sixteen numbers as two vectors of eight, where no register holds sixteen.
+//! Vectors of sixteen numbers as two vectors of eight, for instruction sets without registers of
+//! sixteen numbers.
 
 use super::real::{F32x8, Real, Vector, operators, slices};
 

@@ -1,11 +1,11 @@
-//! Numbers that formulas are written in: one, or several that are treated alike.
+//! Traits for formulas that are evaluated for a single number or for a vector of several.
 //!
 //! Every operation is one IEEE operation, a selection, or an exact change of bits, so that each
 //! implementation gives the same bits. Held to this by `simd::tests`.
 
 use std::ops::{Add, Div, Mul, Sub};
 
-/// A number, or several that are treated alike.
+/// A single number, or a vector whose numbers all undergo the same operations.
 pub trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
@@ -45,15 +45,16 @@ pub trait Vector: Real {
     type Array: Copy;
     /// Loads the numbers of an array.
     fn load(x: &Self::Array) -> Self;
-    /// Loads the first [`Vector::LANES`] numbers of a slice, which must have as many.
+    /// Loads the first [`Vector::LANES`] numbers of a slice, which must have at least that length.
     fn load_from(x: &[f32]) -> Self;
     /// Numbers of the vector, in an array.
     fn array(self) -> Self::Array;
-    /// Stores the first numbers, as many as the slice has room for.
+    /// Stores the numbers at the start of a slice; only the first ones if the slice is shorter than
+    /// the vector.
     fn store_to(self, x: &mut [f32]);
-    /// Flips the sign of each number whose counterpart in `other` has its sign set.
+    /// Flips the sign of each number whose counterpart in `other` has its sign bit set.
     fn flipped_by(self, other: Self) -> Self;
-    /// Bits of a mask, that of the first lane lowest.
+    /// Bits of a mask; the lowest bit is that of the first lane.
     fn bits(mask: Self::Mask) -> u32;
     /// Mask of the lanes whose bits are set.
     fn mask(bits: u32) -> Self::Mask;

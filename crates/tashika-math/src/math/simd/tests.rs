@@ -3,8 +3,8 @@
 use super::*;
 use crate::rng::{Purpose, Stream};
 
-/// Numbers of all kinds: zeros of both signs, infinities, NaN, and ordinary ones, some of them
-/// equal.
+/// Sixteen random numbers of all kinds: zeros of both signs, infinities, NaN, ordinary numbers.
+/// Some are equal.
 fn numbers(s: &mut Stream) -> [f32; 16] {
     let special = [0.0, -0.0, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 1.0, -1.0, f32::MIN_POSITIVE];
     std::array::from_fn(|_| match s.below(3) {
@@ -20,7 +20,7 @@ struct Results {
     masks: Vec<(u32, bool)>,
 }
 
-/// Applies every operation to sixteen pairs of numbers, as many at a time as a vector holds.
+/// Applies every operation to sixteen pairs of numbers, one vector of pairs at a time.
 #[inline(always)]
 fn results<F: Vector>(a: &[f32; 16], b: &[f32; 16]) -> Results {
     let mut results = Results::default();
@@ -54,7 +54,7 @@ fn results<F: Vector>(a: &[f32; 16], b: &[f32; 16]) -> Results {
         for (row, vector) in results.numbers.iter_mut().zip(all) {
             let mut stored = [0.0; MOST_LANES];
             vector.store_to(&mut stored);
-            // NaN is NaN, whatever its payload.
+            // All NaN count as equal: their payloads may differ.
             let bits = |x: &f32| if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() };
             row.extend(stored[..F::LANES].iter().map(bits));
         }

@@ -8,8 +8,8 @@
 //! 3. Back to linear RGB, clamped to 0 to 1, and on to CIE L\*a\*b\* (CIE 15), whose `a*`, `b*` are
 //!    scaled by `0.01 L*` (Hunt 1952).
 //! 4. The distance is that of Abasi et al. 2020, `HyAB = |ΔL*| + √(Δa*² + Δb*²)`, raised to the
-//!    power 0.7. In units of the distance of green and blue, the range from 0 to 0.4 is mapped to 0
-//!    to 0.95, and the rest to 0.95 to 1.
+//!    power 0.7. In units of the distance between green and blue, the range from 0 to 0.4 is mapped
+//!    to 0 to 0.95, and the rest to 0.95 to 1.
 
 use std::f64::consts::PI;
 

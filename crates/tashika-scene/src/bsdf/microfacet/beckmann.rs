@@ -21,8 +21,8 @@
 //! ∝ (cos θ + x sin θ)⁺ e^(−x²),   its integral up to x:   √π/2 cos θ (erf x + erf a) + ½ sin θ (e^(−a²) − e^(−x²))
 //! ```
 //!
-//! which is inverted by Newton's method within an interval; a step out of the interval is replaced
-//! by halving it.
+//! This integral is inverted by Newton's method within an interval that contains the solution. A
+//! step that would leave the interval is replaced by its middle.
 
 use std::f32::consts::{FRAC_1_PI, LOG2_E};
 
@@ -30,10 +30,10 @@ use super::HalfVector;
 use crate::math::elementary::{erfc, exp_f64, exp2_of};
 use crate::math::{Real, Vec3};
 
-/// `t/α²` from which `D` counts as zero: there it is `10⁻³⁴` of its value at the normal.
+/// Value of `t/α²` from which `D` is taken as zero: there it is `10⁻³⁴` of its value at the normal.
 const DARK: f32 = 80.0;
 
-/// `a` from which `G₁` is 1: almost nothing is masked.
+/// Value of `a` from which `G₁` is 1: almost nothing is masked.
 const UNMASKED: f32 = 1.6;
 
 /// Largest slope considered: `e^(−6²)` is `2·10⁻¹⁶`.
@@ -42,7 +42,8 @@ const STEEPEST: f64 = 6.0;
 /// Density `D` of normals at `half` (sr⁻¹, per area of the surface).
 ///
 /// * `slopes`: `t` of the exponent, times the squared length of `half` along the normal. For
-///   brushed surfaces, the tangential components of `half` in `t` are squeezed.
+///   brushed surfaces, the tangential components of `half` in `t` are scaled
+///   ([`Microfacets`](super::Microfacets)).
 #[inline(always)]
 pub(super) fn distribution<R: Real>(half: HalfVector<R>, slopes: R, alpha: f32) -> R {
     let t = half.tangential2 / half.axial2;
@@ -73,7 +74,7 @@ pub(super) fn spread<R: Real>(cos: R, alpha: f32) -> R {
 fn unmasked<R: Real>(cos: R, spread: R) -> R {
     let one = R::splat(1.0);
     let a = cos / spread;
-    // Limited to where it is used, so that it cannot overflow.
+    // Limited to the range in which the quotient is used, so that `a` cannot overflow.
     let a = a.min(R::splat(UNMASKED));
     let above = a * (R::splat(3.535) + R::splat(2.181) * a);
     let below = one + a * (R::splat(2.276) + R::splat(2.577) * a);
@@ -100,7 +101,7 @@ pub(super) fn sample_visible_normal(w: Vec3, u: [f32; 2]) -> Vec3 {
     Vec3::new(along[0] * x - along[1] * y, along[1] * x + along[0] * y, 1.0)
 }
 
-/// Returns the slope with a share `u` of `(cos + x sin)⁺ e^(−x²)` below it.
+/// Returns the slope below which the share `u` of the integral of `(cos + x sin)⁺ e^(−x²)` lies.
 fn slope(cos: f64, sin: f64, u: f64) -> f32 {
     let root_pi = std::f64::consts::PI.sqrt();
     let mut low = if cos < STEEPEST * sin { -cos / sin } else { -STEEPEST };
@@ -109,7 +110,7 @@ fn slope(cos: f64, sin: f64, u: f64) -> f32 {
     let (first, last) = (integral(low), integral(high));
     let wanted = first + u * (last - first);
     let mut x = 0.0_f64.max(low);
-    // Halving alone would need 40 steps to the precision of `f32`.
+    // 40 steps reach the precision of `f32` even if every step only halves the interval.
     for _ in 0..40 {
         let beyond = integral(x) - wanted;
         if beyond > 0.0 {

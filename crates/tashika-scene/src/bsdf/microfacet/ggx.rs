@@ -23,7 +23,7 @@ use crate::math::{Real, Vec3};
 /// Density `D` of normals at `half` (sr⁻¹, per area of the surface).
 ///
 /// * `slopes`: `t` times the squared length of `half` along the normal. For brushed surfaces, the
-///   tangential components of `half` in `t` are squeezed.
+///   tangential components of `half` in `t` are scaled ([`Microfacets`](super::Microfacets)).
 #[inline(always)]
 pub(super) fn distribution<R: Real>(half: HalfVector<R>, slopes: R, alpha: f32) -> R {
     let HalfVector { tangential2, axial2 } = half;
@@ -71,7 +71,8 @@ pub(super) fn visible_area(cos: f32, stretch: f32) -> f32 {
 /// spherical cap `z ≥ −w.z` uniformly, and the half vector of `w` and such a direction is the
 /// normal.
 pub(super) fn sample_visible_normal(w: Vec3, u: [f32; 2]) -> Vec3 {
-    // With k = (1 + w.z) u, the point on the cap has z = 1 − k, and no step below cancels.
+    // The point on the cap has z = 1 − k with k = (1 + w.z) u. Written with k, no step below
+    // subtracts nearly equal numbers.
     let height = 1.0 + w.z;
     let k = height * u[0];
     let sin = (k * (2.0 - k)).max(0.0).sqrt();

@@ -6,13 +6,14 @@
 //! ```
 //!
 //! (Cook and Torrance 1982; Walter et al. 2007, equation 20; Heitz 2014, equation 2.) `D` and the
-//! visible area are those of `ggx` or `beckmann`; `G₂` depends on the [`FacetModel`], since formats
-//! give the same roughness different meanings.
+//! visible area `∫ (ω_o·m)⁺ D dm` are those of `ggx` or `beckmann`. `G₂` depends on the
+//! [`FacetModel`], since file formats combine the same `D` with different `G₂`.
 //!
 //! # Brushed surfaces
 //! Facets of roughness `α_u` along the first axis of the shading frame and `α_v` along the second
-//! are those of roughness 1, squeezed by `α_u` and `α_v` (Heitz 2014, section 5). With the mean
-//! `ᾱ = √(α_u α_v)`, `h` the half vector of any length and `ω` a direction of cosine `c`,
+//! are facets of roughness 1 after the surface's slopes along the two axes are multiplied by `α_u`
+//! and `α_v` (Heitz 2014, section 5). With the mean `ᾱ = √(α_u α_v)`, `h` the half vector of any
+//! length and `ω` a direction of cosine `c`,
 //!
 //! ```text
 //! D(h)    is that of ᾱ with (α_v/α_u) h_x² + (α_u/α_v) h_y² in place of h_x² + h_y² in t, but for 1 + t
@@ -24,8 +25,8 @@
 //! # Precision
 //! The half vector is never normalised: its angles come directly from `ω_o + ω_i`, which cannot be
 //! zero for two directions above the horizon. The remaining error is the rounding of the
-//! directions. It turns the half vector by about `10⁻⁷ / 2 ω_o·h`, to be compared with `α`. Hence
-//! [`MIN_ALPHA`].
+//! directions. It turns the half vector by about `10⁻⁷ / 2 ω_o·h`, which must be small compared to
+//! `α`: hence [`MIN_ALPHA`].
 //!
 //! # Held to this by
 //! The tests of `ggx` and `beckmann`, the `χ²` tests of `bsdf::tests`, and the suite's
@@ -159,8 +160,9 @@ impl Microfacets {
         self.distribution(half, wo, wi.to_array()) / (4.0 * self.visible_area(wo))
     }
 
-    /// `G₂ / G₁(o)`: unshadowed share of the light that facets visible along `wo` send along `wi`,
-    /// for directions above the horizon, or mirrored to above it.
+    /// `G₂ / G₁(o)`: unshadowed share of the light that the facets visible along `wo` send along
+    /// `wi`. Both directions are above the horizon; a direction of transmission is first mirrored
+    /// there.
     pub(super) fn unshadowed(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self.model {
             FacetModel::Ggx => {
@@ -192,7 +194,7 @@ impl Microfacets {
         }
     }
 
-    /// Squared length of the tangential part of the half vector, with each component in units of
+    /// Squared length of the tangential part of the half vector after each component is divided by
     /// its roughness, times `ᾱ²`.
     #[inline(always)]
     fn squeezed<R: Real>(&self, half: HalfVector<R>, wo: Vec3, wi: [R; 3]) -> R {
@@ -236,8 +238,9 @@ impl Microfacets {
 
     /// Draws a normal with the density `D_v` of those visible along `wo` (`z > 0`).
     ///
-    /// Stretching the surface to `α = 1` keeps the kind of its facets, and the facets visible along
-    /// `wo` remain those visible along the stretched direction (Heitz and d'Eon 2014).
+    /// The surface and `wo` are first stretched so that `α = 1`. The stretched facets have the same
+    /// kind of distribution, and those visible along the stretched direction are the images of
+    /// those visible along `wo` (Heitz and d'Eon 2014).
     pub fn sample_visible_normal(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
         let [along, across] = self.alpha;
         let w = Vec3::new(along * wo.x, across * wo.y, wo.z).normalize();

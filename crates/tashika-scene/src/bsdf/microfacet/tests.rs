@@ -21,8 +21,8 @@ fn visible_area(model: FacetModel, cos: f64, alpha: f32) -> f64 {
     f64::from(Microfacets::even(alpha, model).visible_area(w))
 }
 
-/// Sums `D f(tan²θ, cos θ)` times `2π sin θ dθ`, with `tan θ = α x / (1 − x)` so that it works for
-/// all widths.
+/// Integrates `D f(tan²θ, cos θ) · 2π sin θ dθ` in the variable `x` with `tan θ = α x / (1 − x)`,
+/// which resolves lobes of all widths.
 fn integrate_normals(model: FacetModel, alpha: f32, f: impl Fn(f64, f64) -> f64) -> f64 {
     let n = 20_000;
     let width = f64::from(alpha);
@@ -47,7 +47,8 @@ fn the_projected_area_of_all_facets_is_one() {
     }
 }
 
-/// `∫ (ω_o·h)⁺ D dh`, with the inner integral `∫ (ω_o·h)⁺ dφ / 2π` in closed form.
+/// The visible area agrees with quadrature of `∫ (ω_o·h)⁺ D dh`, whose inner integral
+/// `∫ (ω_o·h)⁺ dφ / 2π` is known in closed form.
 #[test]
 fn visible_areas_are_those_of_the_facets() {
     for model in MODELS {
@@ -70,8 +71,8 @@ fn visible_areas_are_those_of_the_facets() {
     }
 }
 
-/// Random pairs near the lobe, compared with the textbook formula of the unrounded directions in
-/// `f64`.
+/// Random pairs of directions near the lobe's peak. Values for the directions rounded to `f32`
+/// agree with the textbook formula for the unrounded directions in `f64`.
 #[test]
 fn rounding_is_harmless_down_to_min_alpha() {
     let mut stream = Stream::new(5, Purpose::Test, 0);

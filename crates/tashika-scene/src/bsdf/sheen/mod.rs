@@ -4,15 +4,15 @@
 //! f_s = c D V,      D = (2 + 1/α) sin^{1/α} θ_h / 2π,      V = 1 / ((1 + Λ(c_o) + Λ(c_i)) 4 c_o c_i)
 //! ```
 //!
-//! in sr⁻¹, with the colour `c`, `α = r²` of the roughness `r`, and `Λ(x) = exp l(x)` below a
-//! cosine of ½, `exp(2 l(½) − l(1 − x))` above, `l(x) = a / (1 + b x^γ) + d x + e` with numbers `a`
-//! to `e` that follow `α` (Kulla 2017; `KHR_materials_sheen`, Khronos). `Λ` falls as the cosine
-//! grows.
+//! in sr⁻¹, with the colour `c` and `α = r²` for the roughness `r`. `Λ(x)` is `exp l(x)` at cosines
+//! `x` below ½ and `exp(2 l(½) − l(1 − x))` above, with `l(x) = a / (1 + b x^γ) + d x + e`. The
+//! parameters `a`, `b`, `γ`, `d`, `e` are functions of `α` (Kulla 2017; `KHR_materials_sheen`,
+//! Khronos). `Λ` falls as the cosine grows.
 //!
 //! The factor on the base is `1 − max c · E(c_o)`, where `E` is the albedo of white sheen seen at
-//! `c_o`. Of the two forms of the extension, this one depends only on the direction of view. `E` is
-//! read from a table over roughness and cosine, with an error of at most 0.01 at cosines above 0.2
-//! and at most 0.03 above 0.02.
+//! `c_o`. The extension specifies two forms of this factor; the one used here depends only on the
+//! direction of view. `E` is read from a table over roughness and cosine, with an error of at most
+//! 0.01 at cosines above 0.2 and at most 0.03 above 0.02.
 //!
 //! Directions are drawn uniformly from the hemisphere.
 //!
@@ -35,7 +35,7 @@ use crate::math::{Real, Vec3};
 use crate::warp;
 use table::{ALBEDOS, ROUGHNESSES};
 
-/// Smallest roughness; below it, there is sheen only within 6° of the surface.
+/// Smallest roughness. At smaller values, sheen is visible only within 6° of the surface.
 pub const MIN_SHEEN_ROUGHNESS: f32 = 0.1;
 
 /// Upper bound on `V` divided by `1 / 4 c_o`, for all roughnesses.
@@ -170,7 +170,7 @@ mod tests {
     use crate::math::elementary::powf;
     use crate::rng::{Purpose, Stream};
 
-    /// Means over uniform directions, which were not used to make the table.
+    /// The table agrees with means over uniform directions. The table was not made from such means.
     #[test]
     fn the_table_is_the_albedo() {
         let mut s = Stream::new(91, Purpose::Test, 0);
@@ -195,7 +195,8 @@ mod tests {
         }
     }
 
-    /// `Λ` is not negative, falls, and is large enough near the horizon.
+    /// `Λ` is not negative, falls as the cosine grows, and is as large near the horizon as
+    /// [`UPPER_SHEEN_VISIBILITY`] assumes.
     #[test]
     fn what_fibres_hide_is_bounded() {
         for step in 0..=90 {

@@ -132,7 +132,7 @@ pub fn brushed() -> Vec<Microfacets> {
     of([[0.5, 0.1], [0.2, 1.0]]).chain([wide]).collect()
 }
 
-/// Cases that are not specular, and so have a density.
+/// Cases that are not specular and therefore have a density.
 pub fn smooth() -> Vec<Case> {
     all().into_iter().filter(|case| !case.bsdf.is_specular()).collect()
 }
@@ -143,7 +143,8 @@ pub fn random(stream: &mut Stream) -> Bsdf {
     let (a, b) = (colour(), colour());
     let alpha = powf(MIN_ALPHA, stream.uniform()).max(MIN_ALPHA);
     let model = FacetModel::ALL[stream.below(3) as usize];
-    // Isotropic every second time; no lobe is so thin that quadrature misses it.
+    // Every second one is isotropic. The two roughnesses differ by at most a factor of five, so
+    // that no lobe is too thin for the quadrature.
     let across = alpha * (0.2 + 0.8 * stream.uniform());
     let across = if stream.below(2) == 0 { alpha } else { across.clamp(MIN_ALPHA, alpha) };
     let facets = Microfacets { alpha: [alpha, across], model };

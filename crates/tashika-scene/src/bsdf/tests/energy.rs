@@ -1,4 +1,4 @@
-//! Reflected energy: not more than is received, and exactly that of closed forms.
+//! Reflected energy: no more than arrives, and equal to closed forms where these exist.
 
 use std::f64::consts::LN_2;
 
@@ -46,7 +46,7 @@ fn largest_albedo(bsdf: &Bsdf, cos: f32) -> f64 {
         Bsdf::MetallicRoughness(_) => 2.0,
         Bsdf::Principled(b) => 2.6 + 0.1 * f64::from(b.sheen.max_channel()),
         Bsdf::Layered(b) => {
-            // The error of the table, and the excess of fibres at grazing angles.
+            // Covers the error of the sheen's table, and the excess of its model at grazing angles.
             let fibres = if b.sheen.is_there() { if cos > 0.2 { 0.01 } else { 2.0 } } else { 0.0 };
             let below = largest_albedo(&b.base.into(), cos).max(1.0) + fibres;
             let amount = f64::from(b.coat.amount);
@@ -77,7 +77,7 @@ fn albedo(bsdf: &Bsdf, wo: Vec3, width: f64) -> f64 {
     grid.integrate(1e-7, &|wi| f64::from(bsdf.eval_cos(wo, wi).g))
 }
 
-/// In closed form: every weight is the reflectance to a few roundings, and so is the integral.
+/// Every weight, and the integral of the BSDF, equal the reflectance to a few roundings.
 #[test]
 fn lambert_reflects_exactly_its_reflectance() {
     let reflectance = Rgb::new(0.9, 0.5, 0.1);
@@ -101,8 +101,8 @@ fn a_phong_lobe_reflects_its_reflectance_at_normal_incidence() {
     for exponent in [0.0, 1.0, 10.0, 1e3, 1e6] {
         let bsdf = cases::phong(Rgb::BLACK, Rgb::gray(0.8), exponent);
         let width = 1.0 / f64::from(exponent + 1.0);
-        // The exponential of n (1 − cos α) up to 20 carries the rounding of directions, √(40 n) ·
-        // 6e-8.
+        // The value is the exponential of −n (1 − cos α), which is up to 20. The rounding of
+        // directions changes this exponent by √(40 n) · 6e-8.
         let tolerance = 1e-5 + 6e-8 * (40.0 * f64::from(exponent)).sqrt();
         let normal = albedo(&bsdf, Vec3::Z, width);
         assert!((normal - 0.8).abs() < tolerance, "n = {exponent}: {normal}");
@@ -122,9 +122,10 @@ fn the_roughest_metal_reflects_one_minus_ln_two() {
     assert!((got - (1.0 - LN_2)).abs() < 1e-5, "{got}");
 }
 
-/// Smooth and white, both coats and the metal reflect all light: nothing is lost or counted twice.
+/// A white metal and two white coats over white bases, all of the smallest roughness, reflect all
+/// light: nothing is lost or counted twice.
 ///
-/// Masking at `α = 0.001` is below `α² tan²θ`.
+/// The loss by masking at `α = 0.001` is below `α² tan²θ`.
 #[test]
 fn smooth_white_surfaces_return_all_light() {
     let white = [
@@ -140,7 +141,7 @@ fn smooth_white_surfaces_return_all_light() {
     }
 }
 
-/// Diffuse part alone, as the difference from the surface without it.
+/// Diffuse part alone: the BSDF minus the same BSDF without its diffuse part.
 fn diffuse_part(bsdf: &Bsdf) -> impl Fn(Vec3, Vec3) -> Rgb {
     let without = match *bsdf {
         Bsdf::Lambert(_) => cases::lambert(Rgb::BLACK),
@@ -159,10 +160,9 @@ fn diffuse_part(bsdf: &Bsdf) -> impl Fn(Vec3, Vec3) -> Rgb {
 
 /// `ρ(ω_o)` compared with quadrature of the diffuse part, for every case.
 ///
-/// Only the width of the facets' lobe is changed, to `α = 1` and `n = 1`: the diffuse part does not
-/// depend on it, and next to a sharp peak `f32` could not resolve the difference. The fits are
-/// accurate to `2·10⁻⁵` of the light that enters, of which no less than 0.56 passes at the first
-/// attempt.
+/// The lobes of the cases are first widened, to `α = 1` and `n = 1`: next to a sharp peak, `f32`
+/// could not resolve the diffuse part, which does not depend on the width. The fits are accurate to
+/// `2·10⁻⁵` of the light that enters, of which no less than 0.56 passes at the first attempt.
 #[test]
 fn vpl_reflectance_is_the_albedo_of_the_diffuse_part() {
     for Case { name, mut bsdf } in cases::all() {
@@ -197,8 +197,8 @@ fn vpl_reflectance_is_the_albedo_of_the_diffuse_part() {
     }
 }
 
-/// The albedo for denoisers is near the mean weight at normal incidence where there is little
-/// masking.
+/// At normal incidence, the albedo for denoisers is near the mean weight of samples, for all cases
+/// with little masking.
 #[test]
 fn the_rough_albedo_is_near_the_true_one() {
     for (index, Case { name, bsdf }) in cases::all().iter().enumerate() {
@@ -222,7 +222,7 @@ fn is_wide(bsdf: &Bsdf, stated: Rgb) -> bool {
         Bsdf::AshikhminShirley(b) => b.facets.widest() > 0.1,
         // Values above 1 are clamped.
         Bsdf::Principled(b) => b.facets.widest() > 0.1 || stated.max_channel() == 1.0,
-        // Additive coats on white bases reflect more than 1.
+        // Additive coats on white bases reflect more than arrives.
         Bsdf::Layered(b) => {
             b.coat.alpha > 0.1 || stated.max_channel() == 1.0 || is_wide(&b.base.into(), stated)
         }

@@ -1,4 +1,5 @@
-//! Results are finite for every input, symmetric and two-sided; errors name the value out of range.
+//! Results are finite for every input, reciprocal, and equal on both sides; errors name the value
+//! out of range.
 
 use super::super::{Bsdf, BsdfSample, CoatModel, ConductorFresnel, MIN_ALPHA, MIN_COSINE};
 use super::cases::{self, Case};
@@ -7,7 +8,7 @@ use crate::color::Rgb;
 use crate::math::Vec3;
 use crate::rng::Stream;
 
-/// Returns a unit vector, in one case of three a degenerate one: along an axis, in the surface, or
+/// Returns a random unit vector. One in three is degenerate: along an axis, in the surface, or
 /// nearly so.
 fn any_direction(stream: &mut Stream) -> Vec3 {
     let generic = crate::warp::sphere(stream.uniform_2());
@@ -21,8 +22,8 @@ fn any_direction(stream: &mut Stream) -> Vec3 {
     }
 }
 
-/// 100,000 random surfaces with directions that are random, degenerate, equal, opposite, or
-/// mirrored.
+/// 100,000 random surfaces and pairs of directions: random, degenerate, equal, opposite, or
+/// mirrored. All results are finite and not negative.
 #[test]
 fn everything_is_finite_and_not_negative() {
     let mut stream = stream(30);
@@ -44,7 +45,7 @@ fn everything_is_finite_and_not_negative() {
         if wo.z * wi.z <= 0.0 {
             assert!(bsdf.eval(wo, wi).is_black() && pdf == 0.0, "other side, {}", context());
         }
-        // A stream can return the ends of the unit cube.
+        // Some numbers are the least and the largest that a stream can return.
         let end = 1.0 - f32::EPSILON / 2.0;
         let u = stream.uniform_3().map(|u| {
             if u < 0.02 {
@@ -68,8 +69,8 @@ fn everything_is_finite_and_not_negative() {
 fn opaque_surfaces_are_reciprocal() {
     let mut stream = stream(31);
     for Case { name, bsdf } in cases::smooth() {
-        // By definition, layers reduce the light of their base by the share that they reflect
-        // towards the viewer.
+        // Layers are not reciprocal by definition: they reduce the light of their base by the share
+        // that they reflect towards the viewer.
         if matches!(bsdf, Bsdf::Layered(b) if b.left(0.5) < 1.0) {
             continue;
         }
@@ -140,7 +141,8 @@ fn black_surfaces_end_paths() {
     }
 }
 
-/// Each parameter just inside and just outside its range; the message names field, value and range.
+/// Each parameter is accepted just inside its range and rejected just outside. The message names
+/// field, value and range.
 #[test]
 fn validation_names_field_value_and_range() {
     let half = Rgb::gray(0.5);

@@ -41,8 +41,9 @@ impl Rectangle {
 /// The sphere of directions cut into `rings × sectors` cells around an axis.
 ///
 /// Rings are uniform in `q ∈ [0, 1]`, where `1 − cos θ = width (exp(c q) − 1)` reaches the opposite
-/// pole at `q = 1`: uniform in the cosine below `width`, in its logarithm above. So a lobe of any
-/// width around the axis, its tail, and a second wide lobe are all resolved.
+/// pole at `q = 1`. They are nearly uniform in `1 − cos θ` where it is below `width`, and in its
+/// logarithm where it is above. A lobe of any width around the axis, its tail, and a second, wide
+/// lobe are therefore all resolved.
 pub struct PolarGrid {
     axes: [DVec3; 3],
     width: f64,
@@ -59,8 +60,8 @@ impl PolarGrid {
         Self { axes: [t, b, axis], width, rings, sectors, min_levels: 0 }
     }
 
-    /// Sets the least number of refinements of a cell: a narrow lobe in an empty surrounding may
-    /// lie between the first nodes.
+    /// Sets the least number of refinements of a cell. It is needed for a narrow lobe with nothing
+    /// around it, which may lie between the first nodes.
     pub fn refined(self, min_levels: u32) -> Self {
         Self { min_levels, ..self }
     }
@@ -78,7 +79,8 @@ impl PolarGrid {
     /// Returns the index of the cell that contains direction `w`.
     pub fn cell(&self, w: Vec3) -> usize {
         let w = w.as_dvec3().normalize();
-        // By the distance from the axis, because 1 − cos cancels.
+        // Computed from the distance to the axis, because 1 − cos would subtract nearly equal
+        // numbers.
         let versine = 0.5 * (w - self.axes[2]).length_squared();
         let q = (versine / self.width).ln_1p() / self.logarithm();
         let phi = w.dot(self.axes[1]).atan2(w.dot(self.axes[0])) / (2.0 * PI);
@@ -98,7 +100,7 @@ impl PolarGrid {
         (w.as_vec3(), solid_angle)
     }
 
-    /// Integrates `f` over one cell, each recursive step to within `tolerance`.
+    /// Integrates `f` over one cell by recursive refinement, each step to within `tolerance`.
     pub fn integrate_cell(&self, cell: usize, tolerance: f64, f: &dyn Fn(Vec3) -> f64) -> f64 {
         let (ring, sector) = (cell / self.sectors, cell % self.sectors);
         let corner = |r: usize, s: usize| [r as f64 / self.rings as f64, s as f64 / self.sectors as f64];
@@ -142,7 +144,7 @@ impl PolarGrid {
 
 /// Integrates `f` over the upper hemisphere, for functions without peaks.
 pub fn hemisphere(f: &dyn Fn(Vec3) -> f64) -> f64 {
-    // With width → ∞ rings are uniform in the cosine, and 8 of 16 cover the upper half.
+    // For width → ∞, rings are uniform in the cosine, and 8 of 16 cover the upper half.
     let grid = PolarGrid::about(Vec3::Z, 1e9, 16, 16);
     (0..grid.len() / 2).map(|cell| grid.integrate_cell(cell, 1e-8, f)).sum()
 }

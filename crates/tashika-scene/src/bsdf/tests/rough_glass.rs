@@ -52,8 +52,8 @@ fn fresnel(cos: f64, eta: f64) -> f64 {
     (s * s + p * p) / 2.0
 }
 
-/// Equations 20 and 21 times the cosine of `i`: scattering of light from `o`, in a medium of index
-/// 1, to `i`, where the medium beyond the surface has the index `eta`.
+/// Equations 20 and 21 times the cosine of `i`: light from the direction `o` is scattered to `i`.
+/// The medium on the side of `o` has the index 1, the other one `eta`.
 fn scattered(model: FacetModel, o: DVec3, i: DVec3, eta: f64) -> f64 {
     let (cos_o, cos_i) = (o.z.abs(), i.z.abs());
     if cos_i < 1e-9 {
@@ -78,8 +78,8 @@ fn scattered(model: FacetModel, o: DVec3, i: DVec3, eta: f64) -> f64 {
     o_h * -i_h / cos_o * passed
 }
 
-/// Flux and its mean directions, for reflection and refraction: 5 standard errors in 144
-/// comparisons.
+/// For reflection and for refraction, the scattered flux and its mean direction agree with
+/// quadrature of Walter's formulas, to within 5 standard errors in 144 comparisons.
 #[test]
 fn flux_goes_where_facets_send_it() {
     const DRAWS: u32 = 100_000;
@@ -124,7 +124,8 @@ fn flux_goes_where_facets_send_it() {
     }
 }
 
-/// Glass of the smallest roughness behaves nearly like smooth glass.
+/// With the same random numbers, glass of the smallest roughness draws nearly the same directions
+/// as smooth glass.
 #[test]
 fn hardly_rough_glass_is_nearly_smooth() {
     let mut s = stream(7100);

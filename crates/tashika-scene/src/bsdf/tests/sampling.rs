@@ -15,22 +15,22 @@ use crate::math::Vec3;
 /// Number of draws for each case and direction.
 const DRAWS: u32 = 20_000;
 
-/// Probability that any of the comparisons of one test fails by chance.
+/// Probability that at least one of the comparisons of a test fails by chance.
 const FAMILY_LEVEL: f64 = 1e-4;
 
-/// Smallest number of expected draws in a cell, for its count to be near normal; smaller cells are
-/// pooled.
+/// Smallest expected number of draws in a cell: its count is then nearly normal. Cells with fewer
+/// expected draws are pooled.
 const MIN_EXPECTED: f64 = 8.0;
 
 /// Tolerance of one step of the quadrature.
 const QUADRATURE_TOLERANCE: f64 = 2e-6;
 
-/// Error allowed for the sum over the 320 cells of a grid: `2e-6` each, and ten times that where
-/// the horizon cuts through one.
+/// Error allowed for the sum over the 320 cells of a grid: `2e-6` for each cell, ten times that for
+/// cells that the horizon cuts.
 const QUADRATURE_ERROR: f64 = 2e-3;
 
-/// Grids on which a density can be resolved: around the mirror direction with the width of the
-/// lobe, and, for wide lobes, around the normal.
+/// Grids that resolve a density: one around the mirror direction with the width of the lobe, and,
+/// for wide lobes, one around the normal.
 fn grids(bsdf: &Bsdf, wo: Vec3) -> Vec<PolarGrid> {
     let (width, is_line) = width(bsdf, wo);
     let (sectors, levels) = if is_line { (256, 2) } else { (16, 0) };
@@ -42,7 +42,8 @@ fn grids(bsdf: &Bsdf, wo: Vec3) -> Vec<PolarGrid> {
     grids
 }
 
-/// Returns the versine of the width of the narrowest lobe, and true if that lobe is a line.
+/// Returns the versine of the width of the narrowest lobe, and true if that lobe is much longer
+/// than wide.
 fn width(bsdf: &Bsdf, wo: Vec3) -> (f64, bool) {
     let mut is_line = false;
     let width = match bsdf {
@@ -61,8 +62,8 @@ fn width(bsdf: &Bsdf, wo: Vec3) -> (f64, bool) {
         | Bsdf::MetallicRoughness(MetallicRoughness { facets, .. })
         | Bsdf::AshikhminShirley(AshikhminShirley { facets, .. })
         | Bsdf::Principled(Principled { facets, .. }) => {
-            // At grazing angles lobes are lines. Those of Beckmann's facets have no tails that lead
-            // the refinement of cells to them.
+            // At grazing angles lobes are much longer than wide. Beckmann's lobes have no tails
+            // that would lead the refinement of cells to the lobe.
             let alpha = facets.narrowest();
             is_line = facets.model == FacetModel::Beckmann && alpha < 0.3 && wo.z < 0.1;
             f64::from(if is_line { alpha * wo.z } else { alpha }).powi(2)
@@ -71,8 +72,8 @@ fn width(bsdf: &Bsdf, wo: Vec3) -> (f64, bool) {
     (width, is_line)
 }
 
-/// Probability of a `χ²` statistic at least as large, given the expected probabilities of the
-/// cells; the last cell is for paths that end.
+/// Probability of a `χ²` statistic at least as large as that of the observed counts, if `expected`
+/// are the true probabilities of the cells. The last cell counts paths that end.
 fn p_value(observed: &[u32], expected: &[f64]) -> f64 {
     let total: u32 = observed.iter().sum();
     let (mut statistic, mut cells) = (0.0, 0_u32);
@@ -90,7 +91,8 @@ fn p_value(observed: &[u32], expected: &[f64]) -> f64 {
             pooled_expected += e;
         }
     }
-    // The pooled cells are too few to judge, unless draws fall where there can be none.
+    // The pooled cell is ignored if too few draws are expected in it, unless far more draws are
+    // found in it than can be.
     if pooled_expected >= MIN_EXPECTED || pooled_observed > 5.0 * MIN_EXPECTED {
         count(pooled_observed, pooled_expected.max(1.0));
     }
@@ -100,11 +102,11 @@ fn p_value(observed: &[u32], expected: &[f64]) -> f64 {
     ChiSquared::new(f64::from(cells - 1)).expect("positive").sf(statistic)
 }
 
-/// Both guarantees of `pdf`, for every case, direction, and grid.
+/// Tests both guarantees of `pdf` for every case, direction, and grid.
 ///
-/// Hypothesis: `sample` draws from `pdf`. One `χ²` test each at a level of [`FAMILY_LEVEL`] over
-/// their number (Bonferroni), and one comparison of the share of paths that end, to within 5
-/// standard errors.
+/// Hypothesis: `sample` draws from `pdf`. For each there is one `χ²` test, at a level of
+/// [`FAMILY_LEVEL`] divided by the number of tests (Bonferroni). The share of paths that end is
+/// compared as well, to within 5 standard errors.
 #[test]
 fn directions_follow_the_density() {
     let cases = cases::smooth();
@@ -139,11 +141,12 @@ fn directions_follow_the_density() {
     }
 }
 
-/// Means of `x`, `y`, `x²`, `y²` and `z` of the drawn direction, zero for a path that ends,
-/// compared with quadrature of the density, for eleven surfaces: 5 standard errors in 110
-/// comparisons.
+/// For eleven surfaces, the means of `x`, `y`, `x²`, `y²` and `z` of the drawn direction, or of
+/// zeros for a path that ends, agree with quadrature of the density, to within 5 standard errors in
+/// 110 comparisons.
 ///
-/// Sharper than the `χ²` tests: a lobe that is a few percent too wide in one direction is detected.
+/// This test is sharper than the `χ²` tests: it detects a lobe that is a few percent too wide in
+/// one direction.
 #[test]
 fn moments_of_directions_agree_with_the_density() {
     const MANY: u32 = 200_000;
@@ -190,8 +193,8 @@ fn moments_of_directions_agree_with_the_density() {
     }
 }
 
-/// `weight · pdf = f cos θ`, with all three from the public functions, on both sides of the
-/// surface.
+/// For every sample, on both sides of the surface, `weight · pdf = f cos θ`. All three are results
+/// of public functions.
 #[test]
 fn weights_are_the_bsdf_over_the_density() {
     for (index, Case { name, bsdf }) in cases::smooth().iter().enumerate() {
@@ -215,7 +218,8 @@ fn weights_are_the_bsdf_over_the_density() {
     }
 }
 
-/// A draw of the diffuse lobe is `Diffuse`, and only surfaces with both lobes draw both.
+/// Surfaces with a diffuse part return samples of `Diffuse`, surfaces with a glossy lobe samples of
+/// `Glossy`, and surfaces with both return both.
 #[test]
 fn lobes_are_named() {
     let lobes = |bsdf: Bsdf| {
@@ -241,7 +245,7 @@ fn lobes_are_named() {
     assert_eq!([coat(half), coat(Rgb::BLACK)].map(lobes), [(true, true), (false, true)]);
 }
 
-/// Test of the test: a density that is wrong by a tenth somewhere is detected.
+/// Test of the test: if the density is wrong by a tenth in some cells, this is detected.
 #[test]
 fn the_goodness_of_fit_finds_a_wrong_density() {
     let cells = 100;

@@ -1,5 +1,5 @@
-//! Every model compared with its formula as printed in the sources, in `f64`, for random pairs of
-//! directions.
+//! For random pairs of directions, every model agrees with its formula as printed in the sources,
+//! evaluated in `f64`.
 //!
 //! The formulas here share no code with the library: a normalised half vector, `D` in `cos θ_h`,
 //! `G₂` from `Λ`, the Fresnel equations with Snell's angles, and `F_int` by quadrature.
@@ -50,7 +50,8 @@ impl Pair {
     /// Facet term `D G₂ / (4 c_o c_i)` for brushed facets (Heitz 2014, section 5).
     fn facets(&self, Microfacets { alpha, model }: Microfacets) -> f64 {
         let [u, v] = alpha.map(f64::from);
-        // `tan²θ (cos²φ/α_u² + sin²φ/α_v²)`, and `α² tan²θ` with the roughness along a direction.
+        // `tan²θ (cos²φ/α_u² + sin²φ/α_v²)`, and `α² tan²θ` with the roughness `α` along the
+        // direction's azimuth.
         let slope = |w: DVec3| (w.x * w.x / (u * u) + w.y * w.y / (v * v)) / (w.z * w.z);
         let seen = |w: DVec3| (w.x * w.x * u * u + w.y * w.y * v * v) / (w.z * w.z);
         let ggx = || self.distribution(Microfacets { alpha, model });
@@ -83,12 +84,13 @@ fn dielectric(cos: f64, eta: f64) -> f64 {
     (s * s + p * p) / 2.0
 }
 
-/// Diffuse reflectance of the inside, integrated from inside, including total reflection.
+/// Reflectance of the inside for diffuse light, by quadrature over directions inside, including
+/// total reflection.
 fn internal(eta: f64) -> f64 {
     let critical = (1.0 - 1.0 / (eta * eta)).sqrt();
     let n = 20_000;
-    // Below the critical cosine everything is reflected; above, c = √(critical² + x²) removes the
-    // root.
+    // Below the critical cosine all light is reflected. Above it, the substitution c = √(critical²
+    // + x²) removes the square root of the integrand.
     let transmitted: f64 = (0..n)
         .map(|i| {
             let span = (1.0 - critical * critical).sqrt();
@@ -130,7 +132,7 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
             let f = match b.fresnel {
                 ConductorFresnel::Schlick { f0 } => schlick(f0.g, pair.cos_d),
                 ConductorFresnel::Passed { f0 } => 1.0 - schlick(f0.g, pair.cos_d),
-                // Compared with complex arithmetic by the tests of `fresnel`.
+                // The tests of `fresnel` compare this reflectance with complex arithmetic.
                 ConductorFresnel::Exact { .. } => f64::from(b.fresnel.at(pair.cos_d as f32).g),
             };
             f * f64::from(b.specular.g) * pair.facets(b.facets)
@@ -142,7 +144,7 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
         Bsdf::Coated(Coated { reflectance, specular, ior, facets }) => {
             let (eta, rho) = (f64::from(ior), f64::from(reflectance.g));
             let coat = f64::from(specular.g) * dielectric(pair.cos_d, eta) * pair.facets(facets);
-            // Rough boundaries are compared with their facets by the tests of `boundary`.
+            // The tests of `boundary` compare rough boundaries with drawn facets.
             let boundary = Boundary::new(facets, ior);
             let passed = [pair.cos_o, pair.cos_i].map(|c| f64::from(boundary.transmittance(c as f32)));
             let passed = passed[0] * passed[1];
@@ -178,7 +180,7 @@ fn reference(bsdf: &Bsdf, internal: f64, pair: &Pair) -> f64 {
         Bsdf::Layered(Layered { base, sheen, coat: b }) => {
             let mut base = reference(&base.into(), internal, pair);
             if sheen.is_there() {
-                // The albedo is compared with draws by the tests of `sheen`.
+                // The tests of `sheen` compare the albedo with means over directions.
                 let left = f64::from(sheen.left(pair.cos_o as f32));
                 base = left * base + f64::from(sheen.color.g) * charlie(f64::from(sheen.roughness), pair);
             }
@@ -238,7 +240,8 @@ fn values_are_those_of_the_sources() {
     }
 }
 
-/// Relation between the two sides of a boundary, on which the coat relies.
+/// The coat relies on the relation `F_int = 1 − (1 − F_ext) / η²`, which quadrature over the inside
+/// confirms.
 #[test]
 fn the_inside_reflects_what_the_balance_of_fluxes_says() {
     for eta in [1.01_f32, 1.33, 1.5, 2.5, 5.0] {

@@ -1,4 +1,4 @@
-//! A [`SceneBuilder`] for [`Shape`]s.
+//! A [`SceneBuilder`] that accepts [`Shape`]s.
 
 use glam::Affine3A;
 

@@ -102,7 +102,7 @@ fn normals_agree_with_the_winding() {
 #[test]
 fn everything_but_the_daylight_is_inside_the_room() {
     let scene = room();
-    // For the rounding of coordinates of some metres.
+    // Covers the rounding of coordinates of a few metres.
     let slack = Vec3::splat(1e-5);
     let ([lo_y, hi_y], [lo_z, hi_z]) = (WINDOW.height, WINDOW.along);
     let inside = Aabb { lo: -slack, hi: Vec3::new(WIDTH, HEIGHT, DEPTH) + slack };
@@ -115,8 +115,8 @@ fn everything_but_the_daylight_is_inside_the_room() {
     }
 }
 
-/// Rays from the camera and the lamp leave the room only through the window, and hit its shell from
-/// the front.
+/// Rays from the camera and from the lamp, in random directions, leave the room only through the
+/// window. All others hit the front of its shell.
 #[test]
 fn the_room_is_closed_but_for_the_window() {
     let scene = room();

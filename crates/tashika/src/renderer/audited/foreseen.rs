@@ -1,4 +1,4 @@
-//! Errors that a reconstruction predicts: they guide work, and claim nothing.
+//! Errors that a reconstruction predicts. They guide the work; no claim rests on them.
 
 use super::verdict::Tolerance;
 use crate::color::Rgb;
@@ -6,8 +6,8 @@ use crate::math::elementary::exp_f64;
 use crate::picture::importance;
 use crate::reconstruction::Reconstructed;
 
-/// Amount that the map adds to predicted errors, over the tolerance: about the half-width of
-/// truths.
+/// Amount that is added to each predicted error in the map of half-widths, over the tolerance. It
+/// is about the half-width of an audited pixel's truth.
 const OF_TRUTHS: f64 = 0.5;
 
 /// Predicted error of each pixel over its tolerance.
@@ -15,13 +15,13 @@ pub(super) fn importance_of(reconstructed: &Reconstructed, tolerance: &Tolerance
     importance(reconstructed, |radiance| tolerance.of(radiance.luminance().into()))
 }
 
-/// Predicted share of the pixels outside the tolerance, if errors are normal.
+/// Predicted share of the pixels outside the tolerance, if errors are normally distributed.
 pub(super) fn share_outside(importance: &[f32]) -> f64 {
     let outside = importance.iter().map(|share| beyond(1.0 / f64::from(*share))).sum::<f64>();
     outside / importance.len() as f64
 }
 
-/// Half-widths of the map before scaling (W·m⁻²·sr⁻¹).
+/// Half-widths of the map, before they are scaled by the audit (W·m⁻²·sr⁻¹).
 pub(super) fn half_widths(reconstructed: &Reconstructed, tolerance: &Tolerance) -> Vec<f64> {
     let Reconstructed { radiance, importance_error } = reconstructed;
     let of_pixel = |(radiance, error): (&Rgb, &f32)| {

@@ -1,4 +1,4 @@
-//! Schedule of the interim analyses: which pictures have one, and by how many pixels.
+//! Schedule of the interim analyses: which pictures are analysed, and with how many pixels.
 //!
 //! ```text
 //! first picture      by n pixels; if it is dear, and there is hope, by m > n
@@ -6,18 +6,20 @@
 //! the last           likewise
 //! ```
 //!
-//! This schedule follows from the pictures, except that a possible analysis may be omitted. So
-//! there are at most [`AuditTerms::LOOKS`] analyses, which are fixed before anything is audited,
-//! and each has its share of the risk. An omitted analysis loses only its chance to succeed.
+//! The schedule depends on the pictures alone, so the possible analyses are fixed before anything
+//! is audited. There are at most [`AuditTerms::LOOKS`], and each has its share of the risk. An
+//! analysis may be omitted because of audit results: this adds no risk, and only loses a chance to
+//! succeed.
 
 use crate::request::AuditTerms;
 
-/// Predicted share outside, over the permitted share, up to which the first picture is analysed.
-/// Chosen.
+/// Largest ratio of the predicted share outside to the permitted share at which the first picture
+/// is analysed. Chosen.
 const LOOK_AT: f64 = 0.5;
 /// Approximate number of rays of a truth.
 const TRUTH_RAYS: u64 = 20_000;
-/// Share of the expected pixels outside that an analysis by more pixels may miss by luck. Chosen.
+/// Fraction by which an analysis with more pixels may, by luck, find fewer pixels outside than
+/// expected. Chosen.
 const LUCK: f64 = 0.1;
 
 /// Number of pictures analysed so far.
@@ -35,7 +37,8 @@ impl Looks {
         is_good && self.pictures + 1 < AuditTerms::PICTURES
     }
 
-    /// Begins with a picture. Returns `None` if no more may be analysed, else true for the first.
+    /// Begins the analysis of a picture. Returns true for the first picture, false for a later one,
+    /// and `None` if no more pictures may be analysed.
     pub fn begin(&mut self) -> Option<bool> {
         (self.pictures < AuditTerms::PICTURES).then(|| {
             self.pictures += 1;
@@ -44,13 +47,14 @@ impl Looks {
     }
 }
 
-/// Returns true if a picture of `rays` rays is so expensive that more pixels are audited before
-/// another picture is made.
+/// Returns true if a picture of `rays` rays is so expensive that auditing more pixels is cheaper
+/// than making another picture.
 pub(super) fn is_dear(terms: &AuditTerms, rays: u64) -> bool {
     rays >= TRUTH_RAYS.saturating_mul(terms.more_pixels() - terms.pixels)
 }
 
-/// Returns true if a picture with `outside` of `of` pixels outside may pass by `most` pixels.
+/// Returns true if a picture with `outside` of `of` audited pixels outside may pass an audit of
+/// `most` pixels.
 pub(super) fn is_hopeful(terms: &AuditTerms, outside: u64, [of, most]: [u64; 2]) -> bool {
     let luck = if most > of { LUCK } else { 0.0 };
     let of_most = (1.0 - luck) * outside as f64 * most as f64 / of.max(1) as f64;
@@ -64,14 +68,14 @@ mod tests {
     const TERMS: AuditTerms =
         AuditTerms { share: 0.95, assurance: 0.99, pixels: 600, looks: AuditTerms::LOOKS };
 
-    /// However many pictures there are, every analysis has a share of the risk.
+    /// 20 pictures, all predicted to be perfect. No more than `LOOKS` analyses are made, so each
+    /// has its share of the risk.
     #[test]
     fn no_look_is_taken_that_is_not_paid_for() {
         let (mut looks, mut taken) = (Looks::default(), 0);
         for picture in 0..20 {
             let is_last = picture == 12;
-            // Every picture is predicted to be perfect; a cancelled render asks again after the
-            // last.
+            // A cancelled render begins a further analysis after the last picture.
             if is_last || picture > 12 || looks.is_due(&TERMS, 0.0) {
                 taken += match looks.begin() {
                     Some(true) => 2,
@@ -84,7 +88,7 @@ mod tests {
         assert_eq!(taken, AuditTerms::LOOKS);
     }
 
-    /// Pictures are analysed once few pixels are predicted to be outside.
+    /// The first picture is analysed only if few enough pixels are predicted to be outside.
     #[test]
     fn looks_are_due_where_pictures_are_foreseen_to_be_good() {
         let mut looks = Looks::default();
@@ -98,8 +102,8 @@ mod tests {
         assert_eq!(due(&looks), [false; 2], "what is left is for the end");
     }
 
-    /// With more pixels an analysis may pass by a little luck; without more, only if the claim
-    /// holds.
+    /// If more pixels can be audited, there is hope as long as a little luck would suffice. If not,
+    /// there is hope only if the claim is reached already.
     #[test]
     fn there_is_hope_as_long_as_a_look_may_succeed() {
         let most = |pixels: u64, of: u64| (0..of).rev().find(|k| TERMS.is_reached(*k, pixels)).unwrap();

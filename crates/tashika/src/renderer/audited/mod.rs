@@ -1,4 +1,5 @@
-//! A picture that is made until its audit passes: reconstructed, and claimed as a whole.
+//! A picture that is refined until its audit passes. It is reconstructed, and the claim is about
+//! the picture as a whole.
 //!
 //! ```text
 //! passes (work doubles) ── reconstruction ─► picture ── look ─► reached? ── yes ─► PictureClaim
@@ -6,35 +7,37 @@
 //!                └──────────────────────────────────────────┘
 //! ```
 //!
-//! The schedule of pictures is fixed beforehand by the view, the lights, the seed and, if there is
-//! one, the time limit: the audit only decides where to stop. Pictures that are predicted to be
-//! good enough have an interim analysis, and the last one does in any case; at most
-//! [`AuditTerms::PICTURES`] pictures have one. Where pictures are expensive, [more
-//! pixels](AuditTerms::more_pixels) are audited. The analyses that there can be are fixed with the
-//! pictures (`looks`), and each has an equal share of the risk. So there is always an answer: a
-//! certificate, or the share that is certain.
+//! The schedule of pictures is fixed beforehand by the view, the lights, the seed and the time
+//! limit, if there is one. The audit decides only where to stop. A picture has an interim analysis
+//! if it is predicted to be good enough, and the last picture always has one; at most
+//! [`AuditTerms::PICTURES`] pictures have one. If pictures are expensive, [more
+//! pixels](AuditTerms::more_pixels) are audited. The possible analyses are fixed along with the
+//! pictures (`looks`), and each has an equal share of the risk. The result is always valid: either
+//! a certificate, or the share that is certain to be within the error.
 //!
-//! In every case the map of half-widths is the error predicted by the reconstruction, scaled by the
-//! [rank](AuditTerms::rank) of the audited pixels' ratios: with the confidence of the certificate,
-//! the requested share of the pixels is within their half-widths. There is no map if the truth of
-//! the pixel of that rank is not known, as when the time is short, or if too few pixels are audited
-//! for a rank. Half-widths are then NaN, and nothing is claimed of a pixel. A rank for each of two
-//! groups of pixels, by brightness or by predicted error, would widen the map by 8 to 34 %: with so
-//! few pixels in a group, the rank is that of their largest ratio.
+//! The film also has a map of half-widths: the errors predicted by the reconstruction, multiplied
+//! by one factor. The factor is the ratio of error to prediction that has a certain
+//! [rank](AuditTerms::rank) among the audited pixels. With the confidence of the certificate, the
+//! requested share of the pixels is then within their half-widths. There is no map if too few
+//! pixels are audited for a rank, or if the truth of the pixel of that rank is unknown, for example
+//! because time was short. Half-widths are then NaN, and no pixel claims anything. A separate
+//! factor for each of two groups of pixels, divided by brightness or by predicted error, would
+//! widen the map by 8 to 34 %: with so few pixels in a group, the rank is that of the group's
+//! largest ratio.
 //!
 //! The paths of the picture use VPLs or, if the scene needs paths, path tracing alone. A share of
-//! its tiles is made otherwise ([`parts`]): the picture of joined shares differs from that of the
-//! whole, and has one analysis.
+//! the tiles, for one of several machines, is rendered differently ([`parts`]). The picture joined
+//! from such shares differs from a picture rendered as a whole, and has a single analysis.
 //!
 //! # Guarantee
-//! With at least the assurance, the claim is true: of the pixels that show more than a constant
-//! background, the stated share is within the error of light transport. The same holds for the map.
-//! The assumption is that an interval of an audited pixel's own truth misses it no more often than
-//! stated ([`AuditTerms::CONFIDENCE`]).
+//! With at least the stated assurance, the claim is true: among the pixels that show more than a
+//! constant background, the stated share is within the error of light transport. The same holds for
+//! the map. The assumption is that the interval of an audited pixel misses that pixel's truth no
+//! more often than stated ([`AuditTerms::CONFIDENCE`]).
 //!
 //! # Held to this by
 //! `stats::audit` (pictures at the edge of the claim) and the tests of `renderer::audited`; the
-//! record of 2026-11-26 (audited pictures) has pictures of real scenes.
+//! record of 2026-11-26 (audited pictures) has measurements of real scenes.
 
 mod foreseen;
 mod looks;
@@ -65,11 +68,11 @@ use truth::Around;
 use truths::{Source, Truths};
 use verdict::{Look, Pictured, Stated, Tolerance, Verdict};
 
-/// Most paths of all pixels without a time limit: a picture takes minutes.
+/// Largest number of paths of all pixels if there is no time limit; a picture then takes minutes.
 const MOST_PATHS: u64 = 64_000_000;
-/// Fewest passes, whatever the size of the image, and most passes.
+/// Smallest and largest number of passes, whatever the size of the image.
 const PASSES: [u32; 2] = [5, 12];
-/// Least growth that is worth a pass before a time limit.
+/// With a time limit, smallest growth for which another pass is made.
 const LEAST_GROWTH: f64 = 0.2;
 
 /// Renders the picture. `begin` receives the film with which the render begins, and returns it.
@@ -91,7 +94,7 @@ pub(super) fn render(
     render_by(prepared, &method, method.path_sampler(setting), options, terms, begin)
 }
 
-/// Renders by the paths of a sampler, with the metadata of a method.
+/// Renders with paths of the sampler, and writes the metadata of the method.
 fn render_by<'v>(
     prepared: &'v Prepared<'_>,
     method: &dyn Integrator,
@@ -193,8 +196,8 @@ impl<'p> Work<'p, '_> {
         }
     }
 
-    /// Truths that the audit begins with, for the variances that the picture shows; `None` if
-    /// cancelled.
+    /// Computes the truths of the first audited pixels. Numbers of paths follow from the variances
+    /// of the picture. `None` if cancelled.
     fn first_truths(&self, of_path: Option<f64>) -> Result<Option<Truths<'p>>> {
         let Self { prepared, options, terms, tolerance, by_lights, picture, .. } = self;
         let source = Source::new(&prepared.setting(), options, tolerance, *by_lights, prepared.observer)?;
@@ -202,7 +205,7 @@ impl<'p> Work<'p, '_> {
         Truths::compute(source, &picture.film()?, &around, terms, of_path)
     }
 
-    /// Number of paths of the next pass over those so far; `None` if there is no next pass.
+    /// Ratio of the paths of the next pass to all paths so far; `None` if there is no next pass.
     ///
     /// * `of_path`: time of a path (s), if there is a time limit.
     fn growth(&self, of_path: Option<f64>) -> Option<f64> {
@@ -219,7 +222,7 @@ impl<'p> Work<'p, '_> {
 
     /// Makes one more pass, reconstructs the picture and stores it; false if cancelled.
     ///
-    /// * `growth`: paths of the pass, over those so far.
+    /// * `growth`: ratio of the paths of this pass to all paths so far.
     fn pass(&mut self, growth: f64) -> Result<bool> {
         let (window, observer) = (self.prepared.window, self.prepared.observer);
         let smoother = self.prepared.smoother.as_deref();
@@ -245,7 +248,7 @@ impl<'p> Work<'p, '_> {
         Ok(true)
     }
 
-    /// Returns true if the paths of another pass are permitted.
+    /// Returns true if the limit on paths permits another pass.
     fn has_paths_left(&self) -> bool {
         self.picture.passes() < PASSES[0] || 2 * self.picture.paths() <= MOST_PATHS
     }

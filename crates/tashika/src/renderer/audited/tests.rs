@@ -1,4 +1,5 @@
-//! Claims about pictures, the reports to observers, and faults that an audit has to notice.
+//! Tests of claims about pictures, of reports to observers, and of faults that an audit has to
+//! notice.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -41,14 +42,14 @@ fn truth(prepared: &Prepared<'_>) -> Film {
     render(&prepared.setting(), &tracer, &options, &|_| {}, &AtomicBool::new(false)).unwrap().film
 }
 
-/// The claim is true of all pixels, by paths that are independent of the picture, and the map
-/// holds.
+/// All pixels are compared with a film of independent paths. At least the claimed share is within
+/// the error, and the requested share is within its half-widths.
 #[test]
 fn what_is_claimed_is_so() {
     is_so(renderer(1));
 }
 
-/// Likewise by path tracing alone.
+/// The same test for a picture by path tracing alone.
 #[test]
 fn what_is_claimed_is_so_without_vpls() {
     let image = is_so(renderer(1).method(MethodName::Path));
@@ -87,7 +88,7 @@ fn is_so(renderer: Renderer<'_>) -> Rendered {
     image
 }
 
-/// Neither threads nor observers enter.
+/// The film is the same with one thread and with three.
 #[test]
 fn the_same_request_gives_the_same_bits() {
     for method in [MethodName::default(), MethodName::Path] {
@@ -97,7 +98,7 @@ fn the_same_request_gives_the_same_bits() {
     }
 }
 
-/// The box is about as bright as 1.
+/// Tolerance for the built-in box, whose luminance is about 1.
 fn tolerance() -> Tolerance {
     Tolerance { error: ERROR, absolute: 0.01 }
 }
@@ -126,7 +127,8 @@ fn truths<'p>(prepared: &'p Prepared<'_>, film: &Film) -> Truths<'p> {
     Truths::compute(source, film, &around(film), &TERMS, None).unwrap().unwrap()
 }
 
-/// A picture that is too bright, one that is flat, and one that is right.
+/// The audit rejects a picture that is too bright and one in which all pixels are equal. It accepts
+/// the right picture.
 #[test]
 fn faults_of_a_picture_are_noticed() {
     are_noticed(&renderer(1).prepare().unwrap());
@@ -150,14 +152,16 @@ fn are_noticed(prepared: &Prepared<'_>) {
     assert!(outside(&|_| mean) >= 30, "flat: {}", outside(&|_| mean));
 }
 
-/// Truths of pixels that may be on either side are refined, and only once.
+/// Every pixel is set to the border of its tolerance, so that nearly every truth is open. These
+/// truths are refined, each only once.
 #[test]
 fn what_is_open_is_computed_once_more() {
     let prepared = renderer(1).prepare().unwrap();
     let film = truth(&prepared);
     let mut truths = truths(&prepared, &film);
     let window = Window::full(SIZE);
-    // At the very border of the tolerance.
+    // The value of the pixel is exactly at the border of the tolerance of the truth in the middle
+    // of the interval.
     let mut radiance: Vec<Rgb> = film.colors().unwrap().collect();
     for truth in &truths.pixels {
         let [low, high] = truth.interval.unwrap();
@@ -179,7 +183,7 @@ fn what_is_open_is_computed_once_more() {
     };
     assert!(truths.refine(&window, &radiance, is_decided).unwrap());
     assert_eq!((width(&truths), truths.rays), (before, rays), "nobody wants to know more");
-    // Nearly every pixel may be outside, none is for certain.
+    // Nearly every pixel may be outside; no pixel is certainly outside.
     let is_within = |truth: &&AuditedPixel| {
         let [x, y] = truth.pixel;
         truth.is_within(radiance[window.index(x, y)].luminance().into(), &tolerance())
@@ -194,7 +198,7 @@ fn what_is_open_is_computed_once_more() {
     assert_eq!(again, truths.pixels);
 }
 
-/// Further pixels differ from the first, and are drawn with them.
+/// `extend` audits pixels from the same draw that were not among the first.
 #[test]
 fn more_pixels_are_audited_beside_the_first() {
     let prepared = renderer(1).prepare().unwrap();
@@ -216,7 +220,7 @@ fn more_pixels_are_audited_beside_the_first() {
     assert_eq!((all, rays), (truths.pixels, truths.rays), "there are no more");
 }
 
-/// In little time few pixels are audited: the first ones of the draw.
+/// If time is short, few pixels are audited, and they are the first ones of the draw.
 #[test]
 fn as_many_pixels_are_audited_as_there_is_time_for() {
     let prepared = renderer(1).prepare().unwrap();
@@ -226,7 +230,7 @@ fn as_many_pixels_are_audited_as_there_is_time_for() {
         truths.unwrap().unwrap().pixels
     };
     let without_end = by(&Silent, None);
-    // Twenty seconds are left, of which truths may take six.
+    // Twenty seconds are left; truths may take six of them.
     let ending = Ending::new(2, true);
     assert_eq!(by(&ending, Some(1e-9)), without_end, "all are affordable");
     let few = by(&ending, Some(6.0 / 4.0 / 40.0 / 64.0));
@@ -234,8 +238,9 @@ fn as_many_pixels_are_audited_as_there_is_time_for() {
     assert!((20..60).contains(&few.len()), "{}", few.len());
 }
 
-/// Only the number of paths, and the least width of intervals, enter the truths from the picture;
-/// the seed of the picture is not that of the audit.
+/// The same pixels are audited in a picture and in a darkened copy. Truths depend on the picture
+/// only by their numbers of paths and the smallest width of their intervals, and their seed is not
+/// that of the picture.
 #[test]
 fn the_audit_knows_nothing_of_the_picture() {
     let prepared = renderer(1).prepare().unwrap();
@@ -256,7 +261,7 @@ fn the_audit_knows_nothing_of_the_picture() {
     assert!(of_film.pixels.iter().all(|truth| truth.interval.is_some()));
 }
 
-/// Truths are drawn from other lights than those of the picture.
+/// The lights of the truths differ from the lights of the picture.
 #[test]
 fn the_audit_has_lights_of_its_own() {
     let prepared = renderer(1).prepare().unwrap();
@@ -267,7 +272,7 @@ fn the_audit_has_lights_of_its_own() {
     assert_ne!(truths.lights().provenance().seed, of_picture.provenance().seed);
 }
 
-/// Makes all pixels the mean of the picture.
+/// Smoother that sets every pixel to the mean of the picture.
 #[derive(Debug)]
 pub(super) struct Flat;
 
@@ -282,8 +287,8 @@ impl Smoother for Flat {
     }
 }
 
-/// A smoother that is wrong everywhere is rejected: the picture falls back to its own samples, and
-/// the audit reports how few of them are good enough.
+/// A smoother that is wrong everywhere is not used: the picture consists of its unsmoothed samples,
+/// and the audit reports how few pixels are within the error.
 #[test]
 fn a_smoother_that_returns_the_mean_is_noticed() {
     let of = |smoother: Option<Arc<dyn Smoother>>| {
@@ -301,7 +306,8 @@ fn a_smoother_that_returns_the_mean_is_noticed() {
     );
 }
 
-/// Ends the work after `most` pictures, by cancelling it or because the time is up.
+/// Observer that ends the work after `most` pictures: by an expired time limit if `is_late`, else
+/// by cancelling.
 struct Ending {
     pictures: AtomicU32,
     most: u32,
@@ -335,7 +341,8 @@ impl Observer for Ending {
     }
 }
 
-/// A claim is stated when the time is up, with a smaller share.
+/// The time limit expires before the requested error is reached. The film still states a claim,
+/// about a smaller share.
 #[test]
 fn there_is_an_answer_when_the_time_is_up() {
     let ending = Ending::new(2, true);
@@ -346,7 +353,7 @@ fn there_is_an_answer_when_the_time_is_up() {
     assert_eq!(ending.pictures.load(Ordering::SeqCst), 2, "a third picture would be late");
     assert!(image.totals.tally.out_of_budget > 0);
     is_a_map_or_none(&image.film);
-    // Without time no truth is known, so that there is no map.
+    // If no time is left for truths, none is known, and there is no map.
     let image = renderer(1).error(0.001).observer(&Ending::new(1, true)).render().unwrap();
     let read = RenderFilm::of(&image.film);
     assert!(PictureClaim::of(image.film.metadata()).is_some() && read.tally().of(Claim::Audited) == 0);

@@ -1,4 +1,4 @@
-//! The truth of an audited pixel: an interval, by as many paths as it takes.
+//! The truth of an audited pixel: an interval, from as many paths as are needed.
 //!
 //! ```text
 //! stage 0: n₀ paths, to 0.7 ε ── open? ─► n₁ others, to 0.35 ε ── open? ─► n₂ others, to 0.175 ε
@@ -6,23 +6,23 @@
 //! t ± t_ν √(max(s², (n s² + w σ²)/(n + w))/n + V_set)          w = 256
 //! ```
 //!
-//! with the variance `s²` of the pixel's own paths, the variance `σ²` of the picture's paths around
-//! it ([`Picture::importance_variance`]), and the variance from set to set of VPLs (`V_set`). `σ²`
-//! includes the bright path in a thousand that a hundred paths may not meet. A truth with too much
-//! unsampled light is unknown.
+//! Here `s²` is the variance of the pixel's own paths, `σ²` the variance of the picture's paths
+//! around the pixel ([`Picture::importance_variance`]), and `V_set` the variance between sets of
+//! VPLs. `σ²` accounts for rare bright paths: a hundred paths of the pixel may all miss one path in
+//! a thousand. A truth with too much unsampled light is unknown.
 //!
-//! Where an interval leaves open on which side a pixel is, an analysis computes the truth once
-//! more, in [stages](STAGES), by other paths. Of the earlier paths only the variance is used, as
-//! `σ²`. The number of paths of a stage is computed from `σ` before any of them is drawn. So each
-//! of the possible intervals misses its truth with its equal share of `γ`, and an outside pixel is
-//! taken for one inside only if one of them does.
+//! If an interval leaves open on which side of the tolerance a pixel is, an analysis computes the
+//! truth again, in [stages](STAGES), with new paths. The earlier paths contribute only their
+//! variance, as part of `σ²`. The number of paths of a stage is computed from `σ` before any of
+//! them is drawn. Each of the possible intervals therefore misses its truth with an equal share of
+//! the probability `γ`, and an outside pixel is taken for one inside only if an interval misses.
 //!
-//! The picture sets the number of paths and a lower bound on the width of an interval. No interval
-//! is narrower than its own paths make it.
+//! The variance of the picture determines the number of paths, and can only widen an interval: no
+//! interval is narrower than the pixel's own paths make it.
 //!
 //! # Held to this by
-//! The tests below, with known variances; the record of 2026-11-26 (truths by paths) holds truths
-//! of four scenes against path tracing.
+//! The tests below, with known variances; the record of 2026-11-26 (truths by paths) compares
+//! truths of four scenes with path tracing.
 
 use super::verdict::{AuditedPixel, Tolerance, luminance_at};
 use crate::color::Rgb;
@@ -39,23 +39,24 @@ pub(super) struct Stage {
     pub most_paths: u32,
 }
 
-/// Stages of a truth: one for all pixels, then further ones for open pixels. Most pixels of a good
-/// picture are within by far, so that a wide interval decides.
+/// Stages of a truth: the first for all pixels, the others for pixels that are still open. Most
+/// pixels of a good picture are well within the tolerance, so that a wide interval decides.
 pub(super) const STAGES: [Stage; 3] = [
     Stage { half_width: 0.7, most_paths: 1 << 13 },
     Stage { half_width: 0.35, most_paths: 1 << 15 },
     Stage { half_width: 0.175, most_paths: 1 << 17 },
 ];
-/// Fewest paths of a truth: fewer give a poor estimate of their own variance. Chosen.
+/// Smallest number of paths of a truth: the variance of fewer paths would be estimated poorly.
+/// Chosen.
 pub(super) const FEWEST_PATHS: u32 = 64;
-/// Number of own paths that weigh as much as the picture's paths around a pixel.
+/// Weight `w` of the variance `σ²` of the picture's paths, as a number of the pixel's own paths.
 const NEIGHBOURHOOD_WEIGHT: f64 = 256.0;
-/// Degrees of freedom at which Student's interval is nearly normal.
+/// Number of degrees of freedom at which Student's interval is nearly normal.
 const MANY: f64 = 1e6;
-/// Share of the tolerance that unsampled light may have.
+/// Largest amount of unsampled light in a known truth, over the tolerance.
 const NEGLIGIBLE: f64 = 0.25;
 
-/// Estimates about the paths of a pixel before they are drawn.
+/// Estimates about the paths of a pixel, made before the paths are drawn.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Around {
     /// Approximate luminance of the pixel.
@@ -79,8 +80,8 @@ impl Around {
 #[derive(Clone, Debug)]
 pub(super) struct Truth {
     pixel: [u32; 2],
-    /// Luminance of the last stage; variance of single paths, from the paths around the pixel and
-    /// its own paths of all stages.
+    /// Luminance of the last stage. Variance of single paths, pooled from the picture's paths
+    /// around the pixel and the pixel's own paths of all stages.
     known: Around,
     /// Paths of the last stage.
     found: PathSamples,
@@ -117,7 +118,7 @@ impl Truth {
         let (paths, own) = (found.luminance.count() as f64, found.luminance.variance());
         let weight = NEIGHBOURHOOD_WEIGHT;
         let pooled = (paths * own + weight * self.known.variance) / (paths + weight);
-        // Not below that of its own paths; `f64::max` would lose a NaN.
+        // At least the variance of the pixel's own paths. `f64::max` would drop a NaN.
         let variance = if pooled < own { own } else { pooled };
         self.known = Around { luminance: found.luminance.mean(), variance };
         self.rays += found.rays;
@@ -162,7 +163,8 @@ mod tests {
         truth.audited(&TOLERANCE).interval.map(|[low, high]| (high - low) / 2.0)
     }
 
-    /// Normal intervals of 1 − γ/3 where there are many paths; wider by variances from elsewhere.
+    /// With many paths, an interval is the normal interval of confidence 1 − γ/3. The variances of
+    /// the neighbourhood and between sets widen it.
     #[test]
     fn intervals_know_of_neighbours_and_of_sets() {
         const OF_ERRORS: f64 = 2.394;
@@ -172,7 +174,8 @@ mod tests {
         };
         is(half_width(1 << 16, 1.0, |_| {}), OF_ERRORS / 256.0);
         is(half_width(1 << 16, 0.0, |_| {}), OF_ERRORS / 256.0);
-        // Further paths, a quarter of 1,024, have a variance of 101.
+        // The neighbourhood has the weight of 256 paths, a quarter of 1,024, and a variance of 101.
+        // The pooled variance is 21.
         is(half_width(1024, 101.0, |_| {}), OF_ERRORS * (21.0_f64 / 1024.0).sqrt());
         let of_set = |found: &mut PathSamples| found.importance_of_set = 0.5 * 65_536.0;
         is(half_width(1 << 16, 1.0, of_set), OF_ERRORS * 0.5_f64.sqrt());
@@ -191,7 +194,7 @@ mod tests {
         }
     }
 
-    /// Number of paths for the half-width of the stage, at least the fewest, at most the most.
+    /// The number of paths is the one that gives the stage's half-width, clamped to the limits.
     #[test]
     fn paths_are_told_by_those_around() {
         let wanted = |variance: f64, stage: usize| {

@@ -1,8 +1,8 @@
 //! Random pixels of a picture, and their truths.
 //!
 //! # Independence
-//! The truths come from lights, gather points and random numbers of their own ([`Purpose::Audit`]).
-//! Of the picture they use only the variance of its paths ([`Around`]).
+//! Truths are computed from separate lights, gather points and random numbers ([`Purpose::Audit`]).
+//! They use nothing of the picture except the variance of its paths ([`Around`]).
 
 use super::truth::{Around, FEWEST_PATHS, STAGES, Truth};
 use super::verdict::{AuditedPixel, Look, Tolerance, describe, luminance_at, outside, shown};
@@ -20,13 +20,13 @@ use crate::request::AuditTerms;
 use crate::rng::{self, Purpose, Stream};
 use crate::vpl::VplOptions;
 
-/// Pixels from which the paths of a truth are predicted.
+/// Number of pixels from which the mean number of paths of a truth is predicted.
 const TRIED: usize = 64;
 /// Share of the remaining time that truths may take.
 const SHARE_OF_TIME: f64 = 0.3;
-/// Time of all stages, over that of the first. Chosen.
+/// Assumed ratio of the time of all stages to the time of the first. Chosen.
 const STAGES_COST: f64 = 4.0;
-/// Fewest pixels of an audit, however short the time.
+/// Smallest number of pixels of an audit, even if time is short.
 const FEWEST: usize = 20;
 /// Number of VPLs that truths are drawn from.
 const VPLS: u64 = 500_000;
@@ -37,7 +37,7 @@ pub(super) struct Truths<'p> {
     truths: Vec<Truth>,
     /// Audited pixels, with their intervals.
     pub pixels: Vec<AuditedPixel>,
-    /// Pixels drawn with the others, and not audited yet.
+    /// Pixels that were drawn together with the audited ones and are not audited yet.
     spare: Vec<Truth>,
     /// For each pixel of the window, row by row: true if it is of the population that audited
     /// pixels were drawn from.
@@ -61,10 +61,11 @@ impl<'p> Source<'p> {
     /// Most stages of a truth.
     pub const STAGES: usize = STAGES.len();
 
-    /// Source with lights, gather points and random numbers of its own.
+    /// Returns a source with lights, gather points and random numbers that the picture does not
+    /// use.
     ///
-    /// * `options`: those of the picture; `by_lights`: true if VPLs are drawn, false for path
-    ///   tracing alone.
+    /// * `options`: options of the picture; `by_lights`: true if truths use VPLs, false if they use
+    ///   path tracing alone.
     pub fn new(
         setting: &Setting<'p>,
         options: &ControlOptions,
@@ -100,10 +101,10 @@ impl<'p> Source<'p> {
         }
     }
 
-    /// Computes the next stage of truths, all of which are in the same stage; false if cancelled.
+    /// Computes the next stage of the given truths, which must all be at the same stage; false if
+    /// cancelled.
     ///
-    /// * `sampler`: the one that [draws](Self::with_sampler) paths of truths; `tell`: receives
-    ///   progress.
+    /// * `sampler`: sampler of [paths for truths](Self::with_sampler); `tell`: receives progress.
     pub fn advance(
         &self,
         truths: &mut [&mut Truth],
@@ -111,7 +112,7 @@ impl<'p> Source<'p> {
         tell: &(dyn Fn(&Progress) + Sync),
     ) -> bool {
         let Some(first) = truths.first() else { return true };
-        // The draw of the pixels has the key 0.
+        // The key 0 belongs to the draw of the pixels.
         let seed = rng::key(self.options.seed, Purpose::Audit, 1 + first.stage as u64);
         let wanted: Vec<Wanted> = truths.iter().map(|truth| self.wanted(truth, sampler)).collect();
         let cancel = self.observer.cancel();
@@ -122,7 +123,7 @@ impl<'p> Source<'p> {
         true
     }
 
-    /// Computes the next stage by a sampler of its own, as a phase of the work.
+    /// Creates a sampler, computes the next stage, and reports it as a phase of the work.
     fn told(&self, truths: &mut [&mut Truth]) -> Result<bool> {
         let by = if self.lights.is_some() { "paths by other lights" } else { "other paths" };
         let phase = Phase::Audit { by, pixels: truths.len() as u64 };
@@ -151,9 +152,9 @@ pub(super) fn seed_of(picture: u64) -> u64 {
 impl<'p> Truths<'p> {
     /// Draws pixels of a film and computes their truths; `None` if cancelled.
     ///
-    /// With a time limit, there are as many pixels as are predicted to take their
-    /// [share](SHARE_OF_TIME) of it. The prediction uses the numbers of paths of some of them, and
-    /// no truth.
+    /// With a time limit, the number of pixels is chosen so that their truths are predicted to take
+    /// a given [share](SHARE_OF_TIME) of the remaining time. The prediction uses the numbers of
+    /// paths of some of these pixels, but no truth.
     ///
     /// * `film`: the picture without its reconstruction; `around`: estimates about the paths of a
     ///   pixel; `of_path`: time of a path (s), if there is a time limit.
@@ -194,7 +195,7 @@ impl<'p> Truths<'p> {
     }
 
     /// Audits [more pixels](AuditTerms::more_pixels), if they are not audited already; false if
-    /// cancelled. With a time limit there are no more.
+    /// cancelled. With a time limit, there are no such pixels.
     pub fn extend(&mut self) -> Result<bool> {
         if self.spare.is_empty() {
             return Ok(true);
@@ -225,8 +226,8 @@ impl<'p> Truths<'p> {
     }
 
     /// Refines the truths of pixels that may be on either side of the tolerance, stage by stage;
-    /// false if cancelled. With a time limit, as many are refined as fit, and pixels that stay open
-    /// count as outside.
+    /// false if cancelled. With a time limit, only as many are refined as the remaining time is
+    /// predicted to allow. Pixels that stay open count as outside.
     ///
     /// * `radiance`: of the window's pixels, row by row.
     /// * `decides`: returns true if the outcome of the audit is decided, given the number of pixels

@@ -1,11 +1,12 @@
-//! Judgement of a picture by the truths of some pixels, and the claim that its film states.
+//! Verdict on a picture from the truths of some pixels, and the claim that its film states.
 //!
 //! ```text
 //! truth in [l, h]       pixel y is within if |y − t| ≤ max(ε t, ε_abs) for t = l and for t = h
 //! ```
 //!
-//! This then holds for every `t` between: the distance less the tolerance falls up to `y` and rises
-//! beyond. A pixel whose truth has no interval is outside.
+//! The condition then holds for every `t` in between: as a function of `t`, the distance minus the
+//! tolerance falls up to `t = y` and rises beyond, so it is largest at an end. A pixel whose truth
+//! has no interval is outside.
 
 use crate::color::Rgb;
 use crate::film::{Claim, Film, PictureClaim, PixelRecord, RenderFilm, Samples, Stop, Window, keys, planes};
@@ -42,14 +43,14 @@ impl AuditedPixel {
         self.interval.filter(|_| luminance.is_finite()).map_or(f64::INFINITY, of)
     }
 
-    /// Returns true if the pixel is within, wherever in its interval the truth is.
+    /// Returns true if the pixel is within the tolerance of every truth in the interval.
     pub fn is_within(&self, luminance: f64, tolerance: &Tolerance) -> bool {
         self.interval
             .is_some_and(|ends| ends.iter().all(|truth| (luminance - truth).abs() <= tolerance.of(*truth)))
     }
 
-    /// Returns true if the pixel is within for some truth in its interval, but not for all. A pixel
-    /// that is not finite is within for none.
+    /// Returns true if the pixel is within the tolerance of some truth in the interval, but not of
+    /// every one. A pixel that is not finite is within the tolerance of no truth.
     pub fn is_open(&self, luminance: f64, tolerance: &Tolerance) -> bool {
         if !luminance.is_finite() {
             return false;
@@ -65,7 +66,7 @@ impl AuditedPixel {
 /// Result of an interim analysis of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Look {
-    /// Number of pixels that are not within.
+    /// Number of audited pixels that are not certainly within the tolerance.
     pub outside: u64,
     /// Largest possible error of each pixel, over its half-width in the map.
     pub ratios: Vec<f64>,
@@ -95,8 +96,8 @@ impl Look {
         terms.is_reached(self.outside, self.ratios.len() as u64)
     }
 
-    /// Factor on the half-widths of the map; `None` if the audit is too small or truths are
-    /// unknown.
+    /// Factor by which the half-widths of the map are multiplied. `None` if too few pixels are
+    /// audited or too many truths are unknown.
     fn factor(&self, terms: &AuditTerms) -> Option<f64> {
         let mut ratios = self.ratios.clone();
         ratios.sort_unstable_by(f64::total_cmp);
@@ -158,7 +159,7 @@ impl Verdict<'_> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stated {
     pub claim: Claim,
-    /// Factor on the map of half-widths, where an interval is claimed.
+    /// Factor by which the pixel's half-width in the map is multiplied, if an interval is claimed.
     pub factor: f64,
     pub stop: Stop,
 }
@@ -166,7 +167,7 @@ pub(super) struct Stated {
 impl Stated {
     /// Statement about a pixel of an unfinished picture.
     pub const NOTHING: Self = Self { claim: Claim::None, factor: f64::NAN, stop: Stop::SampleCount };
-    /// Statement about a pixel of a constant background, in which no light can be missing.
+    /// Statement about a pixel that shows only a constant background: its radiance is exact.
     pub const BACKGROUND: Self = Self { claim: Claim::Exact, factor: 0.0, stop: Stop::Complete };
 }
 
@@ -216,7 +217,7 @@ pub(super) fn describe(pixels: &[AuditedPixel], tolerance: &Tolerance, film: &mu
     film.add_plane(&planes::AUDITED, Samples::F32(samples));
 }
 
-/// Number of pixels that are not within.
+/// Number of audited pixels that are not certainly within the tolerance.
 pub(super) fn outside(
     pixels: &[AuditedPixel],
     tolerance: &Tolerance,
@@ -232,9 +233,9 @@ pub(super) fn luminance_at(pixel: [u32; 2], window: &Window, radiance: &[Rgb]) -
     radiance[window.index(pixel[0], pixel[1])].luminance().into()
 }
 
-/// Returns, for each pixel of a film, true if it shows more than a constant background. A constant
-/// background is correct in any picture, and no evidence about other pixels. A pixel that is not
-/// finite counts as shown: it is wrong.
+/// Returns, for each pixel of a film, true if it shows more than a constant background. Pixels of a
+/// constant background are not audited: they are correct in any picture, and say nothing about
+/// other pixels. A pixel that is not finite is wrong, and therefore counts as showing more.
 pub(super) fn shown(film: &Film) -> Vec<bool> {
     let read = RenderFilm::of(film);
     let is_shown = |(x, y)| {

@@ -1,4 +1,4 @@
-//! Rows put together are the whole film; damage is an error.
+//! Rows that are read on demand equal those of the whole film; damage is an error.
 
 use std::fs;
 
@@ -36,12 +36,13 @@ fn layer(
 }
 
 fn write(path: &Path, layers: Layers<AnyChannels<FlatSamples>>) {
-    // The image begins inside the data and ends inside it on two sides.
+    // The display window lies inside data that begin at (5, −9). It begins one column and one row
+    // before data that begin at (9, 3).
     let display = IntegerBounds::new(Vec2(8, 2), Vec2(30, 70));
     Image::from_layers(ImageAttributes::new(display), layers).write().to_file(path).unwrap();
 }
 
-/// Reads a file by `step` rows at a time, from the bottom, and compares with the whole film.
+/// Reads a file `step` rows at a time, from the bottom, and compares the rows with the whole film.
 fn assert_same_rows(path: &Path, step: u32) {
     let whole = read_exr(path).unwrap();
     let file = ExrFile::open(path).unwrap();
@@ -202,7 +203,8 @@ fn damaged_files_give_errors_that_name_the_file_and_never_panic() {
             let mut bad = good.clone();
             bad[i] ^= 0x15;
             fs::write(&path, &bad).unwrap();
-            // Either reader may miss a wrong sample; they must agree otherwise.
+            // Both readers may miss a wrong sample. If both accept the file, they must find the
+            // same window.
             if let (Ok(rows), Ok(whole)) = (all(&path), read_exr(&path)) {
                 assert_eq!(rows.window(), whole.window());
             }

@@ -1,8 +1,8 @@
 //! Layers on the opaque surface.
 //!
 //! Sheen lies on the opaque surface ([`Sheen`](crate::bsdf::Sheen)), and a clear coat over both
-//! ([`CoatModel::Layer`]). Each of the following layers then replaces a share of the surface below,
-//! from the lowest up in the order of glTF, with `m` the metalness:
+//! ([`CoatModel::Layer`]). Each layer of the table then replaces a share of the surface below it,
+//! from the lowest layer up, in the order of glTF. `m` is the metalness.
 //!
 //! | extension | share | of |
 //! |---|---|---|
@@ -10,7 +10,8 @@
 //! | transmission | `transmissionFactor · (1 − m)` | glass, without thickness or solid |
 //!
 //! Glass is solid where `KHR_materials_volume` gives it a thickness. The tint of glass without
-//! thickness, smooth or rough, is the base colour. Solid glass has at each crossing the factor
+//! thickness, smooth or rough, is the base colour. Each time that light crosses the surface of
+//! solid glass, it is multiplied by
 //!
 //! ```text
 //! baseColorFactor · attenuationColor^(thicknessFactor / (2 · attenuationDistance))
@@ -38,8 +39,8 @@ use crate::io::textures::{between, product, whole};
 use crate::math::elementary::powf;
 use crate::scene::{Channel, ColorInput, FloatInput, NoteKind, Surface};
 
-/// Largest roughness of a pane that counts as smooth: its blur is not visible through a window.
-/// Chosen.
+/// Largest roughness at which a pane counts as smooth; chosen. The blur at this roughness is not
+/// visible through a window.
 const SMOOTH_ROUGHNESS: f32 = 0.1;
 
 const SHEEN: &str = "KHR_materials_sheen";
@@ -164,7 +165,8 @@ fn glass(reader: &mut Reader<'_, '_>, opaque: &Opaque, below: Surface) -> Result
     reader.mix(below, surface, amount, "glass")
 }
 
-/// Notes that the surface that replaces a share of `below` has neither its sheen nor its coat.
+/// Notes that the layer that replaces a share of `below` does not have the sheen and the coat of
+/// `below`.
 fn bare(reader: &mut Reader<'_, '_>, below: Surface) -> Result<()> {
     if matches!(below, Surface::Clearcoat { .. }) {
         reader.met_field(COAT, "transmissionFactor")?;

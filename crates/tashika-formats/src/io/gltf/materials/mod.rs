@@ -7,8 +7,9 @@
 //! | [`opaque`] | the opaque surface: metallic-roughness, specular-glossiness, unlit |
 //! | [`layers`] | sheen, clear coat, diffuse transmission, transmission |
 //!
-//! A material is read when a primitive first uses it. One that primitives use with different
-//! vertex colours is read once for each colour, which multiplies the base colour and the opacity.
+//! A material is read when a primitive first uses it. If primitives use it with different vertex
+//! colours, it is read once for each of these colours. The vertex colour multiplies the base colour
+//! and the opacity.
 //!
 //! # Limits
 //! A material uses one set of texture coordinates, that of its first texture; others are noted. The
@@ -41,7 +42,7 @@ use crate::scene::{
     SceneBuilder,
 };
 
-/// A colour of vertices, red, green, blue and opacity, that multiplies those of the material.
+/// Factors of a vertex colour on the red, green, blue and opacity of a material.
 pub(super) type Tint = [f32; 4];
 
 /// Tint without effect.
@@ -118,7 +119,8 @@ fn emission(reader: &mut Reader<'_, '_>) -> Result<Option<Emission>> {
         }
         None => 1.0,
     };
-    // Files from before that extension have factors above 1, although glTF forbids it.
+    // glTF forbids factors above 1, but files from before `KHR_materials_emissive_strength` have
+    // them.
     let factor = reader.color("emissiveFactor", material.emissive_factor.0, f32::MAX)? * strength;
     if !factor.is_finite() {
         return Err(Error::invalid(

@@ -7,14 +7,16 @@
 //! F₀ = min( ((n − 1) / (n + 1))² · specularColorFactor , 1 ) · specularColorTexture
 //! ```
 //!
-//! and the factor `s = specularFactor · specularTexture` scales all of its reflection: the surface
-//! is a mix of Lambert and the whole material, which is chosen with probability
-//! `1 − (1 − s)(1 − m)`. Where `m` and `s` are both above zero and one of them is textured, `s`
-//! scales `F₀` only.
+//! The factor `s = specularFactor · specularTexture` scales all of this reflection. The surface
+//! therefore is a mix of a Lambert surface and a reflecting one. The latter is chosen with
+//! probability `p = 1 − (1 − s)(1 − m)` and has the metalness `m / p`. If `m` is above zero and `m`
+//! or `s` is textured, `s` scales `F₀` only.
 //!
-//! The base is dimmed by the brightest channel of the reflection, as the extension defines. With a
-//! tint, `1 − F` differs between channels by factors that do not depend on the angle; the base
-//! colour is multiplied by these factors.
+//! The extension dims the base by `1 − F` of the brightest channel of the reflection, but the
+//! surface here dims it by `1 − F` of each channel. With a tint, the two differ by the factor
+//! `(1 − max F₀) / (1 − F₀)` in each channel, which does not depend on the angle. The base colour
+//! of a dielectric is multiplied by this factor; for a metalness above 0, the difference is only
+//! noted.
 //!
 //! `KHR_materials_anisotropy` of strength `s` has the roughnesses `α_t = α + (1 − α) s²` along its
 //! direction and `α_b = α` across.

@@ -162,8 +162,8 @@ impl<'r, 's> Reader<'r, 's> {
         self.builder.add_material(Material::new(name, surface))
     }
 
-    /// Mix of `first` and, with the share `amount`, `second`; a part without a share is omitted.
-    /// `what` names the second part.
+    /// Mix of `first` and `second`, in which `second` has the share `amount`. A part with the share
+    /// 0 is omitted. `what` names the second part.
     pub fn mix(
         &mut self,
         first: Surface,

@@ -100,7 +100,8 @@ fn openexr_channels_are_taken_by_their_names() {
     assert_eq!(colour(&[("R", 0.5), ("G", 0.25)]), ([0.5, 0.25, 0.0], None));
     assert_eq!(colour(&[("r", 1.0), ("g", 2.0), ("b", 3.0)]), ([1.0, 2.0, 3.0], None));
     assert_eq!(colour(&[("Y", 0.5), ("Z", 9.0)]), ([0.5; 3], None));
-    // A layer's colours count before a single plain channel, and plain colours before a layer's.
+    // Three colour channels of a layer take precedence over a single plain colour channel. Three
+    // plain ones take precedence over those of a layer.
     let layer = [("d.Z", 9.0), ("v.R", 1.0), ("v.G", 2.0), ("v.B", 3.0)];
     assert_eq!(colour(&layer), ([1.0, 2.0, 3.0], None));
     assert_eq!(colour(&[&layer[..], &[("R", 7.0)]].concat()), ([1.0, 2.0, 3.0], None));
@@ -108,7 +109,7 @@ fn openexr_channels_are_taken_by_their_names() {
     assert_eq!(colour(&[&layer[..], &plain].concat()), ([4.0, 5.0, 6.0], None));
     // A Y with an X beside it is a position or a motion, not a luminance.
     assert_eq!(colour(&[("m.X", 8.0), ("m.Y", 8.0), ("v.R", 1.0)]).0, [1.0, 0.0, 0.0]);
-    // The first part with colours counts, at any position in the file.
+    // The first part with colours is read, even if a part without colours comes before it.
     let depth = part("depth", &[("Z", 9.0)], window);
     let several = vec![depth.clone(), part("rgb", &plain, window), part("more", &layer, window)];
     assert_eq!(approximated(&parts(several, window)), (vec![[4.0, 5.0, 6.0]], vec![], None));
@@ -116,8 +117,8 @@ fn openexr_channels_are_taken_by_their_names() {
     assert_eq!((texels[0], said), ([9.0; 3], vec!["its only channel \"Z\" is taken as grey".to_owned()]));
 }
 
-/// A data window of ones is cut at the edges of the display window, and padded with zeros inside of
-/// it.
+/// The data window consists of ones. It must be cut off at the edges of the display window, and the
+/// rest of the display window must be zero.
 #[test]
 fn openexr_is_padded_and_cropped_to_its_display_window() {
     let picture = |data, display| approximated(&parts(vec![part("a", &[("Y", 1.0)], data)], display));
@@ -138,8 +139,8 @@ fn openexr_is_padded_and_cropped_to_its_display_window() {
     assert_eq!(said, ["its data window lies outside of its display window: 0 everywhere"]);
 }
 
-/// A file of 300 bytes does not get the 1.2 GB that its display window claims, although the limit
-/// of texels permits them. A window of 2048 × 2048 is accepted.
+/// The display window of a file of 300 bytes claims 1.2 GB, which the limit of texels permits. The
+/// file must be refused. With a display window of 2048 × 2048, it must be accepted.
 #[test]
 fn an_openexr_display_window_takes_no_more_than_the_file_is_worth() {
     let tiny = |display| parts(vec![part("a", &[("Y", 1.0)], ([5, 5], [1, 1]))], display);
@@ -210,7 +211,8 @@ fn damaged_and_other_openexr_files_are_refused() {
     }
 }
 
-/// A ramp of 7 × 5 texels in three levels, as `maketx` writes it in this format.
+/// The file is a ramp of 7 × 5 texels in three levels, written by `maketx`. Its largest level must
+/// be read exactly. With one byte changed, the file must give an error or a whole picture.
 #[test]
 fn openexr_of_several_levels_is_its_largest_and_damaged_it_is_refused_or_read() {
     let bytes = include_bytes!("../../../../../../fuzz/seeds/image/levels.tx");

@@ -110,7 +110,7 @@ impl Interpreter<'_> {
 
     fn place_object(&mut self, instance: &Instance) -> Result<()> {
         let Instance { name, to_world, track, at } = instance;
-        // Removed while its parts are placed, to avoid a copy.
+        // The object is removed while its parts are placed, to avoid a copy.
         let Some(parts) = self.objects.remove(name) else {
             self.loading.names.miss(Named::Object, name, at);
             let message = format!("object {:?} is not defined: left out", excerpt(name, 60));

@@ -1,7 +1,8 @@
 //! The material `disney` of pbrt-v3.
 //!
-//! See [`principled`](crate::io::principled) for the mix. The tint of reflection, `speculartint`,
-//! is ignored: in pbrt it counts only where the surface is partly metal.
+//! See [`principled`](crate::io::principled) for the mix of surfaces that it becomes.
+//! `speculartint`, the tint of the specular reflection, is ignored: in pbrt it has an effect only
+//! where the surface is partly metal.
 //!
 //! Ignored parameters are noted, see the rows `disney …` of the features table. Tested by the
 //! suite's `formula_materials`, sources: Burley 2012, 2015.

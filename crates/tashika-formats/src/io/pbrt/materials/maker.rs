@@ -15,7 +15,8 @@ use crate::io::pbrt::version::Version;
 use crate::math::elementary::powf;
 use crate::scene::{ColorInput, FacetInput, FloatInput, NormalInput, NoteKind, Texture};
 
-/// Range of complex indices of refraction; silver has a real part of 0.05.
+/// Range of complex indices of refraction: real parts are at least `LEAST_ETA` (silver has 0.05),
+/// all parts at most `MOST_INDEX`.
 const LEAST_ETA: f32 = 1e-3;
 const MOST_INDEX: f32 = 100.0;
 
@@ -98,8 +99,8 @@ impl Maker<'_, '_> {
         Ok(FloatInput { factor, texture: Some((power, channel)) })
     }
 
-    /// Reads facets that are smooth unless the file gives a roughness above 0: remapping would make
-    /// a roughness of 0 rough.
+    /// Reads facets that are smooth unless the file gives a roughness above 0. Without this case,
+    /// remapping would turn a roughness of 0 into a rough surface.
     pub(super) fn facets_if_rough(&mut self) -> Result<FacetInput> {
         let facets = self.facets("", 0.0)?;
         let is_rough = ["uroughness", "vroughness", "roughness"]

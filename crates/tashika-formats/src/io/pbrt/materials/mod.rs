@@ -1,8 +1,8 @@
 //! `Material`, `MakeNamedMaterial`, `NamedMaterial`.
 //!
 //! Emission and alpha belong to shapes in pbrt and to materials here. A material of the file
-//! becomes one material of the scene for each pair of light and alpha that it is used with, in the
-//! order of first use.
+//! therefore becomes one material of the scene for each pair of light and alpha that it is used
+//! with, in the order of first use.
 //!
 //! Held to this by `suite::pbrt_appearance::materials_*`. For the surface of each type see [`v3`]
 //! and [`v4`].
@@ -33,7 +33,7 @@ use crate::scene::{
 #[derive(Clone, Debug)]
 pub(super) struct Definition {
     name: String,
-    /// None for invisible interfaces, which become boundaries if there are media.
+    /// None for an invisible interface, which becomes a boundary if it separates media.
     surface: Option<Surface>,
     normal: Option<NormalInput>,
     /// Opacity of the material itself.
@@ -62,7 +62,7 @@ pub(super) struct Materials {
 }
 
 impl Materials {
-    /// Starts with the material of shapes before any is named.
+    /// State with the material of shapes that precede any `Material`.
     pub(super) fn new() -> Self {
         let surface = Some(grey());
         let first =
@@ -70,7 +70,7 @@ impl Materials {
         Self { definitions: vec![first], named: BTreeMap::new(), made: BTreeMap::new(), boundary: None }
     }
 
-    /// Material of shapes before any is named.
+    /// Material of shapes that precede any `Material`.
     pub(super) fn default_id(&self) -> DefinitionId {
         DefinitionId(0)
     }
@@ -166,7 +166,8 @@ impl Materials {
         Ok(DefinitionId(self.definitions.len() - 1))
     }
 
-    /// `mix`: the share of the second is `amount` in pbrt-v4 and `1 − amount` in pbrt-v3.
+    /// Material `mix`. The share of the second material is `amount` in pbrt-v4 and `1 − amount` in
+    /// pbrt-v3.
     fn mix(&mut self, loading: &mut Loading<'_>, textures: &Textures, p: &Parameters) -> Result<Definition> {
         let names: Vec<String> = match loading.version {
             Version::V3 => ["namedmaterial1", "namedmaterial2"]
@@ -201,12 +202,12 @@ impl Materials {
         Ok(Definition { name: String::new(), surface, normal: None, opacity: None, textured })
     }
 
-    /// Material of the scene that only scatters.
+    /// Material of the scene for a definition without light and alpha.
     fn plain(&mut self, loading: &mut Loading<'_>, id: DefinitionId) -> Result<MaterialId> {
         self.material(loading, id, None, None)
     }
 
-    /// Material of the scene for a definition with a light and an alpha.
+    /// Material of the scene for a definition with the given light and alpha.
     pub(super) fn material(
         &mut self,
         loading: &mut Loading<'_>,

@@ -2,12 +2,12 @@
 //!
 //! | type | surface |
 //! |---|---|
-//! | `matte` | Lambert; with a roughness `sigma`, of equal reflectance under uniform light |
+//! | `matte` | Lambert; with `sigma`, the one of equal reflectance under uniform light |
 //! | `plastic` | `Plastic`, index 1.5 |
 //! | `metal` | conductor of `eta`, `k` |
 //! | `mirror` | mirror of `Kr` |
 //! | `glass` | glass of `Kr`, `Kt` |
-//! | `uber` | `Plastic`; with `Kr` or `Kt` mixed with a smooth coat or glass; `opacity` is alpha |
+//! | `uber` | `Plastic`, mixed with a smooth coat (`Kr`) or glass (`Kt`); `opacity` is alpha |
 //! | `substrate` | Ashikhmin and Shirley's formula |
 //! | `translucent` | a mix of Lambert on both sides and of glass |
 //! | `disney` | see `disney` |
@@ -15,9 +15,9 @@
 //! | `hair`, `fourier` | Lambert of the hair's colour; grey |
 //! | `none`, an empty name | invisible |
 //!
-//! In the mixes of `uber` and `translucent` each part is divided by its share, so that the sum is
-//! the material's. In `translucent`, Lambert reflects `reflect · Kd` and transmits `transmit · Kd`;
-//! glass has the same shares of `Ks`.
+//! The materials `uber` and `translucent` become mixes. Each part of a mix is divided by its share,
+//! so that the sum of the parts has the file's coefficients. In `translucent`, Lambert reflects
+//! `reflect · Kd` and transmits `transmit · Kd`; glass has the same shares of `Ks`.
 //!
 //! Source: the format description of pbrt-v3. Tested by
 //! `suite::pbrt_appearance::materials_of_pbrt_v3_*`.
@@ -94,8 +94,8 @@ fn uber(m: &mut Maker<'_, '_>) -> Result<(Surface, Option<FloatInput>)> {
     let opacity = m.textures.color_or_float(m.loading, m.parameters, "opacity")?;
     let opacity = opacity.filter(|o| o.texture.is_some() || o.factor < 1.0);
     let glossy = Surface::Plastic { diffuse, specular, ior, facets };
-    // The smallest weights that keep all factors of the parts within 1, if those of the whole allow
-    // it.
+    // The smallest weights with which no factor of a part exceeds 1, if the factors of the whole
+    // allow that.
     let weights =
         [diffuse.factor + specular.factor, mirror.factor.zip(transmission, f32::max)].map(Rgb::max_channel);
     if weights[1] <= 0.0 {
@@ -170,8 +170,8 @@ pub(super) fn subsurface(m: &mut Maker<'_, '_>, reflectance: Option<&str>) -> Re
     };
     let facets = m.facets_if_rough()?;
     m.parameters.accept_known();
-    // The light that leaves is proportional to the reflectance and to the light that enters,
-    // whatever the boundary reflects back inside.
+    // The light that leaves is proportional to the diffuse reflectance and to the light that
+    // enters, whatever fraction the boundary reflects back inside.
     let (base, specular) = (CoatBase::Proportional, Rgb::WHITE.into());
     Ok(Surface::Coated { reflectance: diffuse, base, specular, ior, facets })
 }

@@ -4,8 +4,8 @@
 //! |---|---|
 //! | `diffuse` | Lambert |
 //! | `coateddiffuse` | `Coated`; thickness, absorption and scattering in the coat are ignored |
-//! | `conductor` | conductor of `eta`, `k`, or of `reflectance` as `η = 1`, `k = 2√r / √(1−r)` |
-//! | `coatedconductor` | a conductor with the reflectance of both together at normal incidence |
+//! | `conductor` | conductor of `eta`, `k`; a `reflectance` is `η = 1`, `k = 2√r / √(1−r)` |
+//! | `coatedconductor` | conductor with the reflectance of conductor and coat at normal incidence |
 //! | `dielectric` | glass |
 //! | `thindielectric` | a pane |
 //! | `diffusetransmission` | Lambert on both sides |
@@ -93,8 +93,9 @@ fn conductor(m: &mut Maker<'_, '_>, prefix: &str, roughness: &str) -> Result<Sur
     Ok(Surface::Conductor { fresnel, specular, facets })
 }
 
-/// Metal with the reflectance of metal and coat together at normal incidence,
-/// `F + (1 − F)² R / (1 − F R)`. The metal's constants are relative to the coat.
+/// Conductor with the reflectance of metal and coat together at normal incidence,
+/// `F + (1 − F)² R / (1 − F R)`. `F` and `R` are the reflectances of coat and metal; the metal's
+/// constants are relative to the coat.
 fn coated_conductor(m: &mut Maker<'_, '_>) -> Result<Surface> {
     let surface = conductor(m, "conductor.", "conductor.")?;
     let inside = m.ior(&["interface.eta"])?;
@@ -117,7 +118,7 @@ fn coated_conductor(m: &mut Maker<'_, '_>) -> Result<Surface> {
 /// Metal of the given reflectance at normal incidence.
 fn of_reflectance(reflectance: Rgb) -> ConductorFresnel {
     let k = reflectance.map(|r| {
-        // For larger reflectances, `k` exceeds that of any metal, and 100.
+        // For larger reflectances, `k` exceeds 100, and the value of any metal.
         let r = r.clamp(0.0, 0.9995);
         2.0 * r.sqrt() / (1.0 - r).sqrt()
     });

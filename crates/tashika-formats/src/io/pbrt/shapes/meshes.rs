@@ -20,8 +20,8 @@ const PATCH_STEPS: u32 = 8;
 /// Texture coordinates of the corners of triangles that have none.
 const DEFAULT_UVS: [Vec2; 3] = [Vec2::ZERO, Vec2::X, Vec2::ONE];
 
-/// Largest volume that the corners of a flat patch span, relative to the cube of their largest
-/// distance from the first.
+/// Flatness limit of a patch: volume that its corners span, relative to the cube of the largest
+/// distance of a corner from the first.
 const FLATNESS: f32 = 1e-4;
 
 /// Returns the triangles of a shape, with pbrt's texture coordinates; none if it is ignored.
@@ -210,8 +210,8 @@ fn height_field(p: &Parameters) -> Result<Option<MeshData>> {
     shapes::heightfield(size, heights, &p.at()).map(Some)
 }
 
-/// Gives a mesh the default texture coordinates of triangles: each corner becomes a vertex of its
-/// own.
+/// Gives a mesh pbrt's default texture coordinates for triangles. Corners are no longer shared:
+/// each becomes a separate vertex.
 pub(super) fn with_default_uvs(data: MeshData) -> MeshData {
     let corners = data.triangles.iter().flatten().map(|&i| i as usize);
     let positions: Vec<Vec3> = corners.clone().map(|i| data.positions[i]).collect();

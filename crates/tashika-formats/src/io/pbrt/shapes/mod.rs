@@ -1,19 +1,19 @@
 //! `Shape`: meshes with their material.
 //!
 //! A shape becomes a mesh in its own space, placed by the current transform. Quadrics and mesh
-//! files of equal parameters, material, orientation and media share one mesh, however often a file
-//! repeats them.
+//! files share one mesh if their parameters, material, orientation and media are equal, however
+//! often a file repeats them.
 //!
-//! Light leaves on the side of pbrt's surface normal. For triangles that is the side of the vertex
-//! normals, or else the side from which the corners run counter-clockwise *in the space of the
-//! shape*: in pbrt, whose triangles are in world space, an exclusive or with the handedness of the
-//! transform has this effect. `ReverseOrientation` reverses the side, but in pbrt-v3 not that of
-//! triangles with vertex normals. For quadrics it is the side of their own normals, which
-//! `ReverseOrientation` reverses too.
+//! A shape emits on the side of pbrt's surface normal. For triangles with vertex normals, this is
+//! the side of these normals. For other triangles it is the side from which the corners run
+//! counter-clockwise *in the space of the shape*. (In pbrt the triangles are in world space; an
+//! exclusive or with the handedness of the transform has the same effect.) `ReverseOrientation`
+//! reverses the side, except for triangles with vertex normals in pbrt-v3. For quadrics it is the
+//! side of their own normals, which `ReverseOrientation` reverses too.
 //!
-//! Alpha textures cut holes in pbrt-v3 (where they are 0) and transmit a fraction in pbrt-v4. An
-//! emitter of alpha 0 is invisible and emits in full; an emitter of fractional alpha emits that
-//! fraction. Area lights of shapes inside objects are ignored, as in pbrt.
+//! Alpha textures cut holes in pbrt-v3 (where they are 0) and transmit a fraction of the light in
+//! pbrt-v4. An emitter of alpha 0 is invisible and emits fully; an emitter of fractional alpha
+//! emits that fraction. Area lights of shapes inside objects are ignored, as in pbrt.
 //!
 //! Source: Pharr et al. 2023, chapter 6. Tested by `suite::pbrt::shapes_*`.
 
@@ -69,14 +69,14 @@ enum Orientation {
     Quadric,
 }
 
-/// A shape by its parameters: its type with numbers, or the name of a file.
+/// Parameters that identify a shape: its type with its numbers, or the name of its file.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Prototype {
     Quadric(&'static str, Vec<u32>),
     File(String),
 }
 
-/// Meshes that may be used again.
+/// Meshes that later shapes may share.
 #[derive(Debug, Default)]
 pub(super) struct Shapes {
     /// Meshes by prototype, material, orientation, and media on both sides.
@@ -141,7 +141,7 @@ impl Shapes {
             None => None,
         };
         let mut data = None;
-        // The radiance of a power depends on the mesh's area.
+        // The radiance of a light that is given by its power depends on the mesh's area.
         if light.is_some_and(|light| light.power.is_some()) {
             data = self.data(loading, request, prototype.as_ref(), textured)?;
             if data.is_none() {
@@ -204,7 +204,7 @@ impl Shapes {
             data = meshes::with_default_uvs(data);
         }
         data.flip_v();
-        // In pbrt-v3, vertex normals alone decide the side of triangles.
+        // In pbrt-v3, vertex normals alone decide the side of triangles that have them.
         let stays = orientation == Orientation::Triangles
             && !data.normals.is_empty()
             && loading.version == Version::V3;
@@ -221,7 +221,7 @@ fn alpha(loading: &mut Loading<'_>, textures: &Textures, p: &Parameters) -> Opti
     alpha.factor = alpha.factor.max(0.0);
     let opaque = match (alpha.texture, loading.version) {
         (Some(_), _) => false,
-        // pbrt-v3 tests only if it is 0.
+        // pbrt-v3 tests only if alpha is 0.
         (None, Version::V3) => alpha.factor > 0.0,
         (None, Version::V4) => alpha.factor >= 1.0,
     };

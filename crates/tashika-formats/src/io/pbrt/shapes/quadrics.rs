@@ -26,7 +26,7 @@ pub(super) fn prototype(class: &str, p: &Parameters) -> Option<Prototype> {
     Some(Prototype::Quadric(name, bits))
 }
 
-/// Parameters in the order of the table; for hyperboloids, followed by the two points.
+/// Parameters in the order of the table. For hyperboloids the two points follow.
 fn numbers(class: &str, p: &Parameters) -> Vec<f32> {
     let parameters = QUADRICS.iter().find(|(name, _)| *name == class).map_or(&[][..], |q| q.1);
     let mut values: Vec<f32> =

@@ -1,11 +1,13 @@
-//! Bytes of a binary file, and its compressed parts.
+//! Reads from the bytes of a binary file and unpacks its compressed parts.
 //!
-//! Integers are coded by their successive differences. Two bits for each select the commonest
-//! difference, or one that is stored in 1, 2 or 4 bytes (2, 4 or 8 for long integers). The whole is
-//! a block of LZ4.[^lz4]
+//! Integers are stored as differences from their predecessors. For each integer, a code of two bits
+//! selects either the most common difference, which is stored once, or a difference that is stored
+//! in 1, 2 or 4 bytes (2, 4 or 8 for long integers). Codes and differences together are compressed
+//! by LZ4.[^lz4]
 //!
 //! # Guarantee
-//! No allocation exceeds the largest possible size of the uncompressed bytes, or the budget.
+//! No allocation exceeds the largest size to which the compressed bytes can expand, nor the budget
+//! of unpacked bytes.
 //!
 //! [^lz4]: Collet. "LZ4 Block Format Description." 2022.
 
@@ -16,7 +18,8 @@ use std::rc::Rc;
 pub(super) type Wrong = String;
 pub(super) type Read<T> = Result<T, Wrong>;
 
-/// Largest expansion of a block: each of its bytes adds at most 255 to a length.
+/// Largest ratio of unpacked to packed bytes: each byte of an LZ4 block lengthens a copied run by
+/// at most 255 bytes.
 const MOST_EXPANSION: usize = 255;
 
 /// Part of the bytes of a file.
@@ -84,7 +87,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Takes bytes from the budget of unpacked bytes.
+    /// Subtracts `bytes` from the budget of unpacked bytes.
     pub fn spend(&self, bytes: u64) -> Read<()> {
         let left = self.budget.get().checked_sub(bytes);
         self.budget.set(left.ok_or("more unpacked bytes than a file may have")?);
@@ -118,7 +121,7 @@ impl<'a> Cursor<'a> {
         Ok(out)
     }
 
-    /// Reads `count` compressed integers, with their size before them.
+    /// Reads `count` compressed integers. Their compressed size precedes them.
     pub fn integers(&mut self, count: usize, kind: Kind) -> Read<Vec<i64>> {
         let packed = self.count(1)?;
         if count == 0 {
@@ -129,7 +132,7 @@ impl<'a> Cursor<'a> {
         let codes = count.div_ceil(4);
         let most = codes.saturating_add(width).saturating_add(count.saturating_mul(width));
         let unpacked = self.unpacked(packed, most)?;
-        // At least two bits for each.
+        // Each integer takes at least its code of two bits.
         if unpacked.len() < codes {
             return Err(format!("{count} integers in {} bytes", unpacked.len()));
         }
@@ -138,7 +141,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// Width of integers, and the range in which they wrap around.
+/// Type of integers: `i32`, `u32` or `i64`. Sums wrap around in this type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Signed,
@@ -179,7 +182,7 @@ mod tests {
 
     #[test]
     fn integers_are_their_differences() {
-        // Common 1; codes common, one byte, two bytes, four bytes.
+        // The most common difference is 1. Codes: most common, one byte, two bytes, four bytes.
         let mut bytes = vec![1, 0, 0, 0, 0b11_10_01_00, 0xfe];
         bytes.extend(1000_i16.to_le_bytes());
         bytes.extend((-2_000_000_i32).to_le_bytes());

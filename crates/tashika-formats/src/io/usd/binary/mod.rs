@@ -11,8 +11,8 @@
 //! | this one | the sections |
 //!
 //! # Guarantee
-//! Any bytes give a layer or an error. All counts are checked against the bytes that are there;
-//! unpacked bytes stay within the budget that the caller gives.
+//! Any byte string gives a layer or an error. All counts are checked against the bytes that the
+//! file has; unpacked bytes stay within the budgets of [`parse`].
 //!
 //! Held to this by `tests` with files that Pixar's own library wrote (`scripts/usd_samples.py`),
 //! and by `damaged_usd` of the suite.
@@ -35,13 +35,13 @@ use crate::error::{Error, Location, Result};
 /// First bytes of a binary file.
 pub(super) const MAGIC: &[u8] = b"PXR-USDC";
 
-/// Versions that are read: from the first with compressed sections.
+/// Versions that are read; 0.4 is the first with compressed sections.
 const VERSIONS: std::ops::RangeInclusive<[u8; 2]> = [0, 4]..=[0, 13];
 
 /// Largest depth of a path (names).
 const MAX_DEPTH: usize = 200;
 
-/// Type, flags, and place or value, as stored in the file.
+/// A value as stored in the file: type, flags, and either the value itself or its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rep(pub u64);
 
@@ -51,13 +51,14 @@ pub(super) struct Binary {
     bytes: Bytes,
     version: [u8; 2],
     tokens: Vec<Text>,
-    /// Index of the token of each string.
+    /// For each string, the index of its token.
     strings: Vec<u32>,
     paths: Vec<Text>,
     budget: Cell<u64>,
 }
 
-/// Reads a file, unpacking at most `budget` bytes at a time.
+/// Reads a file. The tables may unpack `budget` bytes in all; the values that are read later may
+/// unpack as many again.
 pub(super) fn parse(bytes: Bytes, name: &Path, budget: u64) -> Result<Layer> {
     let at = || Location::file(name);
     let version: [u8; 2] = match bytes.get().get(8..10) {
@@ -76,11 +77,11 @@ pub(super) fn parse(bytes: Bytes, name: &Path, budget: u64) -> Result<Layer> {
     result.map_err(|wrong| Error::invalid(at(), wrong, "a sound file: is it cut off?"))
 }
 
-/// Sections that specs are made of.
+/// Sections from which the specs of a layer are built.
 struct Sections {
     /// Name and value of each field.
     fields: Vec<(u32, Rep)>,
-    /// Fields of all sets; [`u32::MAX`] ends a set.
+    /// Indices of the fields of all sets, one set after the other; [`u32::MAX`] ends a set.
     field_sets: Vec<i64>,
     /// Path, set of fields, and type of each spec.
     specs: Vec<[i64; 3]>,
@@ -113,7 +114,7 @@ fn sections(bytes: Bytes, version: [u8; 2], budget: u64) -> Read<(Binary, Sectio
         let size = usize::try_from(*size).unwrap_or(usize::MAX);
         binary.cursor(start)?.take(size).map(<[u8]>::to_vec)
     };
-    // Sections are copied so that the tables can be filled while they are read.
+    // Sections are copied, because `binary` holds the file and is changed while they are read.
     let part = section(&binary, "TOKENS")?;
     binary.tokens = tokens(&mut binary.over(&part))?;
     let part = section(&binary, "STRINGS")?;
@@ -141,12 +142,12 @@ fn sections(bytes: Bytes, version: [u8; 2], budget: u64) -> Read<(Binary, Sectio
         let (paths, sets, types) = (paths?, sets?, types?);
         (0..count).map(|i| [paths[i], sets[i], types[i]]).collect()
     };
-    // From here on, single values are read on demand.
+    // The tables are complete. The values, which are read on demand, have the whole budget again.
     binary.budget.set(budget);
     Ok((binary, Sections { fields, field_sets, specs }))
 }
 
-/// A count of compressed items, which cannot be checked before they are unpacked.
+/// Reads a count of compressed items. It can be checked only after the items are unpacked.
 fn claimed(cursor: &mut Cursor<'_>) -> Read<usize> {
     let count = cursor.u64()?;
     usize::try_from(count).ok().filter(|_| count < 1 << 40).ok_or_else(|| format!("a list of {count}"))
@@ -178,7 +179,7 @@ fn fields(cursor: &mut Cursor<'_>) -> Read<Vec<(u32, Rep)>> {
     Ok(names.iter().zip(reps).map(|(&name, rep)| (name as u32, Rep(u64::from_le_bytes(*rep)))).collect())
 }
 
-/// All paths, by their index.
+/// Reads all paths into a list, at their indices in the file.
 fn paths(cursor: &mut Cursor<'_>, tokens: &[Text]) -> Read<Vec<Text>> {
     let (total, count) = (claimed(cursor)?, claimed(cursor)?);
     let indices = cursor.integers(count, Kind::Unsigned)?;
@@ -188,7 +189,7 @@ fn paths(cursor: &mut Cursor<'_>, tokens: &[Text]) -> Read<Vec<Text>> {
         return Err(format!("{count} of {total} paths"));
     }
     let mut paths: Vec<Text> = vec![Text::from(""); total];
-    // Beginning of each branch, the path above it, and its depth.
+    // Branches that are still to be read: first element, path of the parent, and depth.
     let mut branches: Vec<(usize, Option<Text>, usize)> = vec![(0, None, 0)];
     let mut visited = 0;
     while let Some((mut at, mut parent, mut depth)) = branches.pop() {

@@ -19,7 +19,7 @@ const VARIANT: i64 = 10;
 const TIME_SAMPLES: u64 = 46;
 const SPLINE: u64 = 59;
 
-/// The layer, without the bytes of the file.
+/// Builds the layer without the bytes of the file, which the caller adds.
 pub(super) fn layer(binary: &Binary, sections: &Sections, name: &Path) -> Read<Layer> {
     let mut layer = Layer {
         name: name.to_owned(),
@@ -29,7 +29,7 @@ pub(super) fn layer(binary: &Binary, sections: &Sections, name: &Path) -> Read<L
     };
     let mut building = Building { binary, sections, by_path: BTreeMap::new(), orders: Vec::new() };
     building.by_path.insert("/".into(), 0);
-    // Prims and variants first: properties are attached to the prim of their path.
+    // Prims and variants are made first, so that properties can be attached to them by path.
     for &[path, set, kind] in &sections.specs {
         let path = binary.path(u32::try_from(path).unwrap_or(u32::MAX))?;
         match kind {
@@ -52,12 +52,12 @@ struct Building<'a> {
     binary: &'a Binary,
     sections: &'a Sections,
     by_path: BTreeMap<Text, u32>,
-    /// Names of children as the file orders them.
+    /// Prims, each with the names of its children in the order of the file.
     orders: Vec<(u32, Vec<Text>)>,
 }
 
 impl Building<'_> {
-    /// The fields of a set, by name.
+    /// Returns the names and values of the fields of a set.
     fn fields(&self, set: i64) -> Read<Vec<(Text, Rep)>> {
         let start = usize::try_from(set).ok().filter(|&s| s <= self.sections.field_sets.len());
         let start = start.ok_or_else(|| format!("set {set} of fields"))?;
@@ -188,7 +188,8 @@ impl Building<'_> {
     }
 }
 
-/// Path above a prim, and its name: `/A` and `B` of `/A/B`, `/A{v=x}` and `B` of `/A{v=x}B`.
+/// Splits the path of a prim into the path of its parent and its name: `/A` and `B` of `/A/B`,
+/// `/A{v=x}` and `B` of `/A{v=x}B`.
 fn parent(path: &str) -> Option<(&str, &str)> {
     let start = path.rfind(['/', '}'])? + 1;
     let name = path.get(start..).filter(|name| !name.is_empty())?;

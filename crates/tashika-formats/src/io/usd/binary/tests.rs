@@ -1,4 +1,4 @@
-//! Layers that Pixar's library wrote in both encodings.
+//! Compares layers that Pixar's library wrote in both encodings, as text and as binary files.
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -8,7 +8,7 @@ use super::super::text;
 use super::super::value::Value;
 use super::*;
 
-/// `scripts/usd_samples.py` writes the files.
+/// Path of a file that `scripts/usd_samples.py` wrote.
 fn path(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tashika/tests/suite/usd").join(name)
 }
@@ -23,8 +23,8 @@ fn read(name: &str) -> Layer {
     parse(Bytes { all: Rc::new(bytes), from: 0, to }, &path, 1 << 20).unwrap()
 }
 
-/// Compares values up to the precision of text: six digits for halves, and for floats as many as
-/// restore them.
+/// Compares values up to the precision of the text. It has six digits for halves, and for floats
+/// enough digits to restore them.
 fn alike(a: &Value, b: &Value) -> bool {
     let near = |a: &[f64], b: &[f64]| {
         a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-6 * a.abs())

@@ -1,7 +1,7 @@
-//! Values by their type.
+//! Decodes values by their type.
 //!
-//! A value is eight bytes: flags, a type, and 48 bits with the value itself, if it is small, or its
-//! place in the file.
+//! A value is stored as eight bytes: flags, a type, and 48 bits. These hold the value itself if it
+//! is small, and otherwise its position in the file.
 
 use std::rc::Rc;
 
@@ -15,7 +15,7 @@ const MAX_DEPTH: usize = 32;
 /// Shortest array that is compressed.
 const SHORTEST_COMPRESSED: usize = 16;
 
-/// Numbers as files store them.
+/// Binary types of numbers, as files store them.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Stored {
     Bool,
@@ -39,7 +39,7 @@ impl Stored {
         }
     }
 
-    /// The number in the first bytes.
+    /// Decodes the number at the beginning of `b`.
     fn read(self, b: &[u8]) -> f64 {
         let four = || [b[0], b[1], b[2], b[3]];
         let eight = || [b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]];
@@ -98,7 +98,7 @@ fn shape(kind: u8) -> Option<(Stored, usize)> {
     })
 }
 
-/// Returns true if a rep stands for whole numbers or truth values.
+/// Returns true if a rep stands for integers or booleans.
 pub(super) fn is_whole(rep: Rep) -> bool {
     matches!(rep.0 >> 48 & 0xff, 1..=6 | 22 | 26 | 30)
 }
@@ -197,16 +197,16 @@ fn raw(cursor: &mut Cursor<'_>, stored: Stored, count: usize) -> Read<Vec<f64>> 
     Ok(bytes.chunks_exact(size).map(|b| stored.read(b)).collect())
 }
 
-/// Numbers in the rep itself.
+/// Decodes numbers that are stored in the rep itself.
 fn inlined(kind: u8, stored: Stored, width: usize, payload: u64) -> Vec<f64> {
     let bytes = payload.to_le_bytes();
     match kind {
-        // Four bytes as they are; longer numbers in the shorter type that holds them.
+        // Numbers of up to four bytes are stored unchanged, longer ones as four-byte numbers.
         1..=4 | 7 | 8 => vec![stored.read(&bytes)],
         5 => vec![Stored::I32.read(&bytes)],
         6 => vec![Stored::U32.read(&bytes)],
         9 | 56 => vec![Stored::Float.read(&bytes)],
-        // Two halves are four bytes.
+        // A vector of two halves takes four bytes.
         21 => bytes[..4].chunks_exact(2).map(|b| stored.read(b)).collect(),
         // The diagonal of a matrix.
         13..=15 => {
@@ -221,7 +221,7 @@ fn inlined(kind: u8, stored: Stored, width: usize, payload: u64) -> Vec<f64> {
     }
 }
 
-/// Files store the real part of a quaternion last.
+/// Moves the real part of quaternions to the front; files store it last.
 fn real_part_first(kind: u8, numbers: &mut [f64]) {
     if (16..=18).contains(&kind) {
         numbers.as_chunks_mut::<4>().0.iter_mut().for_each(|q| q.rotate_right(1));
@@ -230,7 +230,7 @@ fn real_part_first(kind: u8, numbers: &mut [f64]) {
 
 fn array(binary: &Binary, mut cursor: Cursor<'_>, kind: u8, is_compressed: bool) -> Read<Value> {
     if binary.version < [0, 5] {
-        // The rank, which is one.
+        // Skips the rank of the array, which is always 1.
         cursor.u32()?;
     }
     let count = if binary.version < [0, 7] { u64::from(cursor.u32()?) } else { cursor.u64()? };
@@ -271,7 +271,7 @@ fn compressed(cursor: &mut Cursor<'_>, stored: Stored, count: usize) -> Read<Vec
     match cursor.fixed::<1>()? {
         // Whole numbers.
         [b'i'] => cursor.integers(count, Kind::Signed).map(numbers),
-        // Few different numbers, in a table.
+        // A table of the distinct numbers, followed by an index for each element.
         [b't'] => {
             let size = cursor.u32()? as usize;
             let table = raw(cursor, stored, size)?;
@@ -283,7 +283,7 @@ fn compressed(cursor: &mut Cursor<'_>, stored: Stored, count: usize) -> Read<Vec
     }
 }
 
-/// Edits of a list whose items take at least `size` bytes.
+/// Reads the edits of a list. Its items take at least `size` bytes each.
 fn list_op<T>(
     cursor: &mut Cursor<'_>,
     size: usize,
@@ -294,7 +294,7 @@ fn list_op<T>(
     if flags & 1 != 0 {
         op.explicit = Some(Vec::new());
     }
-    // Explicit, added, prepended, appended, deleted, ordered.
+    // Flags in the order of the lists: explicit, added, prepended, appended, deleted, ordered.
     for flag in [2, 4, 32, 64, 8, 16] {
         if flags & flag == 0 {
             continue;
@@ -317,7 +317,7 @@ fn has_payload_offset(binary: &Binary) -> (bool, usize) {
     if binary.version >= [0, 8] { (true, 24) } else { (false, 8) }
 }
 
-/// A reference, or a payload, which has no dictionary after it (`depth` 64).
+/// Reads a reference or a payload. A payload (`depth` 64) is not followed by a dictionary.
 fn reference(binary: &Binary, cursor: &mut Cursor<'_>, has_offset: bool, depth: usize) -> Read<Reference> {
     let (asset, prim) = (binary.string(cursor.u32()?)?, binary.path(cursor.u32()?)?);
     let (offset, scale) = if has_offset { (cursor.f64()?, cursor.f64()?) } else { (0.0, 1.0) };

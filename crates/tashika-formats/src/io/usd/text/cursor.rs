@@ -6,7 +6,7 @@ use crate::error::{Error, Location, Result};
 use crate::io::notes::quoted;
 use crate::io::text::utf8_or_latin1;
 
-/// A position in a text, never in front of blanks or comments.
+/// A position in a text. Blanks and comments after a token are skipped together with the token.
 pub(super) struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -80,7 +80,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Takes a byte and the blanks after it, if it is the next.
+    /// Consumes `byte` and the blanks after it, if it is the next byte; returns true if it is.
     pub(super) fn eat(&mut self, byte: u8) -> bool {
         let is_there = self.eat_at_once(byte);
         if is_there {
@@ -89,14 +89,14 @@ impl<'a> Cursor<'a> {
         is_there
     }
 
-    /// Takes a byte, if it is the next, but no blanks after it.
+    /// Consumes `byte` without the blanks after it, if it is the next byte; returns true if it is.
     pub(super) fn eat_at_once(&mut self, byte: u8) -> bool {
         let is_there = self.peek() == Some(byte);
         self.at += usize::from(is_there);
         is_there
     }
 
-    /// Takes a byte, which must be the next.
+    /// Consumes `byte` and the blanks after it; any other next byte is an error.
     pub(super) fn expect(&mut self, byte: u8) -> Result<()> {
         if self.eat(byte) {
             return Ok(());
@@ -104,7 +104,7 @@ impl<'a> Cursor<'a> {
         Err(self.invalid(&self.found(), &format!("{:?}", char::from(byte))))
     }
 
-    /// A name, with colons; a dot ends it.
+    /// Parses a name, which may contain colons; a dot ends it.
     pub(super) fn word(&mut self, expected: &str) -> Result<&'a str> {
         let rest = &self.bytes[self.at.min(self.bytes.len())..];
         let is_part = |b: &u8| b.is_ascii_alphanumeric() || matches!(b, b'_' | b':') || *b >= 0x80;
@@ -137,7 +137,7 @@ impl<'a> Cursor<'a> {
         Ok(number)
     }
 
-    /// A string, with one or three quotation marks of either kind.
+    /// Parses a string between one or three quotation marks of either kind.
     pub(super) fn string(&mut self) -> Result<String> {
         let Some(mark @ (b'"' | b'\'')) = self.peek() else {
             return Err(self.invalid(&self.found(), "a string"));
@@ -210,7 +210,7 @@ impl<'a> Cursor<'a> {
         Err(self.invalid(&self.found(), &quoted(&utf8_or_latin1(mark))))
     }
 
-    /// Text before the mark, within the line.
+    /// Text up to the mark, which must be on the same line.
     fn until(&mut self, mark: &[u8], what: &str) -> Result<String> {
         let start = self.at;
         while !self.bytes[self.at..].starts_with(mark) {

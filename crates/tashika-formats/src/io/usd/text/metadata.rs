@@ -6,7 +6,7 @@ use super::{Parser, edit_of};
 use crate::error::Result;
 
 impl Parser<'_, '_> {
-    /// Parses all fields up to the closing parenthesis; `take` reads the value of one.
+    /// Parses all fields up to the closing parenthesis; `take` reads the value of each.
     pub(super) fn metadata(
         &mut self,
         mut take: impl FnMut(&mut Self, Edit, &str) -> Result<()>,
@@ -16,7 +16,7 @@ impl Parser<'_, '_> {
                 continue;
             }
             if matches!(self.cursor.peek(), Some(b'"' | b'\'')) {
-                // A comment.
+                // A string without a key is a comment.
                 self.cursor.string()?;
                 continue;
             }
@@ -34,7 +34,7 @@ impl Parser<'_, '_> {
         Ok(())
     }
 
-    /// References, payloads or sublayers below a prim.
+    /// Parses references, payloads or sublayers. Their paths are relative to `prim`.
     pub(super) fn references(&mut self, prim: &str) -> Result<Vec<Reference>> {
         if !self.cursor.eat(b'[') {
             return Ok(self.reference(prim)?.into_iter().collect());

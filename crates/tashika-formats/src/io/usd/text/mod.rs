@@ -12,8 +12,8 @@
 //! [`MAX_DEPTH`] deep; memory is proportional to the text.
 //!
 //! # Differences from the format
-//! Text without an error of syntax is accepted: types are not checked, and a name may stand where a
-//! string should.
+//! Only the syntax is checked: values may have another type than the declared one, and a name may
+//! stand in place of a string.
 //!
 //! Held to this by `usd` and `damaged_usd` of the suite.
 
@@ -187,7 +187,7 @@ impl Parser<'_, '_> {
         Ok(())
     }
 
-    /// Paths of a relationship or of connections; none for `None`.
+    /// Parses the paths of a relationship or of connections; `None` stands for an empty list.
     fn paths(&mut self, prim: &str) -> Result<Vec<Text>> {
         let paths = match self.value(0)? {
             Value::Text(path) => vec![path],
@@ -215,14 +215,14 @@ impl Parser<'_, '_> {
     }
 }
 
-/// Returns true if values of the type are whole numbers or truth values.
+/// Returns true if values of the type are integers or booleans.
 fn is_whole(type_name: &str) -> bool {
     let rest =
         ["int64", "uint64", "uint", "int", "bool", "uchar"].iter().find_map(|t| type_name.strip_prefix(t));
     rest.is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// Edit of a list that a word stands for.
+/// Kind of list edit with the keyword `word`, if it is one.
 fn edit_of(word: &str) -> Option<Edit> {
     Some(match word {
         "prepend" => Edit::Prepend,
@@ -235,7 +235,7 @@ fn edit_of(word: &str) -> Option<Edit> {
 
 impl Parser<'_, '_> {
     fn prim_metadata(&mut self, index: u32, path: &str) -> Result<()> {
-        // Taken out while its metadata are read, which add no prims.
+        // The prim is taken out of the layer while its metadata are read. Metadata add no prims.
         let mut prim = std::mem::take(&mut self.layer.prims[index as usize]);
         let result = self.metadata(|parser, edit, key| {
             match key {

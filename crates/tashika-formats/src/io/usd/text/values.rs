@@ -1,11 +1,11 @@
-//! Values, parsed by their syntax alone: the type before them is not needed.
+//! Parses values by their syntax alone, without the type that precedes them.
 
 use super::super::value::{Text, Value};
 use super::{MAX_DEPTH, Parser};
 use crate::error::Result;
 
 impl Parser<'_, '_> {
-    /// Parses a value at a depth of nesting.
+    /// Parses a value that is nested in `depth` others.
     pub(super) fn value(&mut self, depth: usize) -> Result<Value> {
         if depth >= MAX_DEPTH {
             let found = format!("more than {MAX_DEPTH} values in each other");

@@ -55,7 +55,7 @@ pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
     let mut stream = Stream::new(0, Purpose::Modelling, 2);
     for k in 0..SHELVES {
         let base = floor_of(k) + BOARD;
-        // A gap for an ornament on every other shelf.
+        // On every other shelf, the row ends early, to leave a gap for an ornament.
         let end = WIDTH - BOARD - if k % 2 == 1 { 0.30 } else { 0.05 };
         let mut x = BOARD + 0.004;
         while x < end - 0.05 {
@@ -72,7 +72,7 @@ pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
             let foot = if leans { book.tall * sin } else { 0.0 };
             let front = DEEP - 0.03 - 0.03 * stream.uniform();
             let place = |shape: Shape| {
-                // Leaning to the left, around its lower left edge.
+                // A leaning book is rotated to the left around its lower left edge.
                 let turned = shape.turned(rotation(Vec3::Z, angle));
                 turned.at(BOOKSHELF + Vec3::new(x + foot + 0.0005, base + 0.0005, front))
             };

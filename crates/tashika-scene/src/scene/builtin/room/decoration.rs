@@ -101,7 +101,7 @@ fn plant(stage: &mut Stage, palette: &Palette) -> Result<()> {
         for i in 0..leaves {
             let t = 0.22 + 0.78 * (i as f32 + 0.5) / leaves as f32;
             let u = stream.uniform_3();
-            // The golden angle prevents leaves from shading each other.
+            // Successive leaves are the golden angle apart, so that they shade each other little.
             let turn = rotation(Vec3::Y, 2.4 * i as f32 + around + 0.5 * u[0]);
             let lift = rotation(Vec3::Z, 0.15 + 0.75 * t + 0.3 * (u[1] - 0.5));
             let scale = Vec3::splat((1.15 - 0.45 * t) * (0.8 + 0.35 * u[2]));
@@ -174,7 +174,7 @@ fn pictures(stage: &mut Stage, palette: &Palette) -> Result<()> {
         let sheet =
             |half: Vec2, z: f32| quad((-half).extend(z), [Vec3::X * 2.0 * half.x, Vec3::Y * 2.0 * half.y]);
         mounts.append(sheet(inner, 0.008).moved(place));
-        // Images run down from their top row.
+        // The rows of an image run from top to bottom.
         let canvas = sheet(half, 0.010)
             .mapped(|p, _| Vec2::new(0.5, 0.5) + p.truncate() * Vec2::new(0.5, -0.5) / half);
         stage.put(name, material, canvas.moved(place))?;

@@ -34,8 +34,8 @@ pub fn build(stage: &mut Stage, palette: &Palette) -> Result<()> {
 
     let slat = grid([2, 28], [Ends::Open; 2], |i, j| {
         let (s, t) = (0.5 * i as f32 - 0.5, j as f32 / 14.0 - 1.0);
-        // Slats are narrower where the shade is narrower, so that the share of the gaps is
-        // constant.
+        // The width of a slat is proportional to the radius of the shade, so that the gaps take the
+        // same share of the circumference at every height.
         let radius = shade_radius(t);
         Vec3::new(radius, HALF_HEIGHT * t, -0.5 * TAU * radius / SLATS as f32 * s)
     });

@@ -2,10 +2,10 @@
 //!
 //! A room of 6.0 × 2.8 × 4.5 m, closed except for one window. Daylight comes through venetian
 //! blinds, from a panel of luminance about 5 W·m⁻²·sr⁻¹ and from a low sun; a pendant lamp in a
-//! shade of slats adds warm light from inside. Most points see both through gaps only, the floor is
-//! glossy (Phong exponent 90), and exponents from 5 to 1000 stand in a row. So there are many
-//! lights, most of them important for few pixels, which makes error estimation hard for glossy
-//! materials (Iwasaki 2019).
+//! shade of slats adds warm light from inside. Most points see both only through gaps. The floor is
+//! glossy (Phong exponent 90), and a row of balls has exponents from 5 to 1000. The scene therefore
+//! has many lights, most of which matter for few pixels. Error estimation for glossy materials is
+//! hard in such scenes (Iwasaki 2019).
 //!
 //! Axes: `x` from the window's wall to the opposite one, `y` up, `z` from the coloured wall towards
 //! the camera.

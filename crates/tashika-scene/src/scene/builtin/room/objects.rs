@@ -43,10 +43,10 @@ fn spline(points: &[[f32; 2]], steps: usize) -> Vec<Vec2> {
     curve
 }
 
-/// Profile of an open vessel: smooth outside and inside, with a flat rim between.
+/// Profile of an open vessel: a smooth outside, a flat rim, and a smooth inside.
 fn vessel(outside: &[[f32; 2]], inside: &[[f32; 2]], steps: usize) -> Vec<Vec2> {
     let (mut profile, inner) = (spline(outside, steps), spline(inside, steps));
-    // Points given twice are creases: at the rim and around the foot.
+    // The points at the rim and around the foot are repeated, which makes creases there.
     profile.extend(profile.last().copied());
     profile.insert(0, Vec2::new(0.0, outside[0][1]));
     profile.insert(1, profile[1]);
@@ -137,7 +137,7 @@ fn fruit(stage: &mut Stage, palette: &Palette) -> Result<()> {
             .map(|k| {
                 let angle = PI * k as f32 / 28.0;
                 let (sin, cos) = sin_cos(angle);
-                // A sphere pulled in at both ends.
+                // The profile of a sphere, with dents at both poles.
                 let radius = if k == 0 || k == 28 { 0.0 } else { 0.04 * powf(sin, 0.8) };
                 Vec2::new(radius, -0.036 * cos * (1.0 - 0.35 * powf(cos.abs(), 6.0)))
             })

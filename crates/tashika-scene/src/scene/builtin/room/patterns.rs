@@ -1,6 +1,6 @@
 //! Images made by formula: wood grain, a woven rug, two paintings.
 //!
-//! All are reflectances or factors on them, so every texel is a colour in `[0, 1]`.
+//! All images are reflectances, or factors on reflectances, so every texel is a colour in `[0, 1]`.
 
 use std::f32::consts::TAU;
 
@@ -126,7 +126,7 @@ pub fn disks() -> Image {
     image("disks", [128, 176], |uv| {
         let inside = |center: Vec2, radius: f32| ((uv - center) * Vec2::new(1.0, 1.4)).length() < radius;
         let color = marks.iter().filter(|m| inside(m.0, m.1)).fold(GROUND, |below, m| {
-            // Paint on paint: the upper disk covers most of the lower.
+            // Where disks overlap, the upper colour covers most of the lower.
             m.2.lerp(below * m.2, 0.25)
         });
         color * (0.88 + 0.12 * brush.at(uv))

@@ -61,8 +61,8 @@ fn walls(stage: &mut Stage, palette: &Palette) -> Result<()> {
         [[low, along, -outwards], [low, -outwards, up], [high, -along, -outwards], [high, -outwards, -up]];
     let reveal = reveal.map(|[corner, e, f]| quad(corner + outwards, [e, f]));
     stage.put("reveal", palette.wall, Shape::merged(reveal))?;
-    // Light that misses the window ends here, so that no virtual light is spent on the outside of
-    // the house.
+    // The outside of the wall is black: light that misses the window is absorbed there, so that no
+    // virtual light is spent on the outside of the house.
     let facade = stage.material("facade", matte(Rgb::BLACK))?;
     stage.put("facade", facade, holed_wall(-WALL))
 }
@@ -76,7 +76,7 @@ fn planks(stage: &mut Stage, palette: &Palette) -> Result<()> {
         let mut x = 0.0;
         let mut next = 0.3 + 1.4 * stream.uniform();
         while x < WIDTH {
-            // No piece shorter than 0.3 m at the wall.
+            // The last plank ends at the wall and is at least 0.3 m long.
             let end = if next > WIDTH - 0.3 { WIDTH } else { next };
             let plank = bevelled_box(Vec3::new(x, 0.0, z), Vec3::new(end, PLANK, z + PLANK_WIDTH), 0.0015);
             let offset = Vec2::from(stream.uniform_2());

@@ -21,7 +21,8 @@ const SKY_DISTANCE: f32 = 1.4;
 const SUN: Rgb = Rgb::new(44.0, 34.0, 22.5);
 /// Direction from the window to the sun.
 const TO_SUN: Vec3 = Vec3::new(-0.77, 0.64, 0.10);
-/// Distance of the sun (m): far enough for nearly parallel stripes and a narrow cone.
+/// Distance of the sun (m): large enough that the stripes of light are nearly parallel and the cone
+/// is narrow.
 const SUN_DISTANCE: f32 = 9.0;
 /// Angle between a slat and the horizontal (radians), the outer edge up.
 const SLAT_TILT: f32 = 0.50;
@@ -139,8 +140,8 @@ fn curtains(stage: &mut Stage, palette: &Palette) -> Result<()> {
 
 /// Adds a sky panel outside and a sun above it, both visible only through the window.
 ///
-/// The sun is a spot light whose cone the window fills: nearly all light paths of a parallel light
-/// would hit the roof.
+/// The sun is a spot light whose cone covers little more than the window. With parallel light,
+/// nearly all light paths would hit the roof.
 fn daylight(stage: &mut Stage) -> Result<()> {
     let ([lo_y, hi_y], [lo_z, hi_z]) = (WINDOW.height, WINDOW.along);
     let sky = stage.emissive("sky", SKY)?;
@@ -148,7 +149,8 @@ fn daylight(stage: &mut Stage) -> Result<()> {
     let (up, along) = (Vec3::Y * (hi.y - lo.y), Vec3::Z * (hi.z - lo.z));
     stage.put("sky", sky, quad(lo, [up, along]))?;
 
-    // Aimed above the sill; below it the panel is in the way.
+    // The sun is aimed at a point above the sill, since the sky panel blocks the light further
+    // down.
     let target = Vec3::new(-0.5 * WALL, 0.3 * lo_y + 0.7 * hi_y, 0.5 * (lo_z + hi_z));
     let to_sun = TO_SUN.normalize();
     let cone =

@@ -20,7 +20,8 @@ pub fn quad(corner: Vec3, edges: [Vec3; 2]) -> Shape {
 pub fn box_between(lo: Vec3, hi: Vec3) -> Shape {
     let size = hi - lo;
     Shape::merged((0..3).flat_map(|axis| {
-        // The edges of the face across `axis`, so that their cross product is the axis.
+        // Edges of a face at right angles to `axis`, in the order for which their cross product
+        // points along the axis.
         let e = Vec3::AXES[(axis + 1) % 3] * size;
         let f = Vec3::AXES[(axis + 2) % 3] * size;
         [quad(lo, [f, e]), quad(lo + Vec3::AXES[axis] * size, [e, f])]
@@ -34,8 +35,8 @@ pub fn bevelled_box(lo: Vec3, hi: Vec3, bevel: f32) -> Shape {
     let center = 0.5 * (lo + hi);
     let half = 0.5 * (hi - lo);
     let mut shape = Shape::default();
-    // Three vertices per corner, one on each adjacent face; bit `k` of the corner is its side along
-    // `k`.
+    // Three vertices per corner, one on each adjacent face. Bit `k` of a corner's number is its
+    // side along axis `k`.
     let vertex = |corner: usize, axis: usize| (corner * 3 + axis) as u32;
     for corner in 0..8usize {
         let sign = Vec3::from_array([0, 1, 2].map(|k| if corner >> k & 1 == 1 { 1.0 } else { -1.0 }));

@@ -1,9 +1,10 @@
 //! The only tessellator: a rectangle of vertices, whose opposite ends may be joined.
 //!
 //! Vertex `(i, j)` of `(columns + 1) × (rows + 1)` is `position(i, j)`; its texture coordinates are
-//! `(i / columns, j / rows)`. The front is the side of `∂p/∂i × ∂p/∂j`. A vertex normal is the mean
-//! direction of the unit normals of the cells around it (cross products of their diagonals), exact
-//! to second order in the size of the cells where neighbours are of equal size.
+//! `(i / columns, j / rows)`. The front is the side of `∂p/∂i × ∂p/∂j`. The unit normal of a cell
+//! is the direction of the cross product of its diagonals. A vertex normal is the normalised sum of
+//! the unit normals of the cells around it. Where neighbouring cells have equal sizes, its error is
+//! of second order in their size.
 
 use glam::{Vec2, Vec3};
 
@@ -21,12 +22,12 @@ pub enum Ends {
 /// Tessellates a surface over `cells = [columns, rows]`, with `ends` for each of the two
 /// directions.
 ///
-/// Where ends are joined, `position` is not called for the last index. Two equal rows in a sequence
-/// make a crease: the normals on both sides of it are not averaged. A row whose positions are all
-/// equal is a pole.
+/// Where ends are joined, `position` is not called for the last index. Two consecutive rows with
+/// equal positions make a crease: the normals on its two sides are not averaged. A row whose
+/// positions are all equal is a pole.
 pub fn grid(cells: [usize; 2], ends: [Ends; 2], position: impl Fn(usize, usize) -> Vec3) -> Shape {
     let [columns, rows] = cells;
-    // Maps an index to itself, or to the first where joined ends are identified.
+    // Maps an index to itself; if the ends are joined, maps the last index to the first.
     let own = |i: usize, n: usize, ends: Ends| if ends == Ends::Joined && i == n { 0 } else { i };
     let at = |i: usize, j: usize| j * (columns + 1) + i;
     let source = |i: usize, j: usize| (own(i, columns, ends[0]), own(j, rows, ends[1]));

@@ -1,4 +1,4 @@
-//! Solids and sheets by formula, of which the built-in scenes are made.
+//! Solids and sheets made by formula, the parts of the built-in scenes.
 //!
 //! A [`Shape`] is a triangle mesh with a unit normal and texture coordinates at every vertex.
 //! Lengths in metres, `y` up.

@@ -13,10 +13,10 @@ use crate::math::elementary::{powf, sin_cos};
 /// radius of 0 at an end closes the surface there.
 pub fn lathe(profile: &[Vec2], segments: usize) -> Shape {
     grid([segments, profile.len() - 1], [Ends::Joined, Ends::Open], |i, j| {
-        // Clockwise from above, so that the front is outside.
+        // Angles run clockwise as seen from above, so that the front is outside.
         let (sin, cos) = sin_cos(-TAU * i as f32 / segments as f32);
         let Vec2 { x: radius, y: height } = profile[j];
-        // Adding zero turns −0 into 0: poles are compared.
+        // Adding zero turns −0 into 0, so that all vertices of a pole compare as equal.
         Vec3::new(radius * cos + 0.0, height, radius * sin + 0.0)
     })
 }
@@ -69,7 +69,8 @@ pub fn torus(major: f32, minor: f32, segments: usize, sides: usize) -> Shape {
 /// `exponents` are those of the profile and of the horizontal section: 1 is an ellipse, towards 0 a
 /// rectangle, 2 a rhombus.
 pub fn superellipsoid(half: Vec3, exponents: [f32; 2], segments: usize, rows: usize) -> Shape {
-    // Cosines of right angles are rounded to tiny numbers, whose small powers are not tiny.
+    // The computed cosine of a right angle is tiny but not zero. With a small exponent its power
+    // would be far from zero.
     let power = |x: f32, e: f32| if x.abs() < 1e-6 { 0.0 } else { powf(x.abs(), e).copysign(x) };
     grid([segments, rows], [Ends::Joined, Ends::Open], |i, j| {
         let (sin_v, cos_v) = sin_cos(PI * j as f32 / rows as f32 - FRAC_PI_2);

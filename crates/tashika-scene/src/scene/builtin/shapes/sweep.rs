@@ -50,8 +50,8 @@ pub fn sweep(path: &[Vec3], ends: Ends, section: &Section, scale: impl Fn(f32) -
     };
     match ends {
         Ends::Joined => grid([sides, count], [Ends::Joined; 2], ring),
-        // Rows are the centre, the rim, the rim again for a crease, the curve, and likewise at the
-        // end.
+        // The rows are: the centre of the first cap; its rim, twice, which makes a crease; the
+        // points of the curve; and likewise the rim and the centre of the last cap.
         Ends::Open => grid([sides, count + 3], [Ends::Joined, Ends::Open], |i, j| match j {
             0 => path[0],
             j if j == count + 3 => path[count - 1],

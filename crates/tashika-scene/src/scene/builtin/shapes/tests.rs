@@ -66,15 +66,15 @@ fn polyhedra() -> Vec<(&'static str, Shape, f64)> {
 }
 
 /// Closed smooth shapes with the volume of the *formula* and the largest relative loss of an
-/// inscribed polyhedron. Chords of angle `δ` lie `δ²/12` of the radius below the surface on
-/// average, which is `δ²/6` of the volume of a cylinder and `δ²/4` of that of a ball, once for each
-/// direction.
+/// inscribed polyhedron. A chord that subtends the angle `δ` lies below the surface by `δ²/12` of
+/// the radius on average. This reduces the volume of a cylinder by a share `δ²/6`, and that of a
+/// ball by `δ²/4`, once for each of the two directions of tessellation.
 fn smooth_solids() -> Vec<(&'static str, Shape, f64, f64)> {
     let loss = |cells: [usize; 2]| cells.iter().map(|&n| (TAU / n as f64).powi(2) / 4.0).sum::<f64>();
     let straight = [Vec3::ZERO, Vec3::new(0.0, 0.0, 2.0)];
     let tilted = Section::superellipse(Vec2::new(0.5, 0.25), 1.0, 64, Vec3::new(0.3, 1.0, 0.5));
-    // Pappus' theorem: a tube around the path of its centre of area has the volume area · length,
-    // curved or not.
+    // Pappus' theorem: the volume of a tube is the area of its section times the length of the path
+    // of the section's centroid, whether the path is curved or not.
     let path = bent_path();
     let length: f64 = path.windows(2).map(|w| f64::from((w[1] - w[0]).length())).sum();
     let knot: Vec<Vec3> = (0..=4000)
@@ -127,7 +127,8 @@ fn solids_have_the_volume_of_their_formula() {
     }
 }
 
-/// Every edge of a solid is used once in each direction by its triangles.
+/// For each edge of a closed shape, one triangle uses it in one direction and one in the opposite
+/// direction.
 #[test]
 fn solids_are_closed() {
     let all =

@@ -1,4 +1,4 @@
-//! Draw of the pixels that are audited in a picture in parts.
+//! Random choice of the pixels to audit, for a picture in parts.
 
 use super::super::looks::is_dear;
 use super::super::truths::{drawn, seed_of};
@@ -7,21 +7,23 @@ use crate::integrator::SamplePaths;
 use crate::request::AuditTerms;
 use crate::rng::{self, Purpose};
 
-/// Pixels from which the share that shows more than a constant background is estimated.
+/// Number of pilot pixels, from which the share of pixels that show more than a constant background
+/// is estimated.
 const PILOTS: u64 = 1024;
-/// Least number of these counted as shown, so that an image that shows little is not drawn as a
-/// whole.
+/// Lower bound on the number of pilots counted as showing something. Without it, every pixel of a
+/// nearly empty image would be drawn.
 const FEWEST_SHOWN: u64 = 16;
-/// Paths of each of these pixels.
+/// Number of paths of each pilot pixel.
 const PILOT_PATHS: u32 = 8;
-/// Key of their draw; that of the audit is 0, and those of the stages of its truths follow.
+/// Key of the random draw of the pilots. The draw of the audit has the key 0, and the stages of its
+/// truths have the keys 1, 2, ….
 const OF_PILOTS: u64 = 1 << 32;
-/// Fewest rays of a pixel of a good picture, by which the size of an expensive picture is
-/// estimated.
+/// Smallest number of rays a pixel of a good picture. With this number, it follows from the size of
+/// the image whether the picture will be expensive.
 const RAYS_OF_PIXEL: u64 = 256;
 
-/// Number of pixels to draw, so that about as many as the terms require are audited, or [more] of a
-/// large picture.
+/// Number of pixels to draw. About as many as the terms require, or [more] in a large picture, are
+/// then audited; drawn pixels that show a constant background are not.
 ///
 /// [more]: AuditTerms::more_pixels
 pub(super) fn count(sampler: &dyn SamplePaths, window: &Window, terms: &AuditTerms, seed: u64) -> u64 {
@@ -39,7 +41,7 @@ pub(super) fn count(sampler: &dyn SamplePaths, window: &Window, terms: &AuditTer
     wanted.saturating_mul(of).div_ceil(shown.max(FEWEST_SHOWN.min(of))).min(window.area())
 }
 
-/// First `count` pixels of a random order of those of a window.
+/// First `count` pixels of a random order of the window's pixels.
 pub(super) fn draw(window: &Window, count: u64, seed: u64) -> Vec<[u32; 2]> {
     drawn(all(window), count.min(window.area()), seed_of(seed))
 }

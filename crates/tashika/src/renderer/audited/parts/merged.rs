@@ -1,4 +1,4 @@
-//! Joined parts: the picture that they form, and one analysis of it.
+//! Joining of parts: the picture that they form, and its single analysis.
 
 use std::path::Path;
 
@@ -12,12 +12,12 @@ use crate::reconstruction::{Halves, Reconstructed, Smoother};
 use crate::render::Merged;
 use crate::request::{AuditTerms, Method};
 
-/// Finishes joined parts: by [`Method::finish`], or for an audited picture by reconstruction and
-/// audit. Does nothing while pixels are missing, so that the result can be joined with further
-/// parts. Runs on the current thread pool.
+/// Finishes joined parts: an audited picture by reconstruction and audit, any other film by
+/// [`Method::finish`]. Does nothing while pixels are missing, so that the result can be joined with
+/// further parts. Runs on the current thread pool.
 ///
-/// * `smoother`: the one that the parts were rendered for, if other than our own; ignored for other
-///   films.
+/// * `smoother`: the smoother for which the parts of an audited picture were rendered, or `None`
+///   for our own. Ignored for other films.
 ///
 /// # Errors
 /// A smoother other than that of the parts; parts that this program did not write; any error of the
@@ -45,7 +45,7 @@ struct Parts<'f> {
     /// pixels were drawn from.
     population: Vec<bool>,
     audited: Vec<AuditedPixel>,
-    /// Rays of the truths, in all.
+    /// Total number of rays of all truths.
     rays: u64,
 }
 
@@ -102,7 +102,7 @@ impl<'f> Parts<'f> {
         let mut film = Film::new(self.film.size(), self.film.window(), PixelRecord::PLANES)?;
         *film.metadata_mut() = self.film.metadata().clone();
         film.metadata_mut().set(keys::PASSES, self.passes);
-        // Other requested planes, as mattes.
+        // Other requested planes, such as mattes.
         let is_for_merging =
             |plane: &Plane| [planes::HALVES.name, planes::TRUTH.name].contains(&plane.name());
         for plane in self.film.planes().iter().filter(|plane| !is_for_merging(plane)) {
@@ -139,10 +139,10 @@ impl<'f> Parts<'f> {
     }
 }
 
-/// Channels of [`planes::HALVES`]: four of each half, and the passes.
+/// Number of channels of [`planes::HALVES`]: four for each half, and the number of passes.
 const CHANNELS: usize = planes::HALVES.channels.len();
 
-/// Samples of a plane that parts have.
+/// Samples of a plane that every part must have.
 fn samples<'f>(film: &'f Film, spec: &PlaneSpec, name: &Path) -> Result<&'f [f32]> {
     let plane = film.plane(spec.name).filter(|plane| plane.channels() == spec.channels);
     plane.and_then(Plane::f32_samples).ok_or_else(|| {
@@ -152,9 +152,9 @@ fn samples<'f>(film: &'f Film, spec: &PlaneSpec, name: &Path) -> Result<&'f [f32
     })
 }
 
-/// One half of the picture, with the features of both.
+/// One half of the picture. Its features are those of the whole picture.
 ///
-/// * `first`: its first channel.
+/// * `first`: index of the half's first channel.
 fn half(film: &Film, halves: &[f32], first: usize) -> Result<Film> {
     let read = RenderFilm::of(film);
     let mut half = Film::new(film.size(), film.window(), PixelRecord::PLANES)?;

@@ -18,16 +18,18 @@ use crate::renderer::observer::{Phase, during};
 use crate::renderer::{Lights, Prepared};
 use crate::request::AuditTerms;
 
-/// Predicted share outside, over the permitted share, up to which a tile is good enough. Chosen:
-/// there is no second analysis, and with half of the permitted share 11 of 600 pixels of a
-/// staircase were outside where 16 may be.
+/// Largest ratio of the predicted share outside to the permitted share at which a tile is good
+/// enough. Chosen with a margin, since there is no second analysis: at a ratio of ½, 11 of 600
+/// pixels of a staircase were outside, where 16 may be.
 pub(super) const SPARE: f64 = 0.25;
 /// Fewest passes of a tile.
 const FEWEST_PASSES: u32 = 3;
-/// Most paths of a tile, over those that it would have if all had as many.
+/// Limit on the paths of a tile, as a multiple of its share by area of the limit of a whole
+/// picture.
 const MOST_OF_TILE: u64 = 4;
-/// Assumed distance of a pixel of the whole picture from the tile's, over the error that the tile
-/// predicts. If it is then open on which side the pixel is, its truth is computed once more.
+/// Assumed distance between the values of a pixel in the whole picture and in the tile, over the
+/// error that the tile predicts. If values that close to the tile's may be on either side of the
+/// tolerance, the next stage of the truth is computed.
 const NEAR: f64 = 0.5;
 
 /// Renders the share. `begin` receives the film with which the render begins, and returns it with
@@ -135,10 +137,11 @@ impl Work<'_> {
         Some(samples)
     }
 
-    /// Truth of a pixel, in as many stages as it takes; `None` if cancelled.
+    /// Truth of a pixel, in as many stages as are needed to decide on which side of the tolerance
+    /// the pixel is; `None` if cancelled.
     ///
-    /// * `around`: estimates from the tile's picture; `near`: assumed distance of the whole
-    ///   picture.
+    /// * `around`: estimates from the tile's picture; `near`: assumed distance of the pixel in the
+    ///   whole picture from the pixel in the tile.
     fn truth(&self, pixel: [u32; 2], around: Around, near: f64) -> Option<[f32; 4]> {
         let luminance = around.luminance;
         let may_be = [luminance, (luminance - near).max(0.0), luminance + near];

@@ -1,4 +1,4 @@
-//! Joined shares, claims about them, and faults that merging has to notice.
+//! Tests of joined shares, of the claims about them, and of faults that merging has to notice.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::request::{AuditTerms, ClaimName, Method, MethodName, Request};
 use crate::scene::builtin;
 use crate::stats::{Moments, upper_share_outside};
 
-/// Six tiles, some of them cut.
+/// Size of the image: six tiles, some of them cut by the border.
 const SIZE: [u32; 2] = [70, 40];
 const ERROR: f64 = 0.35;
 const TERMS: AuditTerms = AuditTerms { share: 0.9, assurance: 0.9, pixels: 60, looks: 1 };
@@ -43,7 +43,7 @@ fn share(number: u32, of: u32) -> TileShare {
     TileShare::new(number, of).unwrap()
 }
 
-/// All parts except for those of some shares.
+/// Renders the parts of `of` shares, except the shares in `but`.
 fn parts(renderer: &Renderer<'_>, of: u32, but: &[u32]) -> Vec<Film> {
     let numbers = (1..=of).filter(|number| !but.contains(number));
     numbers.map(|number| renderer.clone().tiles(share(number, of)).render().unwrap().film).collect()
@@ -66,7 +66,8 @@ fn claim(film: &Film) -> PictureClaim {
     PictureClaim::of(film.metadata()).expect("an audit has an answer")
 }
 
-/// Neither shares nor threads enter.
+/// The picture is rendered in several numbers of shares, with several numbers of threads. The
+/// merged pictures are equal.
 #[test]
 fn any_number_of_shares_is_the_same_picture() {
     let renderer = renderer(request(3, ERROR));
@@ -77,11 +78,12 @@ fn any_number_of_shares_is_the_same_picture() {
     for plane in [planes::HALVES, planes::TRUTH] {
         assert!(two.plane(plane).is_none(), "{}: only merging needs it", plane.name);
     }
-    // More shares than sixteen are films of a part of the window, and some have no tile at all.
+    // With more than sixteen shares, the film of a share covers only a part of the window, and some
+    // shares have no tile.
     assert!(two == of(17, 2));
 }
 
-/// Shares of a picture with drawn VPLs are joined to the same picture as well.
+/// The same for a picture whose paths draw VPLs.
 #[test]
 fn shares_of_a_picture_by_vpls_are_the_same_picture() {
     let request = Request { method: MethodName::default(), vpls: Some(5000), ..request(3, 0.5) };
@@ -92,7 +94,8 @@ fn shares_of_a_picture_by_vpls_are_the_same_picture() {
     assert!(claim(&whole).audited > 10 && whole.metadata().text(keys::METHOD) == Some("tashika"));
 }
 
-/// The claim follows by the formula from the truths in the parts and the picture.
+/// The claim is computed again, by its formulas, from the truths in the parts and the merged
+/// picture. The results are equal.
 #[test]
 fn the_claim_is_that_of_one_look_at_the_whole() {
     let parts = parts(&renderer(request(1, ERROR)), 3, &[]);
@@ -130,7 +133,8 @@ fn the_claim_is_that_of_one_look_at_the_whole() {
     assert_eq!(verdicts.chunks(3).filter(|pixel| pixel[2] == 2.0).count() as u64, outside);
 }
 
-/// Requested additional planes are in the whole; planes for merging alone are not.
+/// Parts are rendered with mattes. The merged picture has the planes of the mattes, but not the
+/// planes that only merging needs.
 #[test]
 fn planes_beside_are_kept() {
     let of = |renderer: Renderer<'_>| merged(&parts(&renderer, 2, &[]));
@@ -179,7 +183,7 @@ fn what_is_claimed_is_so() {
     assert!(in_map >= TERMS.share, "{in_map} of the half-widths hold");
 }
 
-/// Draws paths by another sampler, and changes the results.
+/// Sampler that draws paths with another sampler and changes the results.
 struct Changed<'s, F> {
     sampler: &'s dyn SamplePaths,
     change: F,
@@ -196,7 +200,7 @@ impl<F: Fn([u32; 2], PathSamples) -> PathSamples + Send + Sync> SamplePaths for 
     }
 }
 
-/// Both parts of a picture with changed paths.
+/// Returns both parts of a picture whose paths are changed by `change`.
 fn changed(
     prepared: &Prepared<'_>,
     change: impl Fn([u32; 2], PathSamples) -> PathSamples + Copy + Send + Sync,
@@ -225,7 +229,8 @@ fn is_shown(part: &Film, x: u32, y: u32) -> bool {
     record.coverage > 0.0 || record.standard_error > 0.0
 }
 
-/// Truths do not depend on the picture, nor does the choice of their pixels.
+/// The paths of a second picture are made too bright. The audited pixels and their truths are the
+/// same as in the right picture.
 #[test]
 fn truths_know_nothing_of_the_picture() {
     let prepared = renderer(request(1, ERROR)).prepare().unwrap();
@@ -242,7 +247,8 @@ fn truths_know_nothing_of_the_picture() {
     assert!(of_right.reached && of_right.outside <= 3, "{of_right}");
     assert!(!of_bright.reached && of_bright.outside > of_bright.audited * 4 / 5, "too bright: {of_bright}");
     let film = merged(&bright);
-    // All pixels except those of a constant background alone, which are known.
+    // All pixels are out of budget, except those that show only a constant background: these are
+    // exact.
     let tally = RenderFilm::of(&film).tally();
     assert_eq!(tally.out_of_budget + tally.of(Claim::Exact), film.window().area());
     let [right, bright] = [right, bright].map(|parts| joined(&parts).film);
@@ -254,7 +260,8 @@ fn truths_know_nothing_of_the_picture() {
     assert_eq!(audited(&right), sorted, "those that the seed draws");
 }
 
-/// Pixels of a constant background are not audited; more are drawn for it, the same in all parts.
+/// Four fifths of the image are made a constant background. Such pixels are not audited; more
+/// pixels are drawn to make up for them, and all parts draw the same number.
 #[test]
 fn what_shows_nothing_is_drawn_and_not_audited() {
     let prepared = renderer(request(1, 0.5)).prepare().unwrap();
@@ -273,7 +280,8 @@ fn what_shows_nothing_is_drawn_and_not_audited() {
     };
     let parts = changed(&prepared, nothing_beside);
     let drawn = parts[0].metadata().number(keys::AUDIT_DRAWN).unwrap();
-    // Binomial, of 1024 pilots and as many drawn.
+    // A fifth of the pilots shows something, so about 300 pixels are drawn for 60. The number of
+    // such pilots, of 1024, is binomial.
     assert!((drawn / 300.0 - 1.0).abs() < 0.3, "{drawn}");
     let film = merged(&parts);
     let claim = claim(&film);
@@ -291,7 +299,7 @@ fn what_shows_nothing_is_drawn_and_not_audited() {
     assert_eq!(PictureClaim::of(merged(&all_black).metadata()), None, "there is nothing to audit");
 }
 
-/// More pixels of a large picture are audited, where another analysis would have been expensive.
+/// In a picture that is expensive compared with its truths, twice the number of pixels is audited.
 #[test]
 fn large_pictures_have_more_pixels_audited() {
     let prepared = renderer(request(1, ERROR)).prepare().unwrap();
@@ -299,13 +307,14 @@ fn large_pictures_have_more_pixels_audited() {
     let sampler = method.path_sampler(prepared.setting());
     let of = |terms: AuditTerms| count(&sampler, &prepared.window(), &terms, 1);
     let [sixty, seven] = [TERMS, AuditTerms { pixels: 7, ..TERMS }].map(of);
-    // To whole pixels; 2,800 are expensive beside seven truths.
+    // Up to rounding to whole pixels. A picture of 2,800 pixels is expensive compared with seven
+    // truths, so 14 pixels are audited.
     assert!((60.0 * seven as f64 / sixty as f64 - 14.0).abs() < 1.0, "{sixty} {seven}");
     assert!(sixty > 60 && sixty < 180, "{sixty}: about half of the image shows nothing");
     assert_eq!(of(AuditTerms { pixels: 9000, ..TERMS }), prepared.window().area());
 }
 
-/// Merging detects truths of chosen pixels, and missing ones.
+/// A truth is moved to another pixel, or removed. Merging refuses both.
 #[test]
 fn truths_of_other_pixels_are_refused() {
     let right = joined(&parts(&renderer(request(1, 0.5)), 2, &[]));
@@ -342,7 +351,7 @@ fn what_is_not_known_is_outside() {
     let mut known = unknown.clone();
     finish_merged(&mut known, None).unwrap();
     for (x, y) in audited(&unknown.film) {
-        // The known end is exactly the value of the picture.
+        // The lower end of the interval is the value of the picture; the upper end is infinite.
         let low = RenderFilm::of(&known.film).at(x, y).radiance.luminance();
         unknown.film.plane_mut(planes::TRUTH).unwrap().set_f32(x, y, &[low, f32::INFINITY, 3.0, 9.0]);
     }
@@ -351,7 +360,7 @@ fn what_is_not_known_is_outside() {
     assert!(unknown.outside == known.audited && known.outside < 6, "{unknown}; {known}");
 }
 
-/// Metadata and samples of parts may have any values.
+/// Metadata and samples of parts are damaged. Merging refuses the parts and names the fault.
 #[test]
 fn parts_that_are_damaged_are_refused_with_what_is_wrong() {
     let right = joined(&parts(&renderer(request(1, 0.5)), 2, &[]));
@@ -382,7 +391,7 @@ fn parts_that_are_damaged_are_refused_with_what_is_wrong() {
         *film = Film::from_planes(film.size(), film.window(), all, film.metadata().clone());
     });
     assert!(without.contains(planes::TRUTH.name), "{without}");
-    // Samples that are NaN make pixels wrong.
+    // Samples that are NaN are not refused; their pixels count as outside.
     let mut odd = right.clone();
     let halves = odd.film.plane_mut(planes::HALVES).unwrap();
     Window::full(SIZE).pixels().for_each(|(x, y)| halves.set_f32(x, y, &[f32::NAN; 9]));
@@ -421,14 +430,15 @@ fn parts_of_other_renders_are_refused() {
     for (other, said) in terms {
         assert!(refused(other).contains(said), "{said}");
     }
-    // A crop of the joined picture claims nothing, and is none of its parts.
+    // A crop of the merged picture claims nothing, and the merged picture is not accepted as a
+    // part.
     let whole = merged(&parts(&renderer(request(1, 0.5)), 2, &[]));
     let crop = whole.cropped(Window { x: 3, y: 3, width: 9, height: 9 }).unwrap();
     assert_eq!(PictureClaim::of(crop.metadata()), None);
     assert!(Merger::new(Path::new("a.exr"), &first).unwrap().add(Path::new("w.exr"), &whole).is_err());
 }
 
-/// Merging accepts only the smoother that was named before the render, and analyses one picture.
+/// Merging accepts only the smoother for which the parts were rendered.
 #[test]
 fn there_is_one_smoother_to_choose_and_one_look() {
     let own = joined(&parts(&renderer(request(1, 0.5)), 2, &[]));
@@ -444,7 +454,7 @@ fn there_is_one_smoother_to_choose_and_one_look() {
     assert!(claim(&merged.film).audited > 30);
 }
 
-/// Ends the work after a number of tiles, or after a number of calls of `cancel`.
+/// Observer that cancels the work after `most[0]` tiles, or after `most[1]` calls of `cancel`.
 struct Ending {
     tiles: AtomicU32,
     asked: AtomicU32,
@@ -478,7 +488,8 @@ impl Observer for Ending {
     }
 }
 
-/// Finished tiles are whole, with their truths, and a later render goes on from there.
+/// The render of a part is cancelled. Its finished tiles have all samples and truths, and a later
+/// render continues from them.
 #[test]
 fn what_is_finished_of_a_part_that_is_cancelled_stays() {
     let ending = Ending::new(1, u32::MAX);
@@ -492,7 +503,7 @@ fn what_is_finished_of_a_part_that_is_cancelled_stays() {
     assert_eq!(tiles.len(), 1);
     let part = tiles[0];
     assert!(whole.cropped(part).unwrap().planes() == broken.film.cropped(part).unwrap().planes());
-    // The work may end anywhere: in passes or among truths.
+    // The work is cancelled at many different points, during passes and during truths.
     let mut ended = 0;
     for asked in (2..).step_by(15) {
         let ending = Ending::new(u32::MAX, asked);
