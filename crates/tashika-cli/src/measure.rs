@@ -21,7 +21,7 @@ use crate::exit::{Failure, Outcome};
 use crate::plan::{Asked, Common, Folder, MeasurePlan};
 use crate::progress::Meter;
 use crate::stage::{Stage, stored_lights};
-use crate::summary::{Seconds, but_box, counted, print, typed_command, write_json};
+use crate::summary::{Seconds, counted, filter_unless_box, print, typed_command, write_json};
 use crate::watcher::Watcher;
 
 /// Pixels of one view, and the lights that they are summed over.
@@ -276,6 +276,6 @@ pub fn quantities(vpls: u64, gather: &GatherOptions) -> String {
         "{}, {} a pixel{}",
         counted(vpls, "VPL", "VPLs"),
         counted(gather.points.into(), "gather point", "gather points"),
-        but_box(gather.filter)
+        filter_unless_box(gather.filter)
     )
 }

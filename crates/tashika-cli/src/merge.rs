@@ -49,7 +49,7 @@ pub fn run(plan: &MergePlan) -> Result<Outcome, Failure> {
 fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
     let mut merged = joined(&plan.parts, meter)?;
     if merged.missing_pixels > 0 && !plan.partial {
-        let message = format!("{}; --partial writes the image without them", told_missing(&merged));
+        let message = format!("{}; --partial writes the image without them", describe_missing(&merged));
         return Err(Failure::file(message));
     }
     meter.phase("making the picture of what is joined");
@@ -99,7 +99,7 @@ fn joined(parts: &[PathBuf], meter: &Meter) -> Result<Merged, Failure> {
     Ok(merger.finish()?)
 }
 
-fn told_missing(merged: &Merged) -> String {
+fn describe_missing(merged: &Merged) -> String {
     let pixels = counted(merged.missing_pixels, "pixel is", "pixels are");
     let shares: Vec<String> = merged.missing.iter().map(u32::to_string).collect();
     if shares.is_empty() {
@@ -151,7 +151,7 @@ fn rows(report: &Report, merged: &Merged) -> Rows {
         rows.push("truth", about_truth(truth));
     }
     if !report.complete {
-        rows.push("", format!("NOT COMPLETE: {}", told_missing(merged)));
+        rows.push("", format!("NOT COMPLETE: {}", describe_missing(merged)));
     }
     let files: Vec<String> = report.files.iter().map(|f| f.display().to_string()).collect();
     rows.push("files", files.join(", "));

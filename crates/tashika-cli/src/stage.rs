@@ -59,7 +59,7 @@ impl Stage {
     pub fn load_all(plan: &StagePlan, meter: &Meter, seconds: &mut Seconds) -> Result<Vec<Self>, Failure> {
         meter.phase(&format!("reading {}", plan.scene.label()));
         let scene = Arc::new(timed(&mut seconds.load, || plan.scene.load())?);
-        tell_notes(plan, &scene, meter)?;
+        report_notes(plan, &scene, meter)?;
         // Errors about a camera are reported before the work on the trees.
         let mut seen = Vec::new();
         for camera in plan.cameras.of(&scene)? {
@@ -142,7 +142,7 @@ const NOTES_TOLD: usize = 3;
 
 /// Prints notes on how the picture may differ from the scene's file. With `--strict`, such a
 /// difference is an error.
-fn tell_notes(plan: &StagePlan, scene: &Scene, meter: &Meter) -> Result<(), Failure> {
+fn report_notes(plan: &StagePlan, scene: &Scene, meter: &Meter) -> Result<(), Failure> {
     if let (true, Some(first)) = (plan.strict, scene.notes().first_departure()) {
         let (at, what) = (&first.first, &first.message);
         return Err(Failure::file(format!("{at}: {what}; not rendered because of --strict")));

@@ -97,7 +97,7 @@ pub fn counted(n: u64, one: &str, many: &str) -> String {
 }
 
 /// Names the filter, unless it is the default.
-pub fn but_box(filter: Filter) -> String {
+pub fn filter_unless_box(filter: Filter) -> String {
     if filter == Filter::default() { String::new() } else { format!(", {filter} filter") }
 }
 
@@ -315,7 +315,10 @@ impl RenderReport {
             (_, Some(n)) => format!(", {} a pixel", counted(n.into(), "path", "paths")),
             (None, None) => String::new(),
         };
-        rows.push("method", format!("{}{samples}{}, seed {}", self.method, but_box(self.filter), self.seed));
+        rows.push(
+            "method",
+            format!("{}{samples}{}, seed {}", self.method, filter_unless_box(self.filter), self.seed),
+        );
         let state = if self.complete {
             String::new()
         } else {

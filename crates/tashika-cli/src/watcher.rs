@@ -119,7 +119,7 @@ impl Observer for Watcher<'_> {
                 let about = if *is_of_a_sum { " of the sum over these VPLs" } else { "" };
                 let what = format!("rendering {}x{}, {method}{about}", window.width, window.height);
                 if *promises {
-                    self.meter.promising_phase(&what);
+                    self.meter.claiming_phase(&what);
                 } else {
                     self.meter.phase(&what);
                 }

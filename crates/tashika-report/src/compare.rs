@@ -38,7 +38,7 @@
 use std::path::Path;
 
 use super::claims::{Claims, Judge};
-use super::intervals::{Intervals, Meeting};
+use super::intervals::{DisjointCounter, Intervals};
 use super::judged::PictureJudged;
 use super::measures::Measures;
 use super::own_error::OwnError;
@@ -239,7 +239,7 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
     let is_by_channels = controlled != RenderFilm::of(reference.film).controlled();
     let mut own_errors = Vec::new();
     let mut judge = Judge::of(image.film, reference.film);
-    let mut meeting = Meeting::of(image.film, reference.film);
+    let mut meeting = DisjointCounter::of(image.film, reference.film);
     let (mut sum, mut reference_sum, mut distance_sum, mut error_sum) = (0.0, 0.0, 0.0, 0.0);
     let mut worst: Option<(f64, usize)> = None;
     for (i, pixel) in pairs.pixels().enumerate() {
@@ -318,7 +318,7 @@ pub fn compare(image: Named<'_>, reference: Named<'_>, tolerance: &Tolerance) ->
     if own_errors.iter().any(|error| *error > 0.0) {
         [out.own_error] = quantiles(&own_errors, [50]).map(Some);
     }
-    out.intervals = meeting.and_then(Meeting::intervals);
+    out.intervals = meeting.and_then(DisjointCounter::intervals);
     Ok(out)
 }
 

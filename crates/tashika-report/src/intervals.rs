@@ -75,13 +75,13 @@ impl Intervals {
 }
 
 /// Counter of disjoint intervals.
-pub(super) struct Meeting<'f> {
+pub(super) struct DisjointCounter<'f> {
     films: [RenderFilm<'f>; 2],
     claimed_in_both: u64,
     disjoint: u64,
 }
 
-impl<'f> Meeting<'f> {
+impl<'f> DisjointCounter<'f> {
     /// Counter for two films; `None` unless both have half-widths, in one error metric and about
     /// one truth.
     pub(super) fn of(image: &'f Film, reference: &'f Film) -> Option<Self> {

@@ -39,7 +39,7 @@ impl<'f> OwnError<'f> {
     /// Confidence of the half-widths.
     pub const CONFIDENCE: f64 = 0.999;
     /// Assumed confidence of the intervals of a film that states none.
-    const UNSAID: f64 = 0.95;
+    const ASSUMED_CONFIDENCE: f64 = 0.95;
 
     /// Reads the error from a reference.
     pub fn of(reference: &'f Film) -> Self {
@@ -58,7 +58,7 @@ impl<'f> OwnError<'f> {
             film: RenderFilm::of(reference),
             standard_errors: plane.and_then(Plane::f32_samples).filter(|_| !is_audited),
             of_standard_error,
-            of_half_width: own / z(claimed.unwrap_or(Self::UNSAID)),
+            of_half_width: own / z(claimed.unwrap_or(Self::ASSUMED_CONFIDENCE)),
         }
     }
 

@@ -31,7 +31,7 @@ const MOST_DEPTH: u32 = 40;
 const LARGEST_OVER_MEAN: f64 = 64.0;
 /// Smallest divergence of the quarters at which a cell is halved, in units of the divergence
 /// expected by chance.
-const OVER_CHANCE: f64 = 4.0;
+const MIN_SPLIT_SIGNIFICANCE: f64 = 4.0;
 
 /// A density over `[0, 1)^D`.
 #[derive(Clone, Debug)]
@@ -141,7 +141,7 @@ fn axis_of_contrast<const D: usize>(cell: &Cell<D>, inside: &[Weighted<D>]) -> O
     let by_chance = 1.5 * squares / (sum * sum);
     let contrasts = quarters.iter().map(divergence).enumerate();
     let best = contrasts.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
-    best.filter(|(_, contrast)| *contrast > OVER_CHANCE * by_chance).map(|(axis, _)| axis)
+    best.filter(|(_, contrast)| *contrast > MIN_SPLIT_SIGNIFICANCE * by_chance).map(|(axis, _)| axis)
 }
 
 #[cfg(test)]

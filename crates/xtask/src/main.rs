@@ -86,7 +86,7 @@ fn main() -> ExitCode {
     match run(&Args::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
-            shell::tell_error(&message);
+            shell::print_error(&message);
             ExitCode::FAILURE
         }
     }

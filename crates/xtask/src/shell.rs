@@ -20,7 +20,7 @@ pub struct Shell {
 }
 
 /// Prints the error that ended the task.
-pub fn tell_error(message: &str) {
+pub fn print_error(message: &str) {
     eprintln!("xtask: {message}");
 }
 

@@ -134,7 +134,7 @@ impl Meter {
     }
 
     /// Begins the phase of a render whose pixels may claim something.
-    pub fn promising_phase(&self, what: &str) {
+    pub fn claiming_phase(&self, what: &str) {
         self.begin(what, true);
     }
 
@@ -165,7 +165,7 @@ impl Meter {
         let due = |sink: &Sink| now - sink.told >= sink.interval || (all && sink.json);
         if state.sinks.iter().any(due) {
             let event = Event::Progress(state.standing(seconds));
-            state.tell_those(&event, |sink| {
+            state.report_to(&event, |sink| {
                 let due = due(sink);
                 if due {
                     sink.told = now;
@@ -206,7 +206,7 @@ impl Meter {
                 let what = failure.to_string();
                 let event = Event::Error { what: &what, exit_code: failure.code() };
                 // On a terminal, `main` prints the error, in the same way as errors in options.
-                state.tell_those(&event, |sink| sink.json || matches!(sink.place, Place::File(_)));
+                state.report_to(&event, |sink| sink.json || matches!(sink.place, Place::File(_)));
                 let told = state.sinks.iter().any(|s| s.json && matches!(s.place, Place::StandardError));
                 Err(if told { failure.told() } else { failure })
             }
@@ -227,12 +227,12 @@ impl Drop for Meter {
 
 impl State {
     fn tell(&mut self, event: &Event<'_>) {
-        self.tell_those(event, |_| true);
+        self.report_to(event, |_| true);
     }
 
     /// Reports the event to the chosen destinations. A destination that fails is removed, and the
     /// others receive a note about it.
-    fn tell_those(&mut self, event: &Event<'_>, mut chosen: impl FnMut(&mut Sink) -> bool) {
+    fn report_to(&mut self, event: &Event<'_>, mut chosen: impl FnMut(&mut Sink) -> bool) {
         let mut trouble = None;
         self.sinks.retain_mut(|sink| {
             let told = if chosen(sink) { sink.tell(event) } else { Ok(()) };

@@ -22,7 +22,7 @@ use crate::stats::Discrete;
 use crate::vpl::{Vpl, VplKind};
 
 /// `s`: weight, in trials, of the assumption that a cluster is visible.
-const HOPE: f64 = 0.25;
+const PRIOR_TRIALS: f64 = 0.25;
 
 /// Light drawn from a cluster.
 pub(super) struct Drawn {
@@ -98,7 +98,7 @@ impl Trials<'_> {
                 seen += f64::from(passing.max_channel());
                 trials += 1.0;
             }
-            (unoccluded / squares.len() as f64 * (HOPE + seen) / (HOPE + trials)).sqrt()
+            (unoccluded / squares.len() as f64 * (PRIOR_TRIALS + seen) / (PRIOR_TRIALS + trials)).sqrt()
         };
         let shares: Vec<f64> = squares.chunks_exact(self.lights).map(share).collect();
         Discrete::new(shares)

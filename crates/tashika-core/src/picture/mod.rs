@@ -33,7 +33,7 @@ use crate::stats::Moments;
 /// Paths of each half of a pixel in the first pass.
 const FIRST: u32 = 4;
 /// Share of the paths of a later pass that is spread evenly.
-const EVENLY: f64 = 0.1;
+const UNIFORM_SHARE: f64 = 0.1;
 /// Most paths of a pixel in a pass, as a multiple of the mean.
 const MOST: f64 = 32.0;
 /// Largest predicted error, over the tolerance of the pixel.
@@ -240,9 +240,10 @@ impl<'v> Picture<'v> {
         // Errors fall with the square root of the number of paths.
         let wanted = |importance: &f32| f64::from(*importance) * f64::from(*importance);
         let sum: f64 = importance.iter().map(wanted).sum();
-        let of_one = if sum > 0.0 { (1.0 - EVENLY) * mean * importance.len() as f64 / sum } else { 0.0 };
+        let of_one =
+            if sum > 0.0 { (1.0 - UNIFORM_SHARE) * mean * importance.len() as f64 / sum } else { 0.0 };
         let count = |importance: &f32| {
-            let count = EVENLY * mean + of_one * wanted(importance);
+            let count = UNIFORM_SHARE * mean + of_one * wanted(importance);
             count.clamp(1.0, MOST * mean.max(1.0)).round() as u32
         };
         importance.iter().map(count).collect()

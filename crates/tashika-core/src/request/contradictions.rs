@@ -30,7 +30,7 @@ use crate::scene::Scene;
 use crate::vpl::Clamp;
 
 /// A given option that has no effect together with the rest of a request.
-struct InVain {
+struct UnusedOption {
     /// Field of [`Request`].
     name: &'static str,
     value: String,
@@ -95,18 +95,18 @@ impl Request {
 
     /// Names of the options that have no effect on the method.
     pub(super) fn unused(&self) -> Vec<&'static str> {
-        self.in_vain().into_iter().map(|option| option.name).collect()
+        self.unused_options().into_iter().map(|option| option.name).collect()
     }
 
     fn refuse(&self, is_in_vain: impl Fn(&str) -> bool) -> Result<()> {
-        match self.in_vain().into_iter().find(|option| is_in_vain(option.name)) {
-            Some(InVain { name, value, expected }) => Err(Error::option(name, value, expected)),
+        match self.unused_options().into_iter().find(|option| is_in_vain(option.name)) {
+            Some(UnusedOption { name, value, expected }) => Err(Error::option(name, value, expected)),
             None => Ok(()),
         }
     }
 
     /// Returns the options whose needs are not met, by the table above.
-    fn in_vain(&self) -> Vec<InVain> {
+    fn unused_options(&self) -> Vec<UnusedOption> {
         let is_path = self.method == MethodName::Path;
         let is_exact = self.method == SumMethod::Exact.into();
         let (is_ours, is_audited) = (self.is_ours(), self.is_audited());
@@ -128,7 +128,7 @@ impl Request {
         let mut found = Vec::new();
         let mut row = |name, value: Option<String>, is_in_vain: bool, expected: &dyn Fn() -> String| {
             if let (Some(value), true) = (value, is_in_vain) {
-                found.push(InVain { name, value, expected: expected() });
+                found.push(UnusedOption { name, value, expected: expected() });
             }
         };
         row("vpls", text(self.vpls), is_path, &of_lights);

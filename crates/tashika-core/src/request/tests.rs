@@ -196,8 +196,8 @@ fn what_is_claimed_is_kept_by_paths_where_nothing_else_can() {
         panic!("{:?} sums over VPLs", found.method)
     };
     assert_eq!((options.error, terms, found.unused), (0.2, AuditTerms::default(), Vec::new()));
-    let in_vain = Request { paths: Some(8), vpls: Some(100), confidence: Some(0.9), ..audited };
-    assert_eq!(resolved(&in_vain).unused, ["vpls", "paths", "confidence"]);
+    let unused_options = Request { paths: Some(8), vpls: Some(100), confidence: Some(0.9), ..audited };
+    assert_eq!(resolved(&unused_options).unused, ["vpls", "paths", "confidence"]);
     let certified = claimed(Some(ClaimName::Certified));
     assert_eq!(certified.method, MethodName::default(), "paths prove nothing");
     let published = Request { method: SumMethod::Iwasaki2019.into(), ..Request::default() };

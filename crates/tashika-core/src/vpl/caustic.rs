@@ -93,7 +93,7 @@ pub(super) struct SpecularChain {
     chain: u64,
     is_from_infinity: bool,
     /// False while the path has passed thin panes only, which leave its direction unchanged.
-    is_bent: bool,
+    is_deflected: bool,
     /// True if smooth faces refracted the path and nothing reflected it.
     is_refracted: bool,
 }
@@ -107,14 +107,14 @@ impl SpecularChain {
             distance: 0.0,
             chain: 0,
             is_from_infinity: emitted.origin == Origin::Infinity,
-            is_bent: false,
+            is_deflected: false,
             is_refracted: true,
         }
     }
 
     /// Returns true if a specular surface changed the direction of the path.
-    pub(super) fn is_bent(&self) -> bool {
-        self.is_bent
+    pub(super) fn is_deflected(&self) -> bool {
+        self.is_deflected
     }
 
     /// Returns the chain after a specular surface that the ray met.
@@ -127,7 +127,7 @@ impl SpecularChain {
             distance: self.distance + ray.origin.distance(point.position),
             // An odd multiplier loses no bit, and the rotation brings high bits back to low ones.
             chain: (self.chain ^ (of_surface + 1)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(23),
-            is_bent: self.is_bent || !is_pane,
+            is_deflected: self.is_deflected || !is_pane,
             is_refracted: self.is_refracted && (is_pane || (is_smooth && is_transmitted)),
             ..self
         }
@@ -137,7 +137,7 @@ impl SpecularChain {
     /// changed the direction of the path.
     pub(super) fn arrival(&self, ray: &Ray, position: Vec3) -> Option<Arrival> {
         let length = self.distance + ray.origin.distance(position);
-        self.is_bent.then(|| Arrival {
+        self.is_deflected.then(|| Arrival {
             light: 0,
             towards: -ray.direction,
             distance: if self.is_from_infinity { f32::INFINITY } else { length },

@@ -232,7 +232,7 @@ impl LightPaths<'_> {
 fn way(chain: Option<&SpecularChain>) -> Way {
     match chain {
         None => Way::Scattered,
-        Some(chain) if chain.is_bent() => Way::Specular,
+        Some(chain) if chain.is_deflected() => Way::Specular,
         Some(_) => Way::Straight,
     }
 }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::kernel;
-use super::outliers::Tamed;
+use super::outliers::ClampedPixel;
 use super::pixels::Pixels;
 use crate::color::Rgb;
 
@@ -16,7 +16,7 @@ const BANDWIDTH: f32 = 1.5 * 1.5;
 /// Keeps the difference of two exact pixels finite.
 const LEAST_VARIANCE: f32 = 1e-12;
 /// Bound of the light that a pixel receives from outliers, as a share of its own mean.
-const MOST_GLOW: f32 = 0.1;
+const MAX_OUTLIER_SHARE: f32 = 0.1;
 
 /// Weighted sums over similar pixels.
 #[derive(Clone, Copy, Default)]
@@ -42,7 +42,7 @@ pub struct Mean {
 ///
 /// * `guide`: pixels that determine the weights.
 /// * `averaged`: pixels that enter the means, equal to `guide` or independent of it.
-pub fn means(pixels: &Pixels, guide: &[Tamed], averaged: &[Tamed]) -> Vec<Option<Mean>> {
+pub fn means(pixels: &Pixels, guide: &[ClampedPixel], averaged: &[ClampedPixel]) -> Vec<Option<Mean>> {
     let rows = (0..pixels.height).into_par_iter();
     rows.flat_map_iter(|y| {
         let albedo = &pixels.albedo[y * pixels.width..][..pixels.width];
@@ -61,12 +61,12 @@ fn mean(sums: &Sums) -> Rgb {
     let mean = sums.irradiance / sums.weight;
     let glow = sums.excess / sums.weight;
     // A small excess is added almost whole; a large one approaches a share of the mean.
-    let most = MOST_GLOW * mean.luminance().abs();
+    let most = MAX_OUTLIER_SHARE * mean.luminance().abs();
     let size = glow.luminance().abs();
     if size > 0.0 { mean + glow * (most / (most + size)) } else { mean }
 }
 
-fn sums_of_row(pixels: &Pixels, guide: &[Tamed], averaged: &[Tamed], y: usize) -> Vec<Sums> {
+fn sums_of_row(pixels: &Pixels, guide: &[ClampedPixel], averaged: &[ClampedPixel], y: usize) -> Vec<Sums> {
     let mut sums = vec![Sums::default(); pixels.width];
     let mut columns = vec![Column::default(); pixels.width];
     for dy in -RADIUS..=RADIUS {
@@ -122,7 +122,7 @@ struct Column {
     pixels: f32,
 }
 
-fn of_column(pixels: &Pixels, tamed: &[Tamed], [x, y]: [usize; 2], [dx, dy]: [isize; 2]) -> Column {
+fn of_column(pixels: &Pixels, tamed: &[ClampedPixel], [x, y]: [usize; 2], [dx, dy]: [isize; 2]) -> Column {
     let mut column = Column::default();
     for y in y.saturating_sub(PATCH)..(y + PATCH + 1).min(pixels.height) {
         if y.checked_add_signed(dy).is_some_and(|y| y < pixels.height) {

@@ -52,7 +52,7 @@ pub fn conserve(radiance: &mut [Rgb], estimates: &[Rgb], variances: &[f32], widt
     });
     let mut whole = Light::default();
     levels[0].of.iter().for_each(|square| whole.add(*square));
-    let mut parents = (vec![whole.sure_lack(1.0)], [1, 1], SIDES[0] * levels[0].of.len().max(1));
+    let mut parents = (vec![whole.certain_deficit(1.0)], [1, 1], SIDES[0] * levels[0].of.len().max(1));
     for squares in &levels {
         let (given, [across, _], side) = &parents;
         let given = squares.given(given, *across, *side);
@@ -88,7 +88,7 @@ impl Light {
     }
 
     /// Certain part `S` of the deficit.
-    fn sure_lack(&self, kappa: f64) -> f64 {
+    fn certain_deficit(&self, kappa: f64) -> f64 {
         let share = 1.0 - kappa * self.variance / (self.lack * self.lack);
         if share > 0.0 { share * self.lack } else { 0.0 }
     }
@@ -118,13 +118,13 @@ impl Squares {
         let mut rest = larger.to_vec();
         let mut variances = vec![0.0; larger.len()];
         for (number, square) in self.of.iter().enumerate() {
-            rest[larger_of(number)] -= square.sure_lack(KAPPA);
+            rest[larger_of(number)] -= square.certain_deficit(KAPPA);
             variances[larger_of(number)] += square.variance;
         }
         let of_square = |(number, square): (usize, &Light)| {
             let of = larger_of(number);
             let share = if variances[of] > 0.0 { square.variance / variances[of] } else { 0.0 };
-            square.sure_lack(KAPPA) + share * rest[of]
+            square.certain_deficit(KAPPA) + share * rest[of]
         };
         self.of.iter().enumerate().map(of_square).collect()
     }

@@ -27,7 +27,7 @@ use rayon::prelude::*;
 
 use super::alike::{self, Mean};
 use super::conserve::conserve;
-use super::outliers::{self, Tamed};
+use super::outliers::{self, ClampedPixel};
 use super::pixels::Pixels;
 use crate::color::Rgb;
 use crate::error::Result;
@@ -94,7 +94,7 @@ impl Halves {
         let Some(read) = Read::of(self) else { return Ok(None) };
         let smooth = match smoother {
             Some(smoother) => Smooth::by(smoother, &read, &self.a)?,
-            None => Smooth::of_alike(&read),
+            None => Smooth::by_similarity(&read),
         };
         Ok(Some(read.reconstruct(&smooth)))
     }
@@ -104,7 +104,7 @@ impl Halves {
 struct Read {
     /// Pixels of half A, without those that half B excludes; the features are those of both halves.
     pixels: Pixels,
-    tamed: [Vec<Tamed>; 2],
+    tamed: [Vec<ClampedPixel>; 2],
     radiance: [Vec<Rgb>; 2],
     /// Standard errors of the luminance of each half.
     errors: [Vec<f32>; 2],
@@ -123,7 +123,7 @@ struct Smooth {
 
 impl Smooth {
     /// Averages similar pixels of each half; their similarity is measured in the other half.
-    fn of_alike(read: &Read) -> Self {
+    fn by_similarity(read: &Read) -> Self {
         let Read { pixels, tamed: [a, b], .. } = read;
         let means = [alike::means(pixels, b, a), alike::means(pixels, a, b)];
         let of_half = |half: usize| -> Vec<Mean> {
@@ -168,7 +168,7 @@ impl Read {
         other.without_those_of(&pixels);
         let errors = |film: &Film| Some(film.plane(planes::STANDARD_ERROR)?.f32_samples()?.to_vec());
         Some(Self {
-            tamed: [outliers::tame(&pixels), outliers::tame(&other)],
+            tamed: [outliers::clamp_all(&pixels), outliers::clamp_all(&other)],
             radiance: [a.colors()?.collect(), b.colors()?.collect()],
             errors: [errors(a)?, errors(b)?],
             pixels,

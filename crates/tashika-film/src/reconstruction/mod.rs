@@ -64,7 +64,7 @@ pub fn reconstruct(film: &mut Film) {
         return;
     }
     let Some(pixels) = Pixels::of(film) else { return };
-    let tamed = outliers::tame(&pixels);
+    let tamed = outliers::clamp_all(&pixels);
     let means = alike::means(&pixels, &tamed, &tamed);
     let Some(estimates) = film.colors() else { return };
     let estimates: Vec<Rgb> = estimates.collect();

@@ -24,7 +24,7 @@ use crate::color::Rgb;
 const RADIUS: isize = 3;
 const NEIGHBOURS: usize = (2 * RADIUS as usize + 1) * (2 * RADIUS as usize + 1);
 /// Sum of weights below which a pixel has too few similar ones and stays unchanged.
-const ENOUGH: f32 = 6.0;
+const MIN_SIMILAR_WEIGHT: f32 = 6.0;
 /// Distance of a bound from its quartile, in units of that quartile's distance from the median.
 const RANGES: f32 = 2.0;
 /// Share of the median that is added to the distance of a bound.
@@ -36,7 +36,7 @@ const MOST_VARIANCE: f32 = 4.0;
 
 /// A pixel after clamping.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Tamed {
+pub struct ClampedPixel {
     /// Irradiance after clamping (radiance over albedo).
     pub irradiance: Rgb,
     /// Luminance of `irradiance`, and the variance of that luminance.
@@ -47,16 +47,16 @@ pub struct Tamed {
 }
 
 /// Clamps all pixels, row by row.
-pub fn tame(pixels: &Pixels) -> Vec<Tamed> {
+pub fn clamp_all(pixels: &Pixels) -> Vec<ClampedPixel> {
     let rows = (0..pixels.height).into_par_iter();
     rows.flat_map_iter(|y| (0..pixels.width).map(move |x| tamed(pixels, [x, y]))).collect()
 }
 
-fn tamed(pixels: &Pixels, [x, y]: [usize; 2]) -> Tamed {
+fn tamed(pixels: &Pixels, [x, y]: [usize; 2]) -> ClampedPixel {
     let p = y * pixels.width + x;
     let (irradiance, variance) = (pixels.irradiance[p], pixels.variance[p]);
     let luminance = irradiance.luminance();
-    let unchanged = Tamed { irradiance, luminance, variance, excess: Rgb::BLACK };
+    let unchanged = ClampedPixel { irradiance, luminance, variance, excess: Rgb::BLACK };
     if variance <= 0.0 {
         return unchanged;
     }
@@ -78,7 +78,7 @@ fn tamed(pixels: &Pixels, [x, y]: [usize; 2]) -> Tamed {
             }
         }
     }
-    if total < ENOUGH {
+    if total < MIN_SIMILAR_WEIGHT {
         return unchanged;
     }
     let [low, middle, high] = quantiles(&mut values[..count], total, [0.25, 0.5, 0.75]);
@@ -89,7 +89,7 @@ fn tamed(pixels: &Pixels, [x, y]: [usize; 2]) -> Tamed {
     let moved = luminance.max(least).min(most);
     let [of_neighbours] = quantiles(&mut variances[..count], total, [0.5]);
     let share = if luminance == 0.0 { 1.0 } else { moved / luminance };
-    Tamed {
+    ClampedPixel {
         irradiance: irradiance * share,
         luminance: moved,
         variance: of_neighbours.min(MOST_VARIANCE * variance),

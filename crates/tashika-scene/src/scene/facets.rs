@@ -81,7 +81,7 @@ impl From<f32> for FacetInput {
 ///
 /// * `alpha`: in `[0, 1]`.
 /// * `strength`: `s`, in `[0, 1]`.
-pub(super) fn drawn_out(alpha: f32, strength: f32) -> [f32; 2] {
+pub(super) fn anisotropic_alphas(alpha: f32, strength: f32) -> [f32; 2] {
     let along = alpha + (1.0 - alpha) * strength * strength;
     [along, alpha].map(|alpha| alpha.clamp(MIN_ALPHA, 1.0))
 }

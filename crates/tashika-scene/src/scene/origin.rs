@@ -15,7 +15,7 @@
 //!
 //! The candidates are zero, the positions of the first cameras, the object with the largest
 //! apparent size, and the middle of all objects. Zero is used unless another origin lowers the loss
-//! by a factor of [`WORTH`], so that the coordinates of scenes near zero do not change.
+//! by a factor of [`MIN_LOSS_RATIO`], so that the coordinates of scenes near zero do not change.
 //!
 //! # Guarantee
 //! Coordinates relative to the origin are differences in double precision, rounded once. With an
@@ -35,7 +35,7 @@ use crate::math::{local_origin, origin_near, spacing_at};
 /// Factor by which an origin other than zero must lower the loss. Chosen by a measurement with the
 /// origin at zero: a closed room whose distance from zero is 30 times its size is 0.03 % too
 /// bright.
-const WORTH: f64 = 32.0;
+const MIN_LOSS_RATIO: f64 = 32.0;
 
 /// Largest number of cameras in the loss.
 const CAMERAS: usize = 8;
@@ -164,7 +164,7 @@ impl SceneBuilder {
         };
         let at_zero = loss(DVec3::ZERO);
         // The loss is at least 1.
-        if at_zero <= WORTH || at_zero.is_nan() {
+        if at_zero <= MIN_LOSS_RATIO || at_zero.is_nan() {
             return DVec3::ZERO;
         }
         let (mut lo, mut hi) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -178,7 +178,7 @@ impl SceneBuilder {
         }
         let Some((_, largest)) = largest else { return DVec3::ZERO };
         let candidates = cameras.iter().copied().chain([largest.center, 0.5 * (lo + hi)]);
-        let mut best = (at_zero / WORTH, DVec3::ZERO);
+        let mut best = (at_zero / MIN_LOSS_RATIO, DVec3::ZERO);
         for candidate in candidates.map(|place| origin_near(place, largest.half)) {
             let lost = loss(candidate);
             if lost < best.0 {

@@ -32,7 +32,7 @@
 
 use glam::Vec2;
 
-use super::facets::{drawn_out, of_aspect};
+use super::facets::{anisotropic_alphas, of_aspect};
 use super::{CoatBase, ColorInput, FacetInput, Material, MaterialId, Surface, Textures};
 use crate::bsdf::{
     AshikhminShirley, Bsdf, Clearcoat, CoatModel, Coated, Conductor, ConductorFresnel, FacetModel, Glass,
@@ -184,7 +184,7 @@ impl<'a> Look<'a> {
                 let roughness = roughness.at(self.textures, self.uv).clamp(0.0, 1.0);
                 let dielectric_f0 = self.color(specular_f0);
                 let strength = anisotropy.at(self.textures, self.uv).clamp(0.0, 1.0);
-                let alpha = drawn_out(roughness * roughness, strength);
+                let alpha = anisotropic_alphas(roughness * roughness, strength);
                 whole(Bsdf::MetallicRoughness(MetallicRoughness {
                     diffuse: base * (1.0 - metallic),
                     f0: dielectric_f0.lerp(base, metallic),

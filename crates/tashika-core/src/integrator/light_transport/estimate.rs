@@ -25,7 +25,7 @@ const NARROW: f32 = 0.25;
 /// Share of the light that is projected onto a pixel. An estimate below this share is taken to have
 /// missed that light. An estimate that did not miss the light may still be somewhat below the
 /// projection, by chance, by the pixel filter or by geometry in front of the light.
-pub(super) const MET: f64 = 0.25;
+pub(super) const MIN_PROJECTED_SHARE: f64 = 0.25;
 /// Standard error due to the choice of VPLs, over the tolerance, below which that error need not be
 /// estimated more precisely. Chosen.
 const SMALL: f64 = 0.1;
@@ -76,10 +76,10 @@ impl<'a> Common<'a> {
 
     /// Luminance of a pixel due to lamps that it sees, if these camera samples have met hardly any
     /// of that light; else 0 (W·m⁻²·sr⁻¹).
-    pub(super) fn lamps_not_met(&self, pixel: [u32; 2], seen: &PixelSum) -> f64 {
+    pub(super) fn unsampled_lamps(&self, pixel: [u32; 2], seen: &PixelSum) -> f64 {
         let there = self.lights.lamps().map_or(0.0, |lamps| lamps.importance_radiance(pixel));
         let met = f64::from(seen.background.luminance());
-        if met < MET * there { there } else { 0.0 }
+        if met < MIN_PROJECTED_SHARE * there { there } else { 0.0 }
     }
 
     /// Approximate lower bound on the luminance of the surfaces that camera samples met, from light
@@ -100,13 +100,13 @@ impl<'a> Common<'a> {
 }
 
 /// Returns true if a surface mirrors too sharply for VPLs.
-pub(super) fn is_narrow(bsdf: &Bsdf) -> bool {
+pub(super) fn is_near_specular(bsdf: &Bsdf) -> bool {
     bsdf.roughness().is_some_and(|alpha| alpha < NARROW)
 }
 
 /// BSDF that VPLs are summed with, if any are.
 pub(super) fn summed_with(point: &GatherPoint, estimator: Estimator) -> Bsdf {
-    if estimator == Estimator::Vpls && is_narrow(&point.bsdf) {
+    if estimator == Estimator::Vpls && is_near_specular(&point.bsdf) {
         Bsdf::Lambert(Lambert { reflectance: point.bsdf.vpl_reflectance(point.wo) })
     } else {
         point.bsdf
@@ -164,7 +164,7 @@ impl Points {
 
     /// Returns true if a point mirrors too sharply for VPLs.
     pub(super) fn are_narrow(&self) -> bool {
-        self.pixel.points.iter().any(|point| is_narrow(&point.bsdf))
+        self.pixel.points.iter().any(|point| is_near_specular(&point.bsdf))
     }
 }
 

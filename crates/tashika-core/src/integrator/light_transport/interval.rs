@@ -29,7 +29,7 @@ use crate::stats::stratified::KAPPA;
 use crate::stats::{Moments, student_t_two_sided};
 
 /// Exponent `p` of the variance of a cut, which falls as `pairs^(−p)` (record, light transport).
-const FALL: f64 = 1.77;
+const CUT_VARIANCE_EXPONENT: f64 = 1.77;
 
 /// Result of an interim analysis, for the part of the error metric with the widest interval.
 #[derive(Clone, Copy, Debug)]
@@ -128,7 +128,7 @@ impl Finding {
 
     /// Returns true if a source of error that does not fall as the estimate grows exceeds `share`
     /// of the tolerance, and its variance is known well enough.
-    pub(super) fn is_held_up_by(&self, source: Source, share: f64) -> bool {
+    pub(super) fn is_limited_by(&self, source: Source, share: f64) -> bool {
         self.share_of(source) > share && self.variance_by(source) > KNOWN * self.variances[0]
     }
 
@@ -159,7 +159,7 @@ impl Finding {
         let error = self.standard_error();
         let error = if error > 0.0 { error } else { 1.0 };
         loop {
-            let falls = [powf_f64(growth[0], -FALL), 1.0 / growth[1]];
+            let falls = [powf_f64(growth[0], -CUT_VARIANCE_EXPONENT), 1.0 / growth[1]];
             let varies = [cut * falls[0], paths * falls[1]];
             let rare = [self.rare[0] / growth[0], self.rare[1] / growth[1], self.rare[2]];
             let half_width = self.errors * (varies[0] + varies[1] + lights + points).sqrt()
@@ -169,7 +169,7 @@ impl Finding {
             }
             // Decrease of the half-width per unit of work, up to a common factor.
             let gain = |k: usize| {
-                let power = if k == 0 { FALL } else { 1.0 };
+                let power = if k == 0 { CUT_VARIANCE_EXPONENT } else { 1.0 };
                 let by_variance = self.errors * power * varies[k];
                 let by_rare = if rare[k] >= rare[1 - k].max(rare[2]) { rare[k] * error } else { 0.0 };
                 if work[k] > 0.0 { (by_variance + by_rare) / (work[k] * growth[k]) } else { 0.0 }

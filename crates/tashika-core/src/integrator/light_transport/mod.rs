@@ -59,9 +59,9 @@ use pixel::Pixel;
 /// Default for the most pairs and paths of a pixel.
 const MOST_WORK: u64 = 1 << 16;
 /// Number of clamp distances.
-const CLAMPS: usize = FARTHER.len();
+const CLAMPS: usize = CLAMP_FACTORS.len();
 /// Clamp distances, as multiples of the first.
-const FARTHER: [f32; 3] = [1.0, 4.0, 16.0];
+const CLAMP_FACTORS: [f32; 3] = [1.0, 4.0, 16.0];
 /// Integrator that controls the error against light transport.
 #[derive(Debug)]
 pub struct LightTransport<'a> {
@@ -99,7 +99,7 @@ impl<'a> LightTransport<'a> {
     }
 
     fn clamp_distance(&self, clamp: usize) -> f32 {
-        self.lights.provenance().clamp_distance * FARTHER[clamp]
+        self.lights.provenance().clamp_distance * CLAMP_FACTORS[clamp]
     }
 }
 

@@ -13,7 +13,7 @@
 use std::sync::OnceLock;
 
 use super::super::ControlOptions;
-use super::estimate::{Common, Estimator, is_narrow, summed_with};
+use super::estimate::{Common, Estimator, is_near_specular, summed_with};
 use crate::compensation::{Caustic, Compensation};
 use crate::guidance::{Grid, cell_of, key_of, pixels_of, random_pixel};
 use crate::rng::{self, Purpose, Stream};
@@ -44,11 +44,11 @@ struct Paths {
 }
 
 /// Share of the expected caustic light below which paths are taken to miss it.
-pub(super) const FOUND: f64 = 0.5;
+pub(super) const MIN_SAMPLED_SHARE: f64 = 0.5;
 
 /// Rays of full paths that take as long as the smallest sum over VPLs: some hundred pairs over the
 /// gather points, with their bounds and lists. Measured.
-const CHEAP: f64 = 8192.0;
+const SMALLEST_SUM_IN_RAYS: f64 = 8192.0;
 
 /// Paths of a cell, for one clamp distance.
 #[derive(Debug)]
@@ -63,9 +63,9 @@ pub(super) struct Nearby {
 impl Nearby {
     /// Moments of compensation paths, from points of the same kind if there are enough of them:
     /// those that mirror sharply, or those that do not.
-    pub(super) fn compensation(&self, is_narrow: bool) -> &[Moments] {
+    pub(super) fn compensation(&self, is_near_specular: bool) -> &[Moments] {
         let [matt, glossy, all] = &self.compensation.moments;
-        let of_kind = if is_narrow { glossy } else { matt };
+        let of_kind = if is_near_specular { glossy } else { matt };
         if of_kind.first().is_some_and(|moments| moments.count() >= FEWEST) { of_kind } else { all }
     }
 
@@ -75,14 +75,16 @@ impl Nearby {
         let Paths { found, expected, .. } = &self.compensation;
         let there: f64 = expected.iter().sum();
         let most_found = found.mean() + 2.0 * found.standard_error();
-        (most_found < FOUND * there).then(|| (1.0 - found.mean() / there, expected[1]))
+        (most_found < MIN_SAMPLED_SHARE * there).then(|| (1.0 - found.mean() / there, expected[1]))
     }
 
     /// Returns true if full paths found much less light than light paths did.
-    pub(super) fn is_light_unmet(&self, common: &Common<'_>) -> bool {
+    pub(super) fn is_light_undersampled(&self, common: &Common<'_>) -> bool {
         let whole = self.paths_of_all(common);
         let most_found = |of_path: &Moments| of_path.mean() + 2.0 * of_path.standard_error();
-        whole.moments[2].first().is_some_and(|of_path| most_found(of_path) < FOUND * whole.by_light_paths)
+        whole.moments[2]
+            .first()
+            .is_some_and(|of_path| most_found(of_path) < MIN_SAMPLED_SHARE * whole.by_light_paths)
     }
 
     /// Returns true if the camera sees emission here, directly or over specular surfaces.
@@ -109,7 +111,7 @@ impl Nearby {
     /// Returns true if full paths are predicted to meet the tolerance with less work than any sum
     /// over VPLs takes, as where light comes straight from the sky. Where paths vary so little,
     /// those of the neighbourhood give the mean luminance to a few per cent.
-    pub(super) fn are_paths_cheap(&self, common: &Common<'_>, options: &ControlOptions) -> bool {
+    pub(super) fn are_full_paths_cheaper(&self, common: &Common<'_>, options: &ControlOptions) -> bool {
         let whole = self.paths_of_all(common);
         let Some(of_path) = whole.moments[2].first().filter(|of_path| of_path.mean() > 0.0) else {
             return false;
@@ -117,11 +119,11 @@ impl Nearby {
         let tolerance = options.tolerance_of(of_path.mean());
         let errors = student_t_two_sided(options.confidence, PATHS as f64 - 1.0);
         let paths = of_path.variance() * (errors / tolerance) * (errors / tolerance);
-        paths * whole.rays as f64 / (PATHS as f64) < CHEAP
+        paths * whole.rays as f64 / (PATHS as f64) < SMALLEST_SUM_IN_RAYS
     }
 
     /// Returns true if any camera sample here met no surface.
-    pub(super) fn are_surfaces_missed(&self) -> bool {
+    pub(super) fn has_missed_samples(&self) -> bool {
         self.compensation.met < PATHS
     }
 
@@ -195,7 +197,7 @@ fn follow(
             let summed = summed_with(point, estimator);
             value +=
                 compensation.estimate(point, &summed, key, &mut Stream::new(key, Purpose::Compensation, 0));
-            kind = usize::from(is_narrow(&point.bsdf));
+            kind = usize::from(is_near_specular(&point.bsdf));
             of_path = compensation.caustic();
         }
         if estimator == Estimator::Paths {
@@ -274,7 +276,8 @@ mod tests {
     #[test]
     fn glossy_pixels_are_told_of_glossy_paths() {
         look_at_tile(gloss(), |nearby, _| {
-            let [glossy, matt] = [true, false].map(|is_narrow| nearby.compensation(is_narrow)[0]);
+            let [glossy, matt] =
+                [true, false].map(|is_near_specular| nearby.compensation(is_near_specular)[0]);
             assert!(glossy.count() >= FEWEST && matt.count() >= FEWEST);
             assert_eq!(glossy.count() + matt.count(), PATHS, "all see the floor");
             let [glossy, matt] = [glossy, matt].map(|moments| moments.variance());
@@ -288,7 +291,7 @@ mod tests {
     fn light_that_only_light_paths_find_is_unmet() {
         let matt = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };
         look_at_tile(matt, |nearby, common| {
-            assert!(!nearby.is_light_unmet(common));
+            assert!(!nearby.is_light_undersampled(common));
             let found = nearby.whole(common)[0];
             let most = found.mean() + 2.0 * found.standard_error();
             for (factor, is_unmet) in [(1.0, false), (1.99, false), (2.01, true)] {
@@ -296,7 +299,7 @@ mod tests {
                 whole.by_light_paths = factor * most;
                 let compensation = nearby.compensation.clone();
                 let other = Nearby { place: [0; 2], key: 0, compensation, whole: OnceLock::from(whole) };
-                assert_eq!(other.is_light_unmet(common), is_unmet, "{factor}");
+                assert_eq!(other.is_light_undersampled(common), is_unmet, "{factor}");
             }
         });
     }
@@ -308,7 +311,7 @@ mod tests {
         let matt = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };
         look_at_tile(matt, |nearby, common| {
             let is_cheap = |error| {
-                nearby.are_paths_cheap(common, &ControlOptions { error, ..ControlOptions::default() })
+                nearby.are_full_paths_cheaper(common, &ControlOptions { error, ..ControlOptions::default() })
             };
             assert!(is_cheap(0.5) && !is_cheap(0.01));
         });

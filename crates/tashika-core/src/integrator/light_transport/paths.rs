@@ -14,7 +14,7 @@
 //! variance over sets; the suite's `hard_light` checks the estimate of unsampled light.
 
 use super::estimate::{Common, Estimator, summed_with};
-use super::nearby::{FOUND, PATHS};
+use super::nearby::{MIN_SAMPLED_SHARE, PATHS};
 use super::{LightTransport, Truth};
 use crate::color::Controlled;
 use crate::compensation::{Compensation, Draws, Numbers};
@@ -103,9 +103,9 @@ fn pixel(
     }
     found.rays = u64::from(count) + compensation.rays() - before;
     found.importance_of_set = common.lights.importance_correlation() * squares;
-    let is_found = caustic.mean() + 2.0 * caustic.standard_error() >= FOUND * expected;
+    let is_found = caustic.mean() + 2.0 * caustic.standard_error() >= MIN_SAMPLED_SHARE * expected;
     let not_found = if is_found { 0.0 } else { expected - caustic.mean() };
-    found.importance_not_found = whole * (not_found + common.lamps_not_met(pixel, &seen));
+    found.importance_not_found = whole * (not_found + common.unsampled_lamps(pixel, &seen));
     found
 }
 

@@ -3,9 +3,9 @@
 
 use super::super::looks::Looks;
 use super::super::{Claim, HalfWidths, LuminanceParts, PixelRecord, Setting, Stop};
-use super::estimate::{Common, Estimate, Estimator, MET, Points};
+use super::estimate::{Common, Estimate, Estimator, MIN_PROJECTED_SHARE, Points};
 use super::interval::{Finding, Source};
-use super::nearby::FOUND;
+use super::nearby::MIN_SAMPLED_SHARE;
 use super::{CLAMPS, LightTransport, OfView, Visibility};
 use crate::cut::CutMemory;
 use crate::gather::{Features, GatherPoint, PixelSum};
@@ -19,7 +19,7 @@ const LEAST_GROWTH: f64 = 1.1;
 /// Most growth of pairs and paths between analyses.
 const MOST_GROWTH: [f64; 2] = [2.0, 4.0];
 /// Work of a pair, with its samples, bounds and lists, in rays of a path. Chosen.
-const WORK_OF_PAIRS: f64 = 4.0;
+const RAYS_PER_PAIR: f64 = 4.0;
 /// Factor by which the number of camera samples grows where they limit a pixel.
 const MORE_SAMPLES: u32 = 8;
 /// Most camera samples of a sum over VPLs.
@@ -29,18 +29,18 @@ const MOST_SAMPLES: u32 = 8192;
 const ENOUGH: f64 = 0.7;
 /// Share of the tolerance. If such sources together exceed this share, the sum over VPLs ends:
 /// meeting the rest of the tolerance would take a very large number of pairs and paths.
-const TOO_MUCH: f64 = 0.87;
+const GIVE_UP_THRESHOLD: f64 = 0.87;
 /// Share of the tolerance. A restart reduces every such source that exceeds this share.
-const PART: f64 = 0.4;
+const JOINT_RESTART_THRESHOLD: f64 = 0.4;
 /// Share of the permitted work after which a pixel is not restarted: the remaining work would not
 /// reach the same precision.
-const LATE: f64 = 0.25;
+const MAX_RESTART_WORK_SHARE: f64 = 0.25;
 /// Share of the tolerance that unsampled light may have.
-const NEGLIGIBLE: f64 = 0.25;
+const MAX_UNSAMPLED_SHARE: f64 = 0.25;
 /// Least number of trial samples that meet emission for which the camera samples of the gather
 /// points suffice to estimate it. Chosen: if four are expected to meet emission, the probability
 /// that none does is 1/50.
-const ENOUGH_MEET: usize = 4;
+const MIN_EMISSION_HITS: usize = 4;
 /// Camera samples for features where there are only paths.
 const SAMPLES_OF_FEATURES: u32 = 16;
 
@@ -93,7 +93,7 @@ enum Ended {
     OutOfBudget,
     /// A source of error does not fall as the estimate grows. The flags, for lights and for points,
     /// are true if the pixel is to be restarted with better ones.
-    HeldUp([bool; 2]),
+    Limited([bool; 2]),
 }
 
 impl<'a, 'v> Pixel<'a, 'v> {
@@ -136,7 +136,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
         let is_met_by_vpls = !begins_with_paths && self.by_vpls(memory);
         let may_follow_paths =
             self.common.compensates && only != Some(Estimator::Vpls) && !self.sees_small_lamp;
-        if !is_met_by_vpls && may_follow_paths && (only.is_some() || self.are_paths_foreseen_to_do()) {
+        if !is_met_by_vpls && may_follow_paths && (only.is_some() || self.are_full_paths_sufficient()) {
             self.by_paths();
         }
         self.stated()
@@ -145,7 +145,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
     /// Estimates by sums over VPLs. Returns true if full paths need not be tried.
     fn by_vpls(&mut self, memory: &mut CutMemory) -> bool {
         let mut samples = self.samples_for_lamps(self.common.setting.view.gather.points);
-        if self.is_rim(samples) {
+        if self.misses_surfaces(samples) {
             samples = MOST_SAMPLES;
         }
         let is_emission_rare = self.is_emission_rare(samples);
@@ -164,7 +164,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
                 caustics = nearby.map_or(0.0, |nearby| points.not_found(&common, nearby));
                 self.rays += nearby.map_or(0, |nearby| nearby.rays_per_pixel(Estimator::Vpls));
             }
-            self.importance_not_found = caustics + common.lamps_not_met(self.at, &points.pixel);
+            self.importance_not_found = caustics + common.unsampled_lamps(self.at, &points.pixel);
             self.look_at(&points.pixel);
             let moments = nearby.map(|nearby| nearby.compensation(points.are_narrow()));
             let (prior, clamp_distance) = (visibility.prior(), method.clamp_distance(clamp));
@@ -172,8 +172,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
             let can_mend = [common.compensates && clamp + 1 < CLAMPS, samples < MOST_SAMPLES];
             match self.refine(estimate, moments.unwrap_or_default(), can_mend) {
                 Ended::Met | Ended::OutOfBudget => return true,
-                Ended::HeldUp([false, false]) => return false,
-                Ended::HeldUp([lights, points]) => {
+                Ended::Limited([false, false]) => return false,
+                Ended::Limited([lights, points]) => {
                     clamp += usize::from(lights);
                     samples = if points { more(samples) } else { samples };
                 }
@@ -200,14 +200,14 @@ impl<'a, 'v> Pixel<'a, 'v> {
             return false;
         }
         let seen = self.try_samples(samples);
-        self.common.lamps_not_met(self.at, &seen) > 0.0
+        self.common.unsampled_lamps(self.at, &seen) > 0.0
     }
 
     /// Returns true if a surface may be in the pixel, and `samples` camera samples, drawn only for
     /// this test, all miss it.
-    fn is_rim(&mut self, samples: u32) -> bool {
+    fn misses_surfaces(&mut self, samples: u32) -> bool {
         let common = self.common;
-        let may_be = common.compensates && self.of_view.nearby(&common, self.at, 0).are_surfaces_missed();
+        let may_be = common.compensates && self.of_view.nearby(&common, self.at, 0).has_missed_samples();
         may_be && self.try_samples(samples).points.is_empty() && self.importance_unmet() > 0.0
     }
 
@@ -230,7 +230,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
             return true;
         }
         let seen = self.try_samples(samples);
-        seen.samples.iter().filter(|sample| !sample.background.is_black()).count() < ENOUGH_MEET
+        seen.samples.iter().filter(|sample| !sample.background.is_black()).count() < MIN_EMISSION_HITS
     }
 
     /// Draws camera samples to plan the estimate. Planning by the samples of the estimate would
@@ -267,7 +267,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
         }
         self.nearby_whole();
         let are_in_vain = nearby.are_vpls_in_vain(&common)
-            || (nearby.are_paths_cheap(&common, &method.options) && !self.is_background());
+            || (nearby.are_full_paths_cheaper(&common, &method.options) && !self.is_background());
         if are_in_vain {
             // If VPLs are used, `by_vpls` counts these rays.
             self.rays += nearby.rays_per_pixel(Estimator::Vpls);
@@ -313,7 +313,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
         self.may_be_lit = self.common.lights.count() > 0 && seen.points.iter().any(reflects);
         self.nearby_whole();
         let nearby = self.of_view.nearby(&self.common, self.at, 0);
-        let is_unmet = nearby.is_light_unmet(&self.common);
+        let is_unmet = nearby.is_light_undersampled(&self.common);
         self.by_light_paths = if is_unmet { self.common.by_light_paths(seen) } else { 0.0 };
     }
 
@@ -324,7 +324,8 @@ impl<'a, 'v> Pixel<'a, 'v> {
         let lacks = |share: f64, there: f64| if most < share * there { there - most } else { 0.0 };
         let seen = self.common.lights.seen_caustics().filter(|_| self.common.compensates);
         let seen = seen.map_or(0.0, |caustics| caustics.importance_least(self.at));
-        self.importance_not_found + lacks(FOUND, self.by_light_paths).max(lacks(MET, seen))
+        self.importance_not_found
+            + lacks(MIN_SAMPLED_SHARE, self.by_light_paths).max(lacks(MIN_PROJECTED_SHARE, seen))
     }
 
     /// Moments of full paths in the neighbourhood; counts their rays at the first call.
@@ -341,7 +342,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
 
     /// Returns true if full paths are likely to meet the tolerance within the remaining work. If
     /// the pixel is darker than its neighbours, their variance is scaled by the squared ratio.
-    fn are_paths_foreseen_to_do(&mut self) -> bool {
+    fn are_full_paths_sufficient(&mut self) -> bool {
         let Some(found) = self.finding else { return true };
         let Some(theirs) = self.nearby_whole().first().filter(|theirs| theirs.mean() > 0.0) else {
             return true;
@@ -385,16 +386,18 @@ impl<'a, 'v> Pixel<'a, 'v> {
             if used >= most {
                 break Ended::OutOfBudget;
             }
-            let is_early = used <= LATE * most;
+            let is_early = used <= MAX_RESTART_WORK_SHARE * most;
             let can_mend = can_mend.map(|can| can && is_early);
             let sources = [Source::Lights, Source::Points];
-            let stands_in_the_way = [0, 1].map(|k| can_mend[k] && found.is_held_up_by(sources[k], ENOUGH));
-            if stands_in_the_way != [false; 2] || found.is_held_up_by(Source::Both, TOO_MUCH) {
+            let stands_in_the_way = [0, 1].map(|k| can_mend[k] && found.is_limited_by(sources[k], ENOUGH));
+            if stands_in_the_way != [false; 2] || found.is_limited_by(Source::Both, GIVE_UP_THRESHOLD) {
                 // The estimate ends because its interval is wide. This does not favour intervals
                 // that are too narrow, so the interval may be stated.
                 self.may_claim = true;
                 // One restart reduces all sources with a considerable share of the error.
-                break Ended::HeldUp([0, 1].map(|k| can_mend[k] && found.share_of(sources[k]) > PART));
+                break Ended::Limited(
+                    [0, 1].map(|k| can_mend[k] && found.share_of(sources[k]) > JOINT_RESTART_THRESHOLD),
+                );
             }
             let found = if is_planned {
                 self.looks.next();
@@ -402,11 +405,11 @@ impl<'a, 'v> Pixel<'a, 'v> {
             } else {
                 found
             };
-            let of_pairs = if estimate.is_whole() { 0.0 } else { WORK_OF_PAIRS * estimate.pairs() as f64 };
+            let of_pairs = if estimate.is_whole() { 0.0 } else { RAYS_PER_PAIR * estimate.pairs() as f64 };
             let of_paths = estimate.rays_per_path() * f64::from(estimate.paths());
             let (mut growth, is_enough) = found.growth([of_pairs, of_paths], MOST_GROWTH);
             if !is_enough && growth == [1.0; 2] {
-                break Ended::HeldUp([false; 2]);
+                break Ended::Limited([false; 2]);
             }
             growth = growth.map(|growth| growth.max(LEAST_GROWTH));
             let wanted = pairs * growth[0] + paths * growth[1];
@@ -429,7 +432,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
         // If no sample found light, the variance is zero, although light may have been missed.
         let is_nothing_found = self.may_be_lit && found.is_exact() && found.mean.total().is_black();
         let missing = self.importance_missing(&found);
-        let is_found = !is_nothing_found && missing <= NEGLIGIBLE * found.tolerance;
+        let is_found = !is_nothing_found && missing <= MAX_UNSAMPLED_SHARE * found.tolerance;
         let stop = match self.is_met {
             _ if !is_found => Stop::NotFound,
             true => Stop::RuleMet,

@@ -109,7 +109,11 @@ struct Moment {
 
 /// Adds the first and last times of the file's animations to the scene, where the file declares
 /// them.
-pub(super) fn tell_span(source: &Source<'_>, animations: &[serde_json::Value], builder: &mut SceneBuilder) {
+pub(super) fn add_time_span(
+    source: &Source<'_>,
+    animations: &[serde_json::Value],
+    builder: &mut SceneBuilder,
+) {
     for animation in animations {
         let Ok(animation) = Animation::deserialize(animation) else { continue };
         for sampler in &animation.samplers {

@@ -82,7 +82,7 @@ pub(super) fn load(files: &SceneFiles) -> Result<Scene> {
     morphs::tell_others(&file, std::mem::take(&mut parsed.other_targets), &mut builder)?;
     let animated = std::mem::take(&mut parsed.animations);
     let source = Source::new(files, parsed);
-    animations::tell_span(&source, &animated, &mut builder);
+    animations::add_time_span(&source, &animated, &mut builder);
     let poses = match files.options().time() {
         Some(seconds) => animations::at(&source, &animated, seconds, None, &mut builder)?,
         None if animated.is_empty() => Poses::default(),

@@ -49,13 +49,13 @@ impl Looks {
 
 /// Returns true if a picture of `rays` rays is so expensive that auditing more pixels is cheaper
 /// than making another picture.
-pub(super) fn is_dear(terms: &AuditTerms, rays: u64) -> bool {
+pub(super) fn is_expensive(terms: &AuditTerms, rays: u64) -> bool {
     rays >= TRUTH_RAYS.saturating_mul(terms.more_pixels() - terms.pixels)
 }
 
 /// Returns true if a picture with `outside` of `of` audited pixels outside may pass an audit of
 /// `most` pixels.
-pub(super) fn is_hopeful(terms: &AuditTerms, outside: u64, [of, most]: [u64; 2]) -> bool {
+pub(super) fn can_pass(terms: &AuditTerms, outside: u64, [of, most]: [u64; 2]) -> bool {
     let luck = if most > of { LUCK } else { 0.0 };
     let of_most = (1.0 - luck) * outside as f64 * most as f64 / of.max(1) as f64;
     terms.is_reached((of_most as u64).min(most), most)
@@ -108,9 +108,9 @@ mod tests {
     fn there_is_hope_as_long_as_a_look_may_succeed() {
         let most = |pixels: u64, of: u64| (0..of).rev().find(|k| TERMS.is_reached(*k, pixels)).unwrap();
         let (few, many) = (most(600, 600), most(1200, 1200));
-        assert!(is_hopeful(&TERMS, few, [600, 600]) && !is_hopeful(&TERMS, few + 1, [600, 600]));
-        let hopeful = (0..600).rev().find(|k| is_hopeful(&TERMS, *k, [600, 1200])).unwrap();
+        assert!(can_pass(&TERMS, few, [600, 600]) && !can_pass(&TERMS, few + 1, [600, 600]));
+        let hopeful = (0..600).rev().find(|k| can_pass(&TERMS, *k, [600, 1200])).unwrap();
         assert!(hopeful > few && hopeful as f64 * 2.0 * 0.9 < (many + 1) as f64, "{few} {hopeful} {many}");
-        assert!(!is_dear(&TERMS, 11_999_999) && is_dear(&TERMS, 12_000_000));
+        assert!(!is_expensive(&TERMS, 11_999_999) && is_expensive(&TERMS, 12_000_000));
     }
 }

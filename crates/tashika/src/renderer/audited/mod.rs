@@ -63,7 +63,7 @@ use crate::reconstruction::Reconstructed;
 use crate::render::{Begun, Finished, Progress, RenderOptions, Rendered, Totals, blank};
 use crate::request::AuditTerms;
 use foreseen::{half_widths, importance_of, share_outside};
-use looks::{Looks, is_dear, is_hopeful};
+use looks::{Looks, can_pass, is_expensive};
 use truth::Around;
 use truths::{Source, Truths};
 use verdict::{Look, Pictured, Stated, Tolerance, Verdict};
@@ -269,7 +269,7 @@ impl<'p> Work<'p, '_> {
             let of = self.audited();
             let is_reached = self.look(is_last)?;
             let outside = self.look.as_ref().map_or(0, |look| look.outside);
-            if is_reached || of == most || !is_hopeful(self.terms, outside, [of, most]) {
+            if is_reached || of == most || !can_pass(self.terms, outside, [of, most]) {
                 return Ok(is_reached);
             }
         }
@@ -287,8 +287,8 @@ impl<'p> Work<'p, '_> {
 
     /// Most pixels of an analysis of this picture.
     fn most_pixels(&self) -> u64 {
-        let is_dear = is_dear(self.terms, self.picture.rays());
-        let spare = self.truths.as_ref().filter(|_| is_dear).map_or(0, Truths::spare);
+        let is_expensive = is_expensive(self.terms, self.picture.rays());
+        let spare = self.truths.as_ref().filter(|_| is_expensive).map_or(0, Truths::spare);
         self.audited() + spare as u64
     }
 
@@ -298,7 +298,7 @@ impl<'p> Work<'p, '_> {
         let half_widths = half_widths(&self.reconstructed, &self.tolerance);
         let (terms, of, most) = (self.terms, self.audited(), self.most_pixels());
         let decides = |outside: u64, may_be: u64| {
-            terms.is_reached(may_be, of) || !(is_last || is_hopeful(terms, outside, [of, most]))
+            terms.is_reached(may_be, of) || !(is_last || can_pass(terms, outside, [of, most]))
         };
         let Some(truths) = &mut self.truths else { return Ok(false) };
         let (window, radiance) = (self.prepared.window, &self.reconstructed.radiance);

@@ -1,6 +1,6 @@
 //! Random choice of the pixels to audit, for a picture in parts.
 
-use super::super::looks::is_dear;
+use super::super::looks::is_expensive;
 use super::super::truths::{drawn, seed_of};
 use crate::film::Window;
 use crate::integrator::SamplePaths;
@@ -27,7 +27,7 @@ const RAYS_OF_PIXEL: u64 = 256;
 ///
 /// [more]: AuditTerms::more_pixels
 pub(super) fn count(sampler: &dyn SamplePaths, window: &Window, terms: &AuditTerms, seed: u64) -> u64 {
-    let is_large = is_dear(terms, RAYS_OF_PIXEL.saturating_mul(window.area()));
+    let is_large = is_expensive(terms, RAYS_OF_PIXEL.saturating_mul(window.area()));
     let wanted = if is_large { terms.more_pixels() } else { terms.pixels };
     let seed = rng::key(seed, Purpose::Audit, OF_PILOTS);
     let pilots = drawn(all(window), PILOTS.min(window.area()), seed);

@@ -8,7 +8,7 @@
 //!
 //! The result of a tile is a function of the tile, the view, the lights and the seed. Any division
 //! into shares is therefore joined to the same bits. Each tile is rendered in passes, like a
-//! separate picture. It stops when few of its pixels are predicted to be outside ([`SPARE`]) or
+//! separate picture. It stops when few of its pixels are predicted to be outside ([`MAX_TILE_OUTSIDE`]) or
 //! when its limit of paths is reached. On one machine, by contrast, passes move work from easy
 //! tiles to hard ones. The joined picture therefore has other samples than a picture rendered on
 //! one machine, at about the same quality.
@@ -48,4 +48,4 @@ use crate::film::planes;
 #[cfg(doc)]
 use draw::{count, draw};
 #[cfg(doc)]
-use share::SPARE;
+use share::MAX_TILE_OUTSIDE;

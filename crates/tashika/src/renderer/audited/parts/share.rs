@@ -21,7 +21,7 @@ use crate::request::AuditTerms;
 /// Largest ratio of the predicted share outside to the permitted share at which a tile is good
 /// enough. Chosen with a margin, since there is no second analysis: at a ratio of ½, 11 of 600
 /// pixels of a staircase were outside, where 16 may be.
-pub(super) const SPARE: f64 = 0.25;
+pub(super) const MAX_TILE_OUTSIDE: f64 = 0.25;
 /// Fewest passes of a tile.
 const FEWEST_PASSES: u32 = 3;
 /// Limit on the paths of a tile, as a multiple of its share by area of the limit of a whole
@@ -113,7 +113,7 @@ impl Work<'_> {
 
     fn is_enough(&self, picture: &Picture<'_>, tile: &Window, importance: &[f32]) -> bool {
         let passes = picture.passes();
-        let is_good = share_outside(importance) <= SPARE * (1.0 - self.terms.share);
+        let is_good = share_outside(importance) <= MAX_TILE_OUTSIDE * (1.0 - self.terms.share);
         let most = u128::from(MOST_OF_TILE * MOST_PATHS) * u128::from(tile.area())
             / u128::from(self.prepared.window.area());
         let is_done = passes >= PASSES[0] && 2 * u128::from(picture.paths()) > most;
