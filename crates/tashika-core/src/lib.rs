@@ -1,9 +1,9 @@
-//! The many-light renderer of [tashika](https://github.com/tashika-render/tashika): from a scene and
-//! a request to a film.
+//! The many-light renderer of [tashika](https://github.com/tashika-render/tashika), which turns a
+//! scene and a request into a film.
 //!
-//! [`request`] describes the work, [`render`] does it tile by tile with an [`integrator`]; the
-//! other modules are their parts. The crate `tashika` re-exports them all, and adds the pipeline
-//! `tashika::Renderer` that joins them.
+//! [`request`] describes the work. [`render`] performs it tile by tile, by means of an
+//! [`integrator`]. The other modules are parts of these. The crate `tashika` re-exports all
+//! modules, and adds the pipeline `tashika::Renderer` that connects them.
 #![forbid(unsafe_code)]
 
 pub mod accel;
@@ -21,7 +21,7 @@ pub mod request;
 pub mod tree;
 pub mod vpl;
 
-// Modules of the crates below, so that `crate::math` is the same wherever code stands.
+// Modules of the crates below, so that `crate::math` is a valid path in every crate.
 use tashika_film::{color, error, film, reconstruction};
 use tashika_math::{math, rng, warp};
 use tashika_scene::{bsdf, scene};

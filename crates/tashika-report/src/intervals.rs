@@ -74,7 +74,7 @@ impl Intervals {
     }
 }
 
-/// Counter of disjoint intervals.
+/// Counter of pairs of intervals that have no value in common.
 pub(super) struct DisjointCounter<'f> {
     films: [RenderFilm<'f>; 2],
     claimed_in_both: u64,

@@ -1,23 +1,25 @@
-//! Index of refraction of the medium around a place, and around emitters.
+//! Index of refraction of the medium that encloses a place, such as a camera or an emitter.
 //!
-//! Rays go out from the place through all glass, up to the first surface that is not glass. Each
-//! crossing multiplies the index of the medium that the ray is in: by `1/η` where the ray leaves
-//! glass of index `η`, by `η` where it enters it. The medium outside of all glass is the thinnest
-//! on the way, of index 1, so that
+//! Rays are traced from the place through all glass, up to the first surface that is not glass.
+//! Each crossing changes the index of the medium that the ray is in: it is multiplied by `1/η`
+//! where the ray leaves glass of index `η`, and by `η` where it enters. The thinnest medium on the
+//! way is taken to be the one outside of all glass, with index 1. The index around the place by
+//! that ray is then
 //!
 //! ```text
 //! n = max_k Π_{j ≤ k} η_j^(±1)          + where crossing j leaves glass, − where it enters it, k ≥ 0
 //! ```
 //!
-//! is the index around the place by that ray. The result is the median over the rays that cross any
-//! glass, and 1 where none does: the surface of a pond is no closed object, and not all rays leave
-//! the water.
+//! The result is the median over the rays that cross any glass, and 1 if none does. The median is
+//! needed because glass need not be closed: the surface of a pond is a single sheet, and not all
+//! rays leave the water.
 //!
-//! Panes of thin glass and boundaries of media refract nothing, and are passed.
+//! Panes of thin glass and boundaries of media do not refract; rays pass through them.
 //!
 //! # Use
-//! Paths carry *basic* radiance `L/n²` ([`crate::bsdf::Glass`]). A camera in a medium of index `n`
-//! sees `n²` times as much, and an emitter in such a medium shines with `1/n²` of its radiance.
+//! Paths carry *basic* radiance `L/n²` ([`crate::bsdf::Glass`]). In a medium of index `n`, the
+//! radiance that a camera measures is `n²` times the basic radiance, and an emitter in such a
+//! medium shines with `1/n²` of its radiance.
 //!
 //! # Assumptions
 //! Around a place the normals of glass point outwards. A single sheet whose inside faces the place
@@ -38,7 +40,7 @@ use crate::scene::{Camera, Emitter, InstanceId, Scene, Surface, SurfacePoint};
 
 /// Number of rays from a place.
 const RAYS: u32 = 64;
-/// Maximum number of surfaces that a ray passes.
+/// Maximum number of surfaces that a ray crosses.
 const MOST_PASSED: u32 = 64;
 
 /// Factors `1/n²` of emitters; 1 outside of glass.
@@ -49,7 +51,7 @@ pub(super) struct OfEmitters {
 }
 
 impl OfEmitters {
-    /// Factors of the tracer's scene; `None` if all emitters are outside of glass.
+    /// Factors of all emitters in the tracer's scene; `None` if no emitter is inside glass.
     pub(super) fn of(tracer: &Tracer) -> Option<Arc<Self>> {
         let scene = tracer.scene();
         if !has_solid_glass(scene) {
@@ -78,8 +80,8 @@ impl OfEmitters {
 }
 
 impl Tracer {
-    /// Basic radiance emitted from a point in direction `outgoing` (W·m⁻²·sr⁻¹): radiance over the
-    /// square of the index of refraction around the emitter.
+    /// Basic radiance emitted from a point in direction `outgoing` (W·m⁻²·sr⁻¹): radiance divided
+    /// by the square of the index of refraction around the emitter.
     #[inline]
     pub fn emitted(&self, point: &SurfacePoint, outgoing: Vec3) -> Rgb {
         let radiance = self.scene().emitted(point, outgoing);
@@ -89,8 +91,8 @@ impl Tracer {
         }
     }
 
-    /// Emitters without a surface, in the order of the scene, with basic intensity: intensity over
-    /// the square of the index of refraction around the emitter.
+    /// Emitters without a surface, in the order of the scene, with basic intensity: intensity
+    /// divided by the square of the index of refraction around the emitter.
     pub fn emitters(&self) -> impl Iterator<Item = Emitter> + '_ {
         self.scene().emitters().iter().enumerate().map(|(place, emitter)| match &self.of_emitters {
             None => *emitter,
@@ -98,15 +100,16 @@ impl Tracer {
         })
     }
 
-    /// Index of refraction of the medium around a camera, relative to that outside of all glass: 1
-    /// where no glass encloses it. For a moving camera, the index is that in the middle of the time
-    /// that its shutter is open.
+    /// Index of refraction of the medium around a camera, relative to the medium outside of all
+    /// glass; 1 if no glass encloses the camera. For a moving camera, the index at its position in
+    /// the middle of the time that the shutter is open.
     pub fn index_around_camera(&self, camera: &Camera) -> f32 {
         let middle = camera.central_ray(Vec2::splat(0.5), Instants::STILL, [1, 1]);
         self.index_around(middle.map_or(camera.position(), |ray| ray.origin), Instants::STILL)
     }
 
-    /// Index of refraction around a place after a `share` of the time that the shutter is open.
+    /// Index of refraction around a place, at a time given as a `share` of the time that the
+    /// shutter is open.
     pub(super) fn index_around(&self, place: Vec3, share: f32) -> f32 {
         if !has_solid_glass(self.scene()) {
             return 1.0;

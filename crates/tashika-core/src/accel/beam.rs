@@ -1,20 +1,21 @@
 //! Tests of boxes against segments: the eight boxes of a node against one segment or a group of
 //! segments, and one box against sixteen segments.
 //!
-//! All three use the same roundings, which are monotone: a group enters every box that one of its
-//! segments would enter alone, and a segment that meets the box of a leaf meets those of all its
-//! ancestors.
+//! All three use the same monotone roundings. Therefore a group enters every box that any of its
+//! segments would enter alone, and a segment that meets the box of a leaf also meets the boxes of
+//! all ancestors of the leaf.
 
 use super::bvh::Node;
 use super::triangle::Lines;
 use crate::math::gamma;
 use crate::math::simd::{F32x8, Vector, each};
 
-/// Factor on the far end of a slab: two bounds of three rounded operations each (Ize 2013), and the
-/// rounding of the direction.
+/// Factor on the far end of a slab. It covers two bounds of three rounded operations each (Ize
+/// 2013) and the rounding of the direction.
 const SLAB_SLACK: f32 = 1.0 + 2.0 * gamma(5);
 
-/// Directions closer to zero than this are moved away from it, so that no slab is `0 · ∞`.
+/// Components of directions whose absolute values are below this are replaced by ± this, so that no
+/// slab is `0 · ∞`.
 const SMALLEST_DIRECTION: f32 = 1e-30;
 
 /// `1 / d`, finite and with the sign of `d`.
@@ -30,7 +31,8 @@ pub(super) fn reciprocals<F: Vector>(d: F) -> F {
     F::splat(1.0) / F::select(smallest.gt(d.abs()), smallest.flipped_by(d), d)
 }
 
-/// The largest parameter at which a segment still meets a box, with slack.
+/// Returns the largest parameter up to which a segment is tested against boxes: `t_max` with slack
+/// for rounding.
 #[inline(always)]
 pub(super) fn limit(t_max: f32) -> f32 {
     t_max * SLAB_SLACK
@@ -65,8 +67,8 @@ impl<F: F32x8> Slope<F> {
         slope
     }
 
-    /// Mask of the children of a node that the segment meets below [`limit`], and the parameters at
-    /// which it enters them.
+    /// Mask of the children of a node whose boxes the segment meets below [`limit`], and the
+    /// parameters at which the segment enters them.
     #[inline(always)]
     pub fn meets_children(&self, node: &Node, limit: f32) -> (u32, F) {
         let (mut near, mut far) = (F::splat(0.0), F::splat(limit));
@@ -85,18 +87,20 @@ impl<F: F32x8> Slope<F> {
 /// same signs.
 #[derive(Clone, Copy)]
 pub(super) struct Beam<F> {
-    /// The end of the origins' interval that bounds the parameter of the near plane from below, and
-    /// of the far plane from above.
+    /// For each axis, the end of the interval of origins that bounds the parameter of the near
+    /// plane from below, then the end that bounds the parameter of the far plane from above.
     from: [[F; 3]; 2],
-    /// Smallest and largest magnitude of the reciprocal direction, with its sign.
+    /// For each axis, the reciprocal direction of smallest magnitude, then that of largest
+    /// magnitude.
     reciprocal: [[F; 3]; 2],
     near: [usize; 3],
     far: [usize; 3],
 }
 
 impl<F: F32x8> Beam<F> {
-    /// Creates the beam around segments, given the least and the largest origin and reciprocal
-    /// direction by axis. `None` if directions differ in sign.
+    /// Creates the beam around a group of segments from the least and largest values of their
+    /// origins and reciprocal directions on each axis. `None` if on some axis the directions differ
+    /// in sign.
     #[inline(always)]
     pub fn new(origins: [[f32; 2]; 3], reciprocals: [[f32; 2]; 3]) -> Option<Self> {
         let mut beam = Self {
@@ -124,7 +128,8 @@ impl<F: F32x8> Beam<F> {
         Some(beam)
     }
 
-    /// Mask of the children of a node that some segment may meet below [`limit`].
+    /// Mask of the children of a node whose boxes some segment of the group may meet below
+    /// [`limit`].
     #[inline(always)]
     pub fn meets_children(&self, node: &Node, limit: f32) -> u32 {
         let (mut near, mut far) = (F::splat(0.0), F::splat(limit));
@@ -132,8 +137,8 @@ impl<F: F32x8> Beam<F> {
         for axis in 0..3 {
             let into = F::load(&node.planes[self.near[axis]]) - self.from[0][axis];
             let out = F::load(&node.planes[self.far[axis]]) - self.from[1][axis];
-            // Products with both ends of the interval: the smaller bounds the entry, the larger the
-            // exit.
+            // Both ends of the interval of reciprocals are multiplied: the smaller product bounds
+            // the entry, the larger the exit.
             let [small, large] = [self.reciprocal[0][axis], self.reciprocal[1][axis]];
             near = (into * small).min(into * large).max(near);
             far = ((out * small).max(out * large) * slack).min(far);
@@ -142,7 +147,7 @@ impl<F: F32x8> Beam<F> {
     }
 }
 
-/// Mask of the segments that meet one child's box below [`limit`].
+/// Mask of the segments that meet the box of one child below [`limit`].
 #[inline(always)]
 pub(super) fn meet_child<F: Vector>(
     s: &Lines<F>,

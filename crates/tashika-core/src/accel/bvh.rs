@@ -1,8 +1,10 @@
-//! Trees of boxes with eight children a node: a ray is tested against all eight boxes at once.
+//! Bounding volume hierarchies with eight children per node: a ray is tested against all eight
+//! boxes at once.
 //!
-//! Built from the root, straight to eight children: the largest part of a node is
-//! [split](super::split) in two until there are eight. Items are sorted in place; a leaf is a range
-//! of them. The tree is a function of the items and their order, not of threads.
+//! Trees are built from the root, directly with eight children: the part of a node with the largest
+//! area is [split](super::split) in two until there are eight parts. Items are sorted in place, and
+//! a leaf is a range of them. The tree depends only on the items and their order, not on the number
+//! of threads.
 
 use rayon::prelude::*;
 
@@ -10,30 +12,31 @@ use super::split::{Bounds, Item, halve, split};
 use crate::math::Aabb;
 use crate::math::simd::WIDTH;
 
-/// Depth beyond which items are split in halves: heuristics may split off one item after the other.
+/// Depth beyond which items are halved, since the heuristic may split off a single item at each
+/// level.
 const UNEVEN_DEPTH: usize = 32;
 
-/// Room for the nodes that wait while a tree is traversed depth first: no tree is deeper than
+/// Capacity of the stack of nodes that wait during a depth-first traversal. No tree is deeper than
 /// `UNEVEN_DEPTH` plus one level for each bit of the number of items, and each level leaves at most
-/// `WIDTH - 1` nodes behind.
+/// `WIDTH - 1` nodes waiting.
 pub(super) const MAX_WAITING: usize = (UNEVEN_DEPTH + 33) * (WIDTH - 1) + 1;
 
 /// Number of items of a node above which the subtrees of its children are built in parallel.
 const PARALLEL: usize = 1 << 14;
 
-/// An inner node: the boxes of up to [`WIDTH`] children, component by component, and the numbers of
-/// the children.
+/// An inner node: the boxes of up to [`WIDTH`] children, stored component by component, and the
+/// indices of the children.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Node {
-    /// Boxes of the children, grown by the build's margin: the lower planes of the three axes, then
-    /// the upper ones. Absent children have inverted boxes and no items.
+    /// Boxes of the children, grown by the margin of [`Bvh::build`]. First the lower planes of the
+    /// three axes, then the upper ones. Absent children have inverted boxes and no items.
     pub planes: [[f32; WIDTH]; 6],
-    /// Number of a leaf or of an inner node.
+    /// Index of each child: of a leaf in [`Bvh::leaves`], or of a node in [`Bvh::nodes`].
     pub first: [u32; WIDTH],
-    /// Number of items of a leaf; zero for an inner node.
+    /// Number of items of each child that is a leaf; zero for inner nodes.
     pub count: [u8; WIDTH],
-    /// Bits of the children that are inner nodes.
+    /// Mask of the children that are inner nodes.
     pub inner: u32,
 }
 
@@ -67,8 +70,7 @@ impl Node {
 pub(super) struct Bvh {
     /// Nodes, the root first; empty if there are no items.
     pub nodes: Vec<Node>,
-    /// First item and number of items of each leaf, in the order in which a depth-first walk meets
-    /// the leaves.
+    /// First item and number of items of each leaf, in depth-first order.
     pub leaves: Vec<(u32, u32)>,
 }
 
@@ -76,8 +78,8 @@ impl Bvh {
     /// Builds a tree over items with at most `most` items in a leaf (1 to [`WIDTH`]). Sorts the
     /// items so that each leaf is a range.
     ///
-    /// Boxes are grown by 2⁻²² of the largest coordinate: a segment that touches a box's face is
-    /// inside it, despite rounding.
+    /// Boxes are grown by 2⁻²² of the largest coordinate. Thus a segment that touches a face of a
+    /// box counts as inside it, despite rounding.
     pub fn build(items: &mut [Item], most: usize) -> Self {
         let bounds = Bounds::of(items);
         let b = bounds.aabb();
@@ -92,7 +94,7 @@ impl Bvh {
         bvh
     }
 
-    /// Appends another tree and returns the new number of its root.
+    /// Appends another tree and returns the index that its root has in this one.
     fn append(&mut self, other: Self) -> u32 {
         let (nodes, leaves) = (self.nodes.len() as u32, self.leaves.len() as u32);
         self.leaves.extend(other.leaves);
@@ -121,8 +123,8 @@ struct Growth {
 }
 
 impl Growth {
-    /// Adds the node over all `items`, and the subtree below it; `first` is the number of the first
-    /// item.
+    /// Appends the node over all `items` and the subtree below it. `first` is the index of the
+    /// first of them among the items of the whole tree.
     fn grow(&self, items: &mut [Item], first: usize, all: Part, depth: usize, bvh: &mut Bvh) {
         let mut parts = [all; WIDTH];
         let parts = self.parts(items, all, depth, &mut parts);
@@ -140,7 +142,7 @@ impl Growth {
             }
         }
         bvh.nodes.push(node);
-        // Depth first, children before siblings, so that a path lies together in memory.
+        // Children come before siblings, so that the nodes of a path are close together in memory.
         let inner = (0..parts.len()).filter(|&slot| node.is_inner(slot));
         if items.len() <= PARALLEL {
             for slot in inner {
@@ -171,8 +173,8 @@ impl Growth {
         }
     }
 
-    /// Splits the largest part of a node until there are [`WIDTH`] children. The larger ones come
-    /// first, since they are the likelier blockers.
+    /// Splits the part of largest area until there are [`WIDTH`] parts. The parts are returned by
+    /// decreasing area, since larger ones are more likely to block.
     fn parts<'a>(
         &self,
         items: &mut [Item],
@@ -220,7 +222,7 @@ mod tests {
         (0..count).map(|_| scattered()).collect()
     }
 
-    /// Checks the properties that walks rely on; returns the depth of the tree.
+    /// Checks the properties that traversals rely on; returns the depth of the tree.
     fn check(boxes: &[Aabb], most: usize) -> usize {
         let mut items = items(boxes);
         let bvh = Bvh::build(&mut items, most);
@@ -273,7 +275,8 @@ mod tests {
     #[test]
     fn no_tree_is_deeper_than_walks_have_room_for() {
         let same = vec![Aabb { lo: Vec3::ZERO, hi: Vec3::ONE }; 5000];
-        // Each box is larger than all before together: the heuristic splits off one at a time.
+        // Each box is larger than all boxes before it together, so the heuristic splits off one at
+        // a time.
         let grown: Vec<Aabb> = (0..120)
             .map(|k| 2.0_f32.powi(k - 60))
             .map(|x| Aabb { lo: Vec3::splat(x), hi: Vec3::splat(1.5 * x) })

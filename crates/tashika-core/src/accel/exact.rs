@@ -1,24 +1,25 @@
 //! Signs of edge functions and signed volumes without rounding errors.
 //!
-//! Vector code decides most signs by an error bound ([`triangle`](super::triangle)). The others are
-//! decided here, first in double precision with a bound, then exactly.
+//! Vector code decides most signs by an error bound ([`triangle`](super::triangle)). The remaining
+//! signs are decided here: first in double precision with an error bound; if that is not certain,
+//! exactly.
 //!
 //! # Exact signs
 //! A determinant of three vectors is a sum of six products `x y z` of single-precision numbers.
-//! `x y` has at most 48 bits and is exact in double precision. Split into its upper 26 bits and the
-//! rest of at most 22, each part times `z` has at most 50 bits and is exact again: the smallest
-//! and largest exponents, −447 and 384, are far from the limits of `f64`. The parts are summed as a
-//! nonoverlapping expansion (Shewchuk 1997, theorem 10), whose sign is that of its last component
-//! that is not zero. Held to this by `exact::tests`, against another implementation.
+//! `x y` has at most 48 bits and is exact in double precision. It is split into its upper 26 bits
+//! and the rest of at most 22. Each part times `z` has at most 50 bits and is exact again: the
+//! smallest and largest exponents, −447 and 384, are far from the limits of `f64`. These products
+//! are summed as a nonoverlapping expansion (Shewchuk 1997, theorem 10), whose sign is the sign of
+//! its last nonzero component. Held to this by `exact::tests`, against another implementation.
 
 use std::cmp::Ordering;
 
 use glam::{DVec3, Vec3};
 
-/// Maximum number of terms of a sum: four determinants of twelve parts.
+/// Maximum number of terms of a sum: four determinants of twelve terms.
 const TERMS: usize = 48;
 
-/// An exact sum of doubles: nonoverlapping components, by increasing magnitude.
+/// An exact sum of doubles, as nonoverlapping components of increasing magnitude.
 struct Expansion {
     parts: [f64; TERMS],
     count: usize,
@@ -68,12 +69,12 @@ impl Expansion {
 /// `γ₁₀` in double precision.
 const GAMMA_10: f64 = 10.0 * (f64::EPSILON * 0.5) / (1.0 - 10.0 * (f64::EPSILON * 0.5));
 
-/// Sign of the edge function `d · ((p − o) × (q − o))`: the side on which a line from `o` along `d`
-/// passes the edge from `p` to `q`.
+/// Sign of the edge function `d · ((p − o) × (q − o))`: the side on which the line from `o` along
+/// `d` passes the edge from `p` to `q`.
 ///
-/// In double precision it is `(d × (p − o)) · (q − p)`, with an error of at most
-/// `γ₇ (|d| × |p − o|) · |q − p|`, where `×` has sums in place of differences. Nothing underflows:
-/// all factors are zero or at least 2⁻¹⁴⁹.
+/// The double-precision value is `(d × (p − o)) · (q − p)`, with an error of at most
+/// `γ₇ (|d| × |p − o|) · |q − p|`, where the cross product of absolute values has sums in place of
+/// differences. Nothing underflows, since all factors are zero or at least 2⁻¹⁴⁹.
 fn edge(p: Vec3, q: Vec3, o: Vec3, d: Vec3) -> Ordering {
     let [p64, q64, o64, d64] = [p, q, o, d].map(Vec3::as_dvec3);
     let (a, e) = (p64 - o64, q64 - p64);
@@ -86,7 +87,8 @@ fn edge(p: Vec3, q: Vec3, o: Vec3, d: Vec3) -> Ordering {
     })
 }
 
-/// Sign of a number whose error is at most `γ₁₀` times `size`, if certain.
+/// Sign of a number whose error is at most `γ₁₀` times `size`; `None` if that error leaves the sign
+/// open.
 fn certain(number: f64, size: f64) -> Option<Ordering> {
     (number.abs() > GAMMA_10 * size).then(|| number.total_cmp(&0.0))
 }
@@ -100,7 +102,7 @@ fn permanent(a: DVec3, b: DVec3) -> DVec3 {
 struct Plane<'a> {
     v: &'a [Vec3; 3],
     n: DVec3,
-    /// Upper bound of the error of `n`, over `γ₄`.
+    /// Sums of absolute products: the error of `n` is at most `γ₄` times this.
     size: DVec3,
 }
 
@@ -116,10 +118,10 @@ impl<'a> Plane<'a> {
         (self.v[0].as_dvec3() - p.as_dvec3()).dot(self.n)
     }
 
-    /// Sign of `(v₀ − p) · n`: the side of the plane on which a point is.
+    /// Sign of `(v₀ − p) · n`, which gives the side of the plane on which `p` lies.
     ///
-    /// In double precision the number is wrong by at most `γ₈ |v₀ − p| · (|e₁| × |e₂|)`, where `×`
-    /// has sums in place of differences.
+    /// In double precision the error of this product is at most `γ₈ |v₀ − p| · (|e₁| × |e₂|)`,
+    /// where the cross product of absolute values has sums in place of differences.
     fn side(&self, p: Vec3) -> Ordering {
         let a = self.v[0].as_dvec3() - p.as_dvec3();
         certain(a.dot(self.n), a.abs().dot(self.size)).unwrap_or_else(|| {
@@ -149,7 +151,7 @@ impl<'a> Plane<'a> {
 /// Returns true if a triangle blocks the segment from `o` along `d`, by the two rules of
 /// [`accel`](crate::accel).
 ///
-/// * `end`: the other end; none at infinity.
+/// * `end`: the end of the segment; `None` if it goes to infinity.
 #[inline(never)]
 pub(super) fn segment_meets(v: &[Vec3; 3], o: Vec3, d: Vec3, end: Option<Vec3>) -> bool {
     let plane = Plane::new(v);
@@ -158,18 +160,18 @@ pub(super) fn segment_meets(v: &[Vec3; 3], o: Vec3, d: Vec3, end: Option<Vec3>) 
     start != Ordering::Equal && opposite(start, end()) && line_meets(v, o, d)
 }
 
-/// Parameter `t ≥ 0` at which a ray from `o` along `d` meets a triangle, if it does.
+/// Parameter `t ≥ 0` at which the ray from `o` along `d` meets the triangle; `None` if it misses.
 #[inline(never)]
 pub(super) fn ray_meets(v: &[Vec3; 3], o: Vec3, d: Vec3) -> Option<f32> {
     let plane = Plane::new(v);
     let start = plane.side(o);
     let meets = start != Ordering::Equal && start == plane.slope(d) && line_meets(v, o, d);
-    // The quotient has the rounding errors that the signs do not have.
+    // Unlike the signs, the quotient has rounding errors.
     meets.then(|| (plane.volume(o) / d.as_dvec3().dot(plane.n)).max(0.0) as f32)
 }
 
-/// Returns true if the line from `o` along `d` meets the triangle, whose plane is not parallel to
-/// it; edges and corners belong to the triangle.
+/// Returns true if the line from `o` along `d` meets the triangle, edges and corners included. The
+/// plane of the triangle must not be parallel to the line.
 fn line_meets(v: &[Vec3; 3], o: Vec3, d: Vec3) -> bool {
     let first = edge(v[1], v[2], o, d);
     let second = edge(v[2], v[0], o, d);
@@ -180,7 +182,7 @@ fn line_meets(v: &[Vec3; 3], o: Vec3, d: Vec3) -> bool {
     !opposite(first, third) && !opposite(second, third)
 }
 
-/// Returns true if one is above zero and the other below.
+/// Returns true if one sign is positive and the other negative.
 fn opposite(a: Ordering, b: Ordering) -> bool {
     a != Ordering::Equal && a == b.reverse()
 }
@@ -191,8 +193,8 @@ mod tests {
     use crate::accel::scales::{orientation, random_exponent};
     use crate::rng::{Purpose, Stream};
 
-    /// Signs agree with those of `robust`, which sums doubles in another way, for points anywhere
-    /// and for points so close to a plane that rounding decides most signs.
+    /// Signs agree with those of the crate `robust`, which sums doubles by another algorithm.
+    /// Points are random, or so close to a plane that rounding decides most signs.
     #[test]
     fn signs_agree_with_another_exact_predicate() {
         let mut s = Stream::new(1, Purpose::Test, 0);
@@ -202,14 +204,15 @@ mod tests {
             let (o, p, d) = (point(2.0), point(2.0), point(2.0));
             let along = point(1.0);
             let off = [0.0, 1e-9, 1e-6, 1.0][round % 4];
-            // Near the plane of the line and `p`, or in it.
+            // On the plane of the line and `p`, or near it.
             let q = match round % 3 {
                 0 => o + (p - o) * along.x + d * along.y + point(off),
                 1 => Vec3::new(p.x, p.y, p.z + off),
                 _ => p + d * along.x,
             };
             let exact = orientation([o.as_dvec3() + d.as_dvec3(), p.as_dvec3(), q.as_dvec3()], o.as_dvec3());
-            // Sums of numbers that are far apart in size round in double precision.
+            // If `o + d` is rounded, the predicate of `robust` sees another line: such rounds are
+            // skipped.
             if o.as_dvec3() + d.as_dvec3() - o.as_dvec3() != d.as_dvec3()
                 || o.as_dvec3() + d.as_dvec3() - d.as_dvec3() != o.as_dvec3()
             {
@@ -227,8 +230,8 @@ mod tests {
         assert!(signs.iter().all(|count| *count > 5000), "{signs:?}");
     }
 
-    /// Scaling each number by a power of two scales the sum and leaves its sign, down to the
-    /// smallest numbers and up to the largest.
+    /// Points and directions are scaled by powers of two, from the smallest numbers to the largest.
+    /// The signs do not change.
     #[test]
     fn signs_do_not_depend_on_the_scale() {
         let mut s = Stream::new(2, Purpose::Test, 0);

@@ -1,5 +1,4 @@
-//! Dispatch from the library to the instruction set of the machine: one entry for each query and
-//! set.
+//! Dispatch of each query to code for the machine's instruction set.
 
 use std::cell::RefCell;
 
@@ -29,7 +28,8 @@ pub(super) fn visibility(
     WAITING.with_borrow_mut(|waiting| level.run(Visibility { trees, scene, batch, waiting, visibility }));
 }
 
-/// Scalar twin of [`visibility`]: without vector instructions and without remembered occluders.
+/// Scalar counterpart of [`visibility`], without vector instructions and without remembered
+/// occluders.
 pub(super) fn plain_visibility(
     trees: &Trees,
     scene: &Scene,
@@ -40,13 +40,13 @@ pub(super) fn plain_visibility(
     Level::PORTABLE.run(Visibility { trees, scene, batch, waiting, visibility });
 }
 
-/// First static surface along a ray.
+/// Closest hit on static geometry along a ray.
 pub(super) fn closest_hit(level: Level, trees: &Trees, scene: &Scene, ray: &Ray, key: u64) -> Option<Hit> {
     WAITING.with_borrow_mut(|waiting| level.run(ClosestHit { trees, scene, ray, key, waiting }))
 }
 
-/// First surface along a ray after a share of the time that the shutter is open, given `standing`,
-/// the first static surface.
+/// Closest hit along a ray at a time, given as a share of the time that the shutter is open.
+/// `standing` is the closest hit on static geometry.
 pub(super) fn closest_moving_hit(
     level: Level,
     trees: &Trees,
@@ -60,8 +60,8 @@ pub(super) fn closest_moving_hit(
     })
 }
 
-/// Multiplies the visibility of each segment of `batch` by the transmittance of moving geometry,
-/// after a share of the time that the shutter is open.
+/// Multiplies the visibility of each segment of `batch` by the transmittance of moving geometry, at
+/// a time given as a share of the time that the shutter is open.
 pub(super) fn pass_moving(
     level: Level,
     trees: &Trees,
@@ -149,7 +149,8 @@ impl Work for ClosestHit<'_> {
     }
 }
 
-/// Traces fans, in groups if they are large enough.
+/// Traces all fans of a batch: in packets of up to [`LANES`] segments, or one by one in packets of
+/// at most [`FEW`].
 #[inline(always)]
 fn trace<V: Vectors>(
     trees: &Trees,

@@ -1,4 +1,4 @@
-//! Recording of the queries to a tracer, so that tracing alone can be repeated and timed.
+//! Recording of the queries to a tracer, so that the tracing alone can be replayed and timed.
 
 use std::fmt;
 
@@ -11,6 +11,7 @@ pub trait Listener: fmt::Debug + Send + Sync {
     /// Receives a batch of segments whose visibility is queried.
     fn segments(&self, batch: &SegmentBatch);
 
-    /// Receives a ray whose closest hit is queried, and the key that decides holes.
+    /// Receives a ray whose closest hit is queried, and the key that decides which partly opaque
+    /// surfaces it passes.
     fn ray(&self, ray: &Ray, key: u64);
 }

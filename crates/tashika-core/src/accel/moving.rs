@@ -1,15 +1,16 @@
 //! Geometry that moves while the shutter is open.
 //!
-//! Moving instances have a tree of their own, over boxes that hold each instance at all times
-//! ([`Scene::box_of`]). A ray or a segment has one time, and enters an instance whose box it meets
-//! by the transform of that time. Static geometry is traced before, by code without time. A ray
-//! takes the nearer of the two hits, a segment the product of the two transmittances.
+//! Moving instances have a separate tree, whose boxes hold each instance at all times
+//! ([`Scene::box_of`]). A ray or segment has a single time. If it meets the box of an instance, it
+//! is transformed into the instance's space at that time. Static geometry is traced first, by code
+//! that ignores time. For a ray, the nearer of the two hits is returned; for a segment, the product
+//! of the two transmittances.
 //!
-//! The tree of a mesh that deforms has boxes that hold its triangles at all times. Its leaves store
-//! the triangles at both ends of the time; a walk that comes to a leaf interpolates
-//! [between](Block::towards) them.
+//! In the tree of a deforming mesh, boxes hold the triangles at all times. The leaves store the
+//! triangles at the opening and at the closing of the shutter; a traversal that reaches a leaf
+//! interpolates [between](Block::towards) the two.
 //!
-//! Segments walk alone here, as a path has few of them.
+//! Segments are traversed one by one here, since a path has few of them.
 //!
 //! Held to this by `accel::tests`.
 
@@ -26,20 +27,20 @@ use crate::scene::{InstanceId, Scene};
 /// Tree over the instances that move.
 #[derive(Debug)]
 pub(super) struct Moving {
-    /// Each leaf is one of `movers`.
+    /// Tree over moving instances; each leaf is one of `movers`.
     pub top: Bvh,
     /// Moving instances, in the order of the leaves of `top`.
     pub movers: Vec<Mover>,
 }
 
-/// An instance of a shared tree that moves.
+/// A moving instance of a shared tree.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Mover {
     pub instance: InstanceId,
     pub tree: u32,
 }
 
-/// Moving instances after a share of the time that the shutter is open.
+/// Moving instances at a time, given as a share of the time that the shutter is open.
 struct Moved<'a> {
     trees: &'a Trees,
     scene: &'a Scene,
@@ -70,7 +71,7 @@ impl Instances for Moved<'_> {
     }
 }
 
-/// The tree of a mesh that deforms, after a share of the time.
+/// The tree of a deforming mesh at a time, given as a share of the time that the shutter is open.
 pub(super) struct Deformed<'t> {
     tree: &'t Tree,
     share: f32,
@@ -94,8 +95,8 @@ impl Met for Deformed<'_> {
     }
 }
 
-/// Closest hit along a ray after a share of the time, given `standing`, the closest hit of static
-/// geometry.
+/// Closest hit along a ray at a time, given as a share of the time that the shutter is open.
+/// `standing` is the closest hit on static geometry.
 #[inline(always)]
 pub(super) fn closest_hit<F: F32x8>(
     trees: &Trees,
@@ -112,8 +113,8 @@ pub(super) fn closest_hit<F: F32x8>(
     nearest.hit
 }
 
-/// Multiplies the visibility of each segment of a batch by the transmittance of moving geometry,
-/// after a share of the time.
+/// Multiplies the visibility of each segment of a batch by the transmittance of moving geometry at
+/// a time, given as a share of the time that the shutter is open.
 #[inline(always)]
 pub(super) fn pass_batch<F: F32x8>(
     trees: &Trees,

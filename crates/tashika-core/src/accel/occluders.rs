@@ -1,45 +1,46 @@
-//! Leaves that stopped recent segments. Each is tried before a walk, which is saved if the leaf
-//! stops the next segment, too.
+//! Leaves that blocked recent segments. The leaf is tested before the traversal: if it blocks the
+//! next segment, too, the traversal is saved.
 //!
-//! Neighbouring pixels see the same clusters of lights past the same geometry: of the segments that
-//! are blocked, two fifths or more are blocked by the leaf that stopped the last segment of nearly
-//! the same direction.
+//! Neighbouring pixels see the same clusters of lights past the same geometry. At least two fifths
+//! of the blocked segments are blocked by the leaf that blocked the last segment of nearly the same
+//! direction.
 //!
 //! # Guarantee
-//! The answer is that of the walk. A leaf is tried only if the segment meets its box, so that the
-//! walk would come to the leaf (`beam`), and ends the query only if nothing at all passes it. Held
-//! to this by `accel::tests::what_was_asked_before_does_not_matter`, and on the segments of whole
-//! renders by the benchmark `tracing`.
+//! The answer is the same as that of the traversal. A leaf is tested only if the segment meets its
+//! box, in which case the traversal would reach the leaf (`beam`). It ends the query only if its
+//! transmittance is zero. Held to this by `accel::tests::what_was_asked_before_does_not_matter`,
+//! and on the segments of whole renders by the benchmark `tracing`.
 
 use glam::Vec3;
 
-/// Cells of directions along each side of a cube's face.
+/// Number of cells along each side of a face of the cube of directions.
 const CELLS: usize = 8;
 
-/// A leaf of a tree: a child of a node.
+/// A leaf of a tree, as a child of a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Leaf {
     pub node: u32,
     pub slot: u32,
 }
 
-/// For each cell of directions, the leaf that stopped its last segment.
+/// For each cell of directions, the leaf that blocked the last segment in that cell.
 pub(super) struct Occluders([Leaf; 6 * CELLS * CELLS]);
 
 impl Occluders {
-    /// Begins with the first child of the root in all cells, a guess as good as any.
+    /// Starts with the first child of the root in all cells, an arbitrary guess.
     pub const fn new() -> Self {
         Self([Leaf { node: 0, slot: 0 }; 6 * CELLS * CELLS])
     }
 
-    /// Leaf of the cell of a direction.
+    /// Leaf that is stored for the cell of a direction.
     #[inline(always)]
     pub fn of(&mut self, direction: Vec3) -> &mut Leaf {
         &mut self.0[cell(direction)]
     }
 }
 
-/// Cell of a cube's surface that a direction points to; any cell if the direction is zero or NaN.
+/// Index of the cell of the cube's surface that a direction points to; an arbitrary cell if the
+/// direction is zero or NaN.
 #[inline(always)]
 fn cell(direction: Vec3) -> usize {
     let d = direction.to_array();

@@ -1,13 +1,14 @@
-//! Visibility of up to [`LANES`] segments at once: one walk through the trees for all of them.
+//! Visibility of up to [`LANES`] segments at once, by one traversal of the trees.
 //!
 //! Inner nodes are tested for the whole group: intervals around the origins and reciprocal
 //! directions of the segments bound the parameters at which any segment can be inside a box, for
-//! the eight children of a node at once. Boxes that remain, and triangles, are tested lane by lane.
-//! Where only few lanes are left, each walks on alone. Segments whose directions differ in sign
-//! have no useful intervals and walk alone from the start.
+//! the eight children of a node at once. The boxes that pass, and triangles, are tested lane by
+//! lane. When at most [`FEW`] lanes are left, each is traversed alone. Segments whose directions
+//! differ in sign have no useful intervals and are traversed alone from the start.
 //!
-//! A lane is tested against the triangles of those leaves whose boxes it meets itself, in the order
-//! of the tree, however it walks (`accel::tests::grouping_does_not_change_a_bit`).
+//! However a lane is traversed, it is tested against the triangles of exactly those leaves whose
+//! boxes it meets itself, in the order of the tree
+//! (`accel::tests::grouping_does_not_change_a_bit`).
 
 use glam::Vec3;
 
@@ -22,16 +23,16 @@ use crate::math::Real;
 use crate::math::simd::{F32x16, Vector, Vectors, WIDTH, each, for_bits};
 use crate::scene::Scene;
 
-/// Segments that travel together.
+/// Maximum number of segments in a packet.
 pub(super) const LANES: usize = 2 * WIDTH;
 
-/// Number of lanes up to which each walks on alone.
+/// Number of lanes up to which each lane is traversed alone.
 pub(super) const FEW: u32 = 3;
 
 /// One number for each lane.
 type Lanes = [f32; LANES];
 
-/// Segments that walk together, in the space of one tree.
+/// Segments that are traversed together, in the space of one tree.
 #[repr(C, align(64))]
 pub(super) struct Packet {
     origin: [Lanes; 3],
@@ -57,7 +58,7 @@ impl Packet {
         packet
     }
 
-    /// The segments in the space of an instance.
+    /// Transforms the segments into the space of an instance.
     #[inline(always)]
     fn in_space_of<F: F32x16, const BOUNDED: bool>(&self, placed: &Placed) -> Self {
         let origin = placed.points(each!(|axis| F::load(&self.origin[axis])));
@@ -75,7 +76,7 @@ impl Packet {
         }
     }
 
-    /// One of the segments.
+    /// Returns the segment of one lane.
     #[inline(always)]
     fn segment(&self, lane: usize) -> Segment {
         let vector = |v: &[Lanes; 3]| Vec3::new(v[0][lane], v[1][lane], v[2][lane]);
@@ -95,7 +96,7 @@ impl Packet {
         }
     }
 
-    /// The beam around some lanes; `None` if their directions differ in sign.
+    /// Returns the beam around the given lanes; `None` if their directions differ in sign.
     #[inline(always)]
     fn beam<V: Vectors>(&self, lanes: u32) -> Option<Beam<V::Eight>> {
         let own = V::Sixteen::mask(lanes);
@@ -104,21 +105,21 @@ impl Packet {
         Beam::new(origins, reciprocals)
     }
 
-    /// Lanes that meet the box of a child.
+    /// Returns the lanes that meet the box of a child.
     #[inline(always)]
     fn meets_child<F: F32x16>(&self, limit: f32, node: &Node, slot: usize, lanes: u32) -> u32 {
         let r = each!(|axis| F::load(&self.reciprocal[axis]));
         meet_child::<F>(&self.lines(), &r, limit, node, slot) & lanes
     }
 
-    /// Lanes that a triangle blocks.
+    /// Returns the lanes that a triangle blocks.
     #[inline(always)]
     fn blocked<F: F32x16, const BOUNDED: bool>(&self, planes: &Planes<F>) -> Met {
         blocked::<F, BOUNDED>(planes, &self.lines())
     }
 }
 
-/// Least and largest value in the lanes of `own`.
+/// Returns the least and largest of the values of the lanes in `own`.
 #[inline(always)]
 fn hull<F: F32x16>(values: &Lanes, own: F::Mask) -> [f32; 2] {
     let values = F::load(values);
@@ -215,8 +216,7 @@ fn pass_placed<V: Vectors, const BOUNDED: bool>(
     }
 }
 
-/// Product of `visible` and the transmittance of the triangles below a node, for a segment that
-/// walks alone.
+/// Product of `visible` and the transmittance of the triangles below a node, for a single segment.
 #[inline(always)]
 fn pass_alone<V: Vectors, const BOUNDED: bool>(
     tree: &Tree,
@@ -231,7 +231,7 @@ fn pass_alone<V: Vectors, const BOUNDED: bool>(
 }
 
 /// Multiplies `visible` by the transmittance of the triangles of a tree; returns the lanes that are
-/// not blocked.
+/// not fully blocked.
 #[inline(always)]
 fn pass<V: Vectors, const BOUNDED: bool>(
     tree: &Tree,
@@ -278,7 +278,7 @@ fn pass<V: Vectors, const BOUNDED: bool>(
         let node = &tree.nodes[number as usize];
         let base = top;
         for_bits!(beam.meets_children(node, limit), below WIDTH, |slot| {
-            // A wide beam meets boxes that no lane meets: near silhouettes the targets of a fan lie
+            // A wide beam meets boxes that no lane meets: near silhouettes the targets of a fan are
             // far apart.
             let mut lanes = packet.meets_child::<V::Sixteen>(limit, node, slot, lanes & active);
             if lanes == 0 {
@@ -320,7 +320,7 @@ fn pass<V: Vectors, const BOUNDED: bool>(
                 }
             }
         });
-        // The first child comes on top, so that all walks meet leaves in the same order.
+        // The first child is pushed last, so that all traversals reach leaves in the same order.
         waiting.packets_below[base..top].reverse();
     }
     active

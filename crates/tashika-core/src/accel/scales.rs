@@ -1,4 +1,4 @@
-//! Tests of triangles of all sizes, against exact arithmetic that is not the tracer's.
+//! Tests of triangles of all sizes against exact arithmetic of another library.
 
 use std::cmp::Ordering;
 
@@ -23,7 +23,7 @@ pub(super) fn random_exponent(s: &mut Stream, least: i32, most: i32) -> f32 {
 }
 
 /// Returns true if the line meets the closed triangle, in exact geometry; `None` if `o + d` is not
-/// a double.
+/// exact in double precision.
 fn line_meets(o: Vec3, d: Vec3, v: &Corners) -> Option<bool> {
     let (o, d, v) = (o.as_dvec3(), d.as_dvec3(), v.map(Vec3::as_dvec3));
     let second = o + d;
@@ -34,8 +34,9 @@ fn line_meets(o: Vec3, d: Vec3, v: &Corners) -> Option<bool> {
     Some(!(sides.contains(&Ordering::Less) && sides.contains(&Ordering::Greater)))
 }
 
-/// Returns true if the ends of a segment, or those of a ray if `end` is `None`, are on opposite
-/// sides of the plane of a triangle. `None` if `v₀ + d` is not a double.
+/// Returns true if the two ends of a segment are on opposite sides of the plane of a triangle. If
+/// `end` is `None`, the segment is a ray to infinity along `d`; the result is then `None` if
+/// `v₀ + d` is not exact in double precision.
 fn crosses_plane(o: Vec3, d: Vec3, end: Option<Vec3>, v: &Corners) -> Option<bool> {
     let [v0, v1, v2] = v.map(Vec3::as_dvec3);
     let side = |p: DVec3| orientation([v0, v1, v2], p);
@@ -52,7 +53,8 @@ fn crosses_plane(o: Vec3, d: Vec3, end: Option<Vec3>, v: &Corners) -> Option<boo
     Some(side(o.as_dvec3()) != Ordering::Equal && side(o.as_dvec3()) == end.reverse())
 }
 
-/// Returns true if a segment is blocked in exact geometry; `None` if doubles cannot decide.
+/// Returns true if any triangle blocks the segment, in exact geometry; `None` if doubles cannot
+/// decide.
 fn is_blocked(o: Vec3, d: Vec3, end: Option<Vec3>, triangles: &[Corners]) -> Option<bool> {
     let mut blocked = false;
     for v in triangles {
@@ -61,9 +63,9 @@ fn is_blocked(o: Vec3, d: Vec3, end: Option<Vec3>, triangles: &[Corners]) -> Opt
     Some(blocked)
 }
 
-/// Compares the answers of the tracer with exact geometry: for the segments from `o` to twice the
-/// distance of each of `aims`, and for the rays along them, in groups and alone. Counts the free
-/// and the blocked segments.
+/// Compares the tracer with exact geometry. Each segment runs from `o` through one of `aims` to
+/// twice its distance; a ray runs along each of them. All are traced in groups and alone. Counts
+/// the free and the blocked segments.
 fn hold_to_exact(t: &Tracer, triangles: &[Corners], o: Vec3, aims: &[Vec3], counts: &mut [usize; 2]) {
     let targets: Vec<Vec3> = aims.iter().map(|aim| o + (*aim - o) * 2.0).collect();
     let together = visible(t, Apex::Point(o), &targets);
@@ -89,8 +91,9 @@ fn hold_to_exact(t: &Tracer, triangles: &[Corners], o: Vec3, aims: &[Vec3], coun
     }
 }
 
-/// Checks that the weights of a hit are in range and stand for a place on the line. They are
-/// rounded to single precision, and computed in double precision from the start of the ray.
+/// Checks that the barycentric weights of a hit are in range and describe a point on the line. The
+/// tracer computes them in double precision from the start of the ray and rounds them to single
+/// precision.
 fn hold_to_line(o: Vec3, d: Vec3, hit: &Hit, v: &Corners) {
     assert!(hit.barycentric.iter().all(|b| (0.0..=1.0).contains(b)), "{hit:?}");
     let place: DVec3 = v.iter().zip(hit.barycentric).map(|(v, b)| v.as_dvec3() * f64::from(b)).sum();
@@ -106,15 +109,16 @@ fn hold_to_line(o: Vec3, d: Vec3, hit: &Hit, v: &Corners) {
     assert!(off <= bound, "{hit:?}: {off:e} off the line, expected at most {bound:e}");
 }
 
-/// Random triangle of about the given size, at any rotation, sometimes thin.
+/// Random triangle of roughly the given size, at any rotation, in one case of three thin.
 fn shape(s: &mut Stream, size: f32) -> Corners {
     let turn = Quat::from_scaled_axis(point(s, 3.0));
     let thin = if s.below(3) == 0 { powf(10.0, -4.0 * s.uniform()) } else { 1.0 };
     [0; 3].map(|_| turn * (point(s, size) * Vec3::new(1.0, thin, 1.0)))
 }
 
-/// Points to aim at: the corners of a triangle, points on an edge, and points around its centre
-/// within multiples of its size, within the rounding of the distance, and much farther away.
+/// Points to aim at: the corners of a triangle, points on an edge, and points around its centre.
+/// The latter are off by multiples of the triangle's size, by the rounding of the distance, or by
+/// much more.
 fn aims(s: &mut Stream, v: &Corners, distance: f32, size: f32) -> Vec<Vec3> {
     let center = (v[0] + v[1] + v[2]) / 3.0;
     let mut aims = v.to_vec();
@@ -125,9 +129,9 @@ fn aims(s: &mut Stream, v: &Corners, distance: f32, size: f32) -> Vec<Vec3> {
     aims
 }
 
-/// Sizes from the distance down to 10⁻¹⁸ of it, at scales from 10⁻⁶ to 10⁶: rays beside a triangle
-/// miss it, and rays through it meet it. Another triangle shares its leaf, so that many more rays
-/// come to the leaf than to the triangle.
+/// Triangles at scales from 10⁻⁶ to 10⁶, whose sizes are 1 to 10⁻¹⁸ of their distance. Rays beside
+/// a triangle miss it, and rays through it meet it. A second, large triangle shares the leaf, so
+/// that many more rays reach the leaf than the triangle.
 #[test]
 fn triangles_of_all_sizes_are_met_where_they_are_and_nowhere_else() {
     let mut s = Stream::new(3, Purpose::Test, 0);
@@ -136,8 +140,7 @@ fn triangles_of_all_sizes_are_met_where_they_are_and_nowhere_else() {
         let distance = random_exponent(&mut s, -20, 20);
         let ratio = powf(10.0, -18.0 * s.uniform());
         let size = distance * ratio;
-        // Around the origin, where coordinates have all their digits, or far from it, where few are
-        // left.
+        // Near the origin coordinates keep all their digits; far from it few remain.
         let place = if round % 2 == 0 { Vec3::ZERO } else { point(&mut s, distance) };
         let v = shape(&mut s, size).map(|corner| place + corner);
         if !has_normal(&v) {
@@ -159,8 +162,8 @@ fn triangles_of_all_sizes_are_met_where_they_are_and_nowhere_else() {
     assert!(sizes[..18].iter().all(|count| *count > 10), "at all sizes: {sizes:?}");
 }
 
-/// Body of revolution around the third axis, closed by fans; `rings` are pairs of radius and
-/// height.
+/// Body of revolution around the third axis, closed by fans of triangles. `rings` are pairs of
+/// radius and height.
 fn body(rings: &[(f64, f64)], sides: u32, turn: f64) -> (MeshData, Vec<Corners>) {
     let mut positions: Vec<Vec3> = Vec::new();
     for &(radius, height) in rings {
@@ -188,8 +191,9 @@ fn body(rings: &[(f64, f64)], sides: u32, turn: f64) -> (MeshData, Vec<Corners>)
     (MeshData { positions, triangles, ..MeshData::default() }, corners)
 }
 
-/// Cones, double cones and spheres whose caps are as small as they get: no ray leaves along an
-/// edge, through a corner, or through the cap, and segments outside agree with exact geometry.
+/// Cones, double cones and spheres with tiny caps, down to 10⁻¹⁷ of the body. No ray from inside
+/// escapes along an edge, through a corner or through the cap. Segments from outside agree with
+/// exact geometry.
 #[test]
 fn bodies_with_tiny_caps_are_closed() {
     let mut s = Stream::new(4, Purpose::Test, 0);
@@ -208,7 +212,8 @@ fn bodies_with_tiny_caps_are_closed() {
         let count = corners.iter().filter(|v| has_normal(v)).count();
         let t = tracer(data, &[Affine3A::IDENTITY], 1.0);
         assert_eq!(t.size().triangles as usize, count);
-        // The body is closed if omitted triangles have no extent: two of their corners are one.
+        // Triangles without a normal are omitted. The body is closed if each of these has two equal
+        // corners.
         let is_closed = corners.iter().all(|v| has_normal(v) || v[0] == v[1] || v[1] == v[2] || v[2] == v[0]);
         let kept: Vec<Corners> = corners.into_iter().filter(has_normal).collect();
         for _ in 0..12 {
@@ -233,7 +238,7 @@ fn bodies_with_tiny_caps_are_closed() {
     assert!(counts.iter().all(|count| *count > 2000), "both answers occur: {counts:?}");
 }
 
-/// A cube of twelve triangles, or a sphere of many.
+/// Triangles of a closed body: a cube in even rounds, a finely divided sphere in odd ones.
 fn closed(round: u64, s: &mut Stream) -> Vec<Corners> {
     if round.is_multiple_of(2) {
         let at = |k: usize| Vec3::new((k & 1) as f32, (k >> 1 & 1) as f32, (k >> 2) as f32) * 2.0 - 1.0;
@@ -252,8 +257,9 @@ fn closed(round: u64, s: &mut Stream) -> Vec<Corners> {
     body(&rings, 2 * rows, 0.1).1
 }
 
-/// From points on the walls of closed rooms, most of them close to edges and corners, no path and
-/// no shadow ray gets out. Rooms are of any scale, rotation and place; some are placed twice.
+/// Rays and shadow rays start on the walls of closed rooms, mostly close to edges and corners. All
+/// are blocked. Rooms have random scales, rotations and positions; in half of the rounds there are
+/// two instances.
 #[test]
 fn no_path_leaves_a_closed_room_at_its_edges() {
     let mut s = Stream::new(5, Purpose::Test, 0);
@@ -280,7 +286,7 @@ fn no_path_leaves_a_closed_room_at_its_edges() {
         }
         for _ in 0..20_000 {
             let triangle = s.below(count) as u32;
-            // Weights down to zero, of one corner or of two.
+            // Weights down to zero, of one corner or of two corners.
             let mut tiny = || if s.below(8) == 0 { 0.0 } else { powf(10.0, -9.0 * s.uniform()) };
             let (first, second) = (tiny(), tiny());
             let second = if s.below(2) == 0 { second } else { s.uniform() };

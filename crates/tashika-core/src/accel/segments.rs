@@ -1,15 +1,15 @@
-//! Batches of segments, as fans.
+//! Batches of segments, grouped in fans.
 
 use std::ops::Range;
 
 use glam::Vec3;
 
-/// The end that all segments of a fan have in common.
+/// The common end of the segments of a fan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Apex {
     /// A point in world space (m).
     Point(Vec3),
-    /// Infinity: segments run from each target along this direction.
+    /// Infinity: from each target a segment runs along this direction.
     Direction(Vec3),
 }
 
@@ -25,17 +25,17 @@ pub struct Fan {
 /// Effect of glass on segments.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Glass {
-    /// Light that glass would refract passes it straight: light comes through, caustics do not.
+    /// Glass transmits light without bending it: its shadow is partly lit, but has no caustics.
     #[default]
     Passes,
-    /// Panes pass light, as they do not bend it; solid glass stops it, for callers that follow
-    /// refracted paths.
+    /// Thin panes transmit light, since they do not bend it. Solid glass blocks it, for callers
+    /// that follow refracted paths.
     SolidStops,
 }
 
 /// A batch of segments whose visibility is queried at once.
 ///
-/// Both ends of each segment must have left the surfaces that they lie on
+/// Ends that lie on surfaces must have been moved off them
 /// ([`SurfacePoint::leave`](crate::scene::SurfacePoint::leave)).
 #[derive(Clone, Debug, Default)]
 pub struct SegmentBatch {
@@ -51,7 +51,7 @@ impl SegmentBatch {
         Self { glass, ..Self::default() }
     }
 
-    /// Removes all segments but keeps the memory.
+    /// Removes all segments; keeps the allocated memory.
     pub fn clear(&mut self) {
         self.fans.clear();
         self.targets.clear();
@@ -77,12 +77,12 @@ impl SegmentBatch {
         self.targets.is_empty()
     }
 
-    /// The fans, in the order of their addition.
+    /// The fans, in the order in which they were added.
     pub fn fans(&self) -> &[Fan] {
         &self.fans
     }
 
-    /// The targets of all fans, in order.
+    /// The targets of all fans, in the order of the fans.
     pub fn targets(&self) -> &[Vec3] {
         &self.targets
     }

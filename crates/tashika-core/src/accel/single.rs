@@ -1,4 +1,4 @@
-//! Walks of a single segment or ray.
+//! Traversal of the trees by a single segment or ray.
 
 use std::borrow::Borrow;
 
@@ -18,18 +18,18 @@ use crate::math::simd::{F32x8, WIDTH, each, for_bits};
 use crate::rng::{self, Purpose};
 use crate::scene::{InstanceId, Scene};
 
-/// Stack of nodes to visit, with the parameter at which a ray enters each, or with the lanes that
-/// do.
+/// Stack of nodes to visit. Each entry also stores the parameter at which the ray enters the node,
+/// or the lanes that enter it.
 pub(super) type Stack<T> = [(u32, T); MAX_WAITING];
 
-/// State that one walk passes to the next: stacks, which would take as long as a short walk to
-/// clear, and occluders.
+/// Memory that is reused by successive traversals: the stacks, since clearing them would take as
+/// long as a short traversal, and the occluders.
 pub(super) struct Waiting {
     pub top: Box<Stack<f32>>,
     pub below: Box<Stack<f32>>,
     pub packets_top: Box<Stack<u32>>,
     pub packets_below: Box<Stack<u32>>,
-    /// Leaves of the world tree that stopped recent segments; `None` if none are to be tried.
+    /// Leaves of the world tree that blocked recent segments; `None` if they are not to be tested.
     pub occluders: Option<Occluders>,
 }
 
@@ -45,13 +45,13 @@ impl Waiting {
     }
 }
 
-/// A segment between points, or from a point to infinity.
+/// A segment between two points, or from a point to infinity.
 #[derive(Clone, Copy)]
 pub(super) struct Segment {
     pub origin: Vec3,
-    /// From start to end, or the direction to infinity.
+    /// Vector from start to end, or the direction to infinity.
     pub direction: Vec3,
-    /// End of the segment; unused if it goes to infinity.
+    /// End of the segment; unused if the segment goes to infinity.
     pub target: Vec3,
 }
 
@@ -62,13 +62,13 @@ impl Segment {
         Self { origin, direction: target - origin, target }
     }
 
-    /// A segment to infinity.
+    /// Creates the segment from a point to infinity.
     #[inline(always)]
     pub fn towards(origin: Vec3, direction: Vec3) -> Self {
         Self { origin, direction, target: origin }
     }
 
-    /// The segment in the space of an instance.
+    /// Transforms the segment into the space of an instance.
     #[inline(always)]
     pub fn in_space_of<const BOUNDED: bool>(&self, placed: &Placed) -> Self {
         let point = |p: Vec3| Vec3::from(placed.points(p.to_array()));
@@ -106,14 +106,15 @@ impl Segment {
 pub(super) struct Place<'a> {
     pub scene: &'a Scene,
     pub glass: Glass,
-    /// Instance whose space is walked through; `None` in world space.
+    /// Instance in whose space the tree lies; `None` in world space.
     pub instance: Option<u32>,
-    /// Share of the time that the shutter is open; ignored for static geometry.
+    /// Time, as a share of the time that the shutter is open; ignored for static geometry.
     pub share: f32,
 }
 
 impl Place<'_> {
-    /// Share of the light along a segment that a triangle stops where the two meet.
+    /// Share of the light along a segment that a triangle stops at its intersection with the
+    /// segment.
     #[inline(never)]
     pub fn stopped(&self, block: &Block, slot: usize, origin: Vec3, direction: Vec3) -> f32 {
         let t = block.triangle(slot);
@@ -132,20 +133,20 @@ impl Place<'_> {
     }
 }
 
-/// Instances and the tree over them.
+/// A set of instances and the tree over them.
 pub(super) trait Instances {
     type Placed: Borrow<Placed>;
 
     /// Tree over the instances; each leaf is one instance.
     fn top(&self) -> &Bvh;
 
-    /// Instance of a leaf.
+    /// Instance that is a leaf of the tree.
     fn placed(&self, leaf: u32) -> Self::Placed;
 
     /// Tree of a shared mesh.
     fn tree(&self, number: u32) -> &Tree;
 
-    /// The tree at the time of the walk, if its mesh deforms.
+    /// The triangles of a tree at the time of the traversal; `None` if the mesh does not deform.
     fn deformed<'t>(&self, tree: &'t Tree) -> Option<Deformed<'t>>;
 }
 
@@ -244,7 +245,7 @@ pub(super) fn pass_placed<F: F32x8, const BOUNDED: bool>(
     visible
 }
 
-/// Transmittance of one leaf of a tree.
+/// Transmittance of one leaf of a tree; 1 if the segment misses its box.
 #[inline(always)]
 fn passes_leaf<F: F32x8, const BOUNDED: bool>(
     tree: &Tree,
@@ -253,7 +254,7 @@ fn passes_leaf<F: F32x8, const BOUNDED: bool>(
     place: &Place<'_>,
 ) -> f32 {
     let slot = leaf.slot as usize & (WIDTH - 1);
-    // The leaf may come from another tree and be missing in this one.
+    // The leaf may have been stored for another tree and may not exist in this one.
     let Some(node) = tree.nodes.get(leaf.node as usize) else { return 1.0 };
     let is_leaf = node.count[slot] > 0;
     let (met, _) = s.slope::<F>().meets_children(node, limit(if BOUNDED { 1.0 } else { f32::INFINITY }));
@@ -285,8 +286,8 @@ pub(super) fn pass_block<F: F32x8, const BOUNDED: bool>(
     visible
 }
 
-/// Product of `visible` and the transmittance of the triangles below a node. If the product is
-/// zero, `occluder` becomes the leaf where it reached zero.
+/// Product of `visible` and the transmittance of the triangles below a node. If the product becomes
+/// zero, `occluder` receives the leaf that made it zero.
 #[inline(always)]
 pub(super) fn pass<F: F32x8, const BOUNDED: bool>(
     of: &impl Met,
@@ -331,7 +332,7 @@ pub(super) fn pass<F: F32x8, const BOUNDED: bool>(
     visible
 }
 
-/// Pushes the first child on top, so that all walks meet leaves in the same order.
+/// Pushes the first child last, so that all traversals reach leaves in the same order.
 #[inline(always)]
 fn push_children(node: &Node, mut inner: u32, waiting: &mut Stack<f32>, top: &mut usize) {
     while inner != 0 {
@@ -360,7 +361,7 @@ pub(super) fn closest_hit<F: F32x8>(
     nearest.hit
 }
 
-/// Bit that marks leaves among the numbers on a stack.
+/// Bit that marks the numbers of leaves on a stack.
 const LEAF: u32 = 1 << 31;
 
 /// The nearest hit so far.
@@ -459,7 +460,8 @@ impl Nearest<'_> {
         }
     }
 
-    /// Takes a hit that is nearer, unless the opacity of its surface lets the ray pass.
+    /// Records a hit that is nearer than the last, unless the opacity of its surface lets the ray
+    /// pass.
     fn take(&mut self, t: &Triangle, instance: Option<u32>, s: &Segment, parameter: f32) {
         let instance = instance.unwrap_or(t.instance);
         let b = barycentric(s.origin, s.direction, t);
@@ -477,7 +479,7 @@ impl Nearest<'_> {
     }
 }
 
-/// Pushes the nearest child on top.
+/// Pushes the children by decreasing distance, so that the nearest is visited first.
 #[inline(always)]
 fn push_sorted<F: F32x8>(node: &Node, mut met: u32, near: F, waiting: &mut Stack<f32>, top: &mut usize) {
     let near = near.array();

@@ -1,18 +1,18 @@
-//! Splits ranges of boxes in two by the surface area heuristic: the expected work of a ray that
-//! meets the range is
+//! Splits a range of boxes in two by the surface area heuristic. The expected work of a ray that
+//! meets the box of the range is
 //!
 //! ```text
 //! (A_l n_l + A_r n_r) / A        A: areas of boxes   n: items
 //! ```
 //!
-//! Centres of boxes are counted in bins along each axis, and planes between bins are tried: Ingo
-//! Wald. "On fast Construction of SAH-based Bounding Volume Hierarchies." Symposium on Interactive
-//! Ray Tracing, 2007, doi:10.1109/RT.2007.4342588.
+//! The centres of boxes are counted in bins along each axis, and the planes between bins are
+//! compared: Ingo Wald. "On fast Construction of SAH-based Bounding Volume Hierarchies." Symposium
+//! on Interactive Ray Tracing, 2007, doi:10.1109/RT.2007.4342588.
 //!
 //! # Guarantee
-//! The two sides are functions of the items: boxes and counts of bins do not depend on the order in
-//! which items are counted, hence not on threads. The order of items after a split depends only on
-//! their order before. Held to this by the tests below and `accel::tests`.
+//! The two sides depend only on the set of items: boxes and counts of bins do not depend on the
+//! order in which items are counted, and hence not on threads. The order of items after a split
+//! depends only on their order before. Held to this by the tests below and `accel::tests`.
 
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -23,12 +23,12 @@ use crate::math::Aabb;
 const BINS: usize = 16;
 /// Number of bins along an axis in ranges of few items.
 const FEW_BINS: usize = 8;
-/// Number of items from which [`BINS`] are worth their time.
+/// Number of items from which [`BINS`] bins are used.
 const MANY_ITEMS: usize = 128;
-/// Number of items that are counted as one piece of parallel work.
+/// Number of items that are counted as one parallel task.
 const CHUNK: usize = 1 << 15;
 
-/// A box and two numbers of its content, stored in the fourth components of its corners.
+/// A box and two numbers, which are stored in the fourth components of its corners.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Item {
     /// Lower corner (m).
@@ -37,9 +37,9 @@ pub(super) struct Item {
     hi: Vec4,
 }
 
-/// Bits of the smallest normal number, which are added to the numbers of an item. Small integers as
-/// bits of a float would be subnormal, and arithmetic with subnormals is many times slower, even if
-/// its result is unused.
+/// Offset that is added to the numbers of an item: the bits of the smallest normal float. As bits
+/// of a float, small integers would be subnormal. Arithmetic with subnormals is many times slower,
+/// even if its result is unused.
 const NORMAL: u32 = 0x0080_0000;
 
 impl Item {
@@ -77,12 +77,12 @@ pub(super) struct Bounds {
 impl Bounds {
     const EMPTY: Self = Self { lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
 
-    /// Box around all of some items.
+    /// Box around all items.
     pub fn of(items: &[Item]) -> Self {
         gathered(items, |items| items.iter().fold(Self::EMPTY, |all, i| all.with(i.lo, i.hi)))
     }
 
-    /// Box around twice the centres of some items.
+    /// Box around the doubled centres of all items.
     fn of_centers(items: &[Item]) -> Self {
         gathered(items, |items| items.iter().fold(Self::EMPTY, |all, i| all.with(i.center(), i.center())))
     }
@@ -109,7 +109,7 @@ impl Bounds {
     }
 }
 
-/// Union over pieces, which are processed in parallel if there are several.
+/// Union of the bounds of pieces, which are processed in parallel if there are several.
 fn gathered(items: &[Item], of_piece: impl Fn(&[Item]) -> Bounds + Sync + Send) -> Bounds {
     if items.len() <= CHUNK {
         return of_piece(items);
@@ -117,8 +117,8 @@ fn gathered(items: &[Item], of_piece: impl Fn(&[Item]) -> Bounds + Sync + Send) 
     items.par_chunks(CHUNK).map(of_piece).reduce(|| Bounds::EMPTY, Bounds::union)
 }
 
-/// Moves the items of the first side to the front. Returns their number, at least one and not all,
-/// and the boxes of both sides.
+/// Moves the items of the first side to the front. Returns their number, which is between 1 and
+/// `items.len() - 1`, and the boxes of both sides.
 ///
 /// There must be at least two items.
 pub(super) fn split(items: &mut [Item]) -> (usize, [Bounds; 2]) {
@@ -128,7 +128,7 @@ pub(super) fn split(items: &mut [Item]) -> (usize, [Bounds; 2]) {
     (partition(items, |item| plane.mapping.places(item).cmplt(limit).any()), sides)
 }
 
-/// Splits items in two halves, along the axis in which their centres spread most.
+/// Splits items in two halves along the axis in which their centres spread most.
 pub(super) fn halve(items: &mut [Item]) -> (usize, [Bounds; 2]) {
     let size = Bounds::of_centers(items).aabb().size();
     let axis = size.max_position();
@@ -140,18 +140,18 @@ pub(super) fn halve(items: &mut [Item]) -> (usize, [Bounds; 2]) {
     (middle, [Bounds::of(first), Bounds::of(second)])
 }
 
-/// Map from twice a centre to the numbers of its bins.
+/// Map from twice a centre to the index of its bin on each axis.
 #[derive(Clone, Copy)]
 struct Mapping {
     origin: Vec4,
-    /// Bins per unit of length; zero along axes in which centres do not differ.
+    /// Bins per unit of length; zero along axes on which all centres agree.
     scale: Vec4,
     /// Number of bins along each axis.
     bins: usize,
 }
 
-/// `1.5 · 2²³`: floats of this size are integers. After a small number is added, the low bits are
-/// those of that number.
+/// `1.5 · 2²³`: floats of this size are integers. If a small number is added, its bits are the low
+/// bits of the sum.
 const TO_INTEGER: f32 = 12_582_912.0;
 
 impl Mapping {
@@ -178,7 +178,7 @@ struct Plane {
 }
 
 impl Plane {
-    /// Upper limit of the [places](Mapping::places) of items on the first side.
+    /// Exclusive upper limit of the [places](Mapping::places) of items on the first side.
     fn limit(&self) -> Vec4 {
         let mut limit = [f32::NEG_INFINITY; 4];
         limit[self.axis] = TO_INTEGER + self.bin as f32;
@@ -186,7 +186,7 @@ impl Plane {
     }
 }
 
-/// Boxes and counts of the items in each bin of each axis.
+/// Boxes and counts of the items in each bin, for each axis.
 struct Bins {
     mapping: Mapping,
     bounds: [[Bounds; BINS]; 3],
@@ -194,7 +194,7 @@ struct Bins {
 }
 
 impl Bins {
-    /// Counts items in bins; `None` if all centres are at one place.
+    /// Counts items in bins; `None` if all centres coincide.
     fn of(items: &[Item]) -> Option<Self> {
         let centers = Bounds::of_centers(items);
         let extent = centers.aabb().size();
@@ -235,7 +235,8 @@ impl Bins {
         a
     }
 
-    /// The plane of least cost, and the boxes of its sides.
+    /// The plane of least cost, and the boxes of its two sides; `None` if no plane separates the
+    /// items.
     fn best_plane(&self) -> Option<(Plane, [Bounds; 2])> {
         let cost = |bounds: &Bounds, count: u32| bounds.half_area() * count as f32;
         let mut best = (f32::INFINITY, None);
@@ -267,13 +268,13 @@ impl Bins {
     }
 }
 
-/// Moves the items of the first side to the front and returns their number; without branches, which
-/// would be mispredicted half the time.
+/// Moves the items of the first side to the front and returns their number. There are no branches,
+/// since half of them would be mispredicted.
 fn partition(items: &mut [Item], is_first: impl Fn(&Item) -> bool) -> usize {
     let mut count = 0;
     for i in 0..items.len() {
         let first = is_first(&items[i]);
-        // If `i` is of the second side, it changes places with an item of the same side.
+        // If item `i` is on the second side, the swap exchanges two items of that side.
         items.swap(count, i);
         count += usize::from(first);
     }
@@ -331,7 +332,7 @@ mod tests {
         assert_eq!(numbers(&one[..middle]), numbers(&other[..middle]));
     }
 
-    /// The split separates two clusters far apart, along any axis.
+    /// Two clusters are far apart along an axis. The split separates them.
     #[test]
     fn the_plane_is_where_nothing_is() {
         for axis in 0..3 {

@@ -1,4 +1,4 @@
-//! Tests of the tracer against brute force, against itself, and against its own surfaces.
+//! Tests of the tracer against brute force, against its other variants, and against its surfaces.
 
 use std::sync::Arc;
 
@@ -23,12 +23,12 @@ pub(super) fn mesh(triangles: &[Corners]) -> MeshData {
     }
 }
 
-/// A scene of one mesh at each of `places`, of the given opacity.
+/// A scene with one mesh of the given opacity, placed at each of `places`.
 pub(super) fn tracer(data: MeshData, places: &[Affine3A], opacity: f32) -> Tracer {
     tracer_of([(data, opacity)], places)
 }
 
-/// A scene of meshes at each of `places`, each of the opacity that comes with it.
+/// A scene with several meshes, each with its opacity and placed at each of `places`.
 fn tracer_of(meshes: impl IntoIterator<Item = (MeshData, f32)>, places: &[Affine3A]) -> Tracer {
     let mut b = SceneBuilder::new("test", Location::default());
     for (number, (data, opacity)) in meshes.into_iter().enumerate() {
@@ -67,8 +67,8 @@ pub(super) fn visible(t: &Tracer, apex: Apex, targets: &[Vec3]) -> Vec<f32> {
     out
 }
 
-/// Parameter at which the line `o + t d` meets a triangle, in `f64`, and the relative distance from
-/// the nearest edge.
+/// Parameter at which the line `o + t d` meets a triangle, computed in `f64`, and the relative
+/// distance of the intersection from the nearest edge.
 fn meets_exactly(o: DVec3, d: DVec3, t: &Corners) -> Option<(f64, f64)> {
     let v = t.map(Vec3::as_dvec3);
     let (a, b, c) = (v[0] - o, v[1] - o, v[2] - o);
@@ -80,8 +80,8 @@ fn meets_exactly(o: DVec3, d: DVec3, t: &Corners) -> Option<(f64, f64)> {
     inside.then(|| (a.dot(n) / d.dot(n), margin))
 }
 
-/// Returns true if a segment is blocked in exact geometry; `None` if that depends on an edge or an
-/// end.
+/// Returns true if a segment is blocked in exact geometry; `None` if an intersection is close to an
+/// edge or to an end of the segment.
 fn blocked_exactly(o: Vec3, x: Vec3, t_max: f64, triangles: &[Corners]) -> Option<bool> {
     let (o, d) = (o.as_dvec3(), if t_max.is_finite() { x.as_dvec3() - o.as_dvec3() } else { x.as_dvec3() });
     let mut blocked = false;
@@ -155,12 +155,13 @@ fn closest_hits_agree_with_brute_force() {
     assert!(hits > 500);
 }
 
-/// Sixteen lanes, one lane, and any grouping give the same bits, with fractional visibility too.
+/// Segments are traced in packets, alone, and grouped differently, with partly transparent
+/// surfaces. All give the same bits.
 #[test]
 fn grouping_does_not_change_a_bit() {
     let mut s = Stream::new(3, Purpose::Test, 0);
     let far = Affine3A::from_rotation_translation(Quat::from_rotation_y(0.7), Vec3::new(0.3, 0.1, -0.2));
-    // Enough triangles that the second place is an instance rather than a copy.
+    // The mesh has enough triangles to be shared by its instances instead of copied.
     let data = mesh(&soup(&mut s, 70_000, 0.02));
     let t = tracer(data, &[Affine3A::IDENTITY, far], 0.37);
     assert_eq!(t.size().shared_trees, 1);
@@ -168,11 +169,12 @@ fn grouping_does_not_change_a_bit() {
     for round in 0..240 {
         let apex = point(&mut s, 1.2);
         let fan = if round % 3 == 2 { Apex::Direction(apex) } else { Apex::Point(apex) };
-        // Targets all over, which walk alone, and targets near each other, which walk together.
+        // Targets that are far apart are traversed one by one, targets that are close to each other
+        // together.
         let spread = [1.2, 0.3, 0.02][round % 4 % 3];
         let center = point(&mut s, 1.2 - spread);
         let mut targets: Vec<Vec3> = (0..37).map(|_| center + point(&mut s, spread)).collect();
-        // A neighbour far away has a larger error; it must not enter the others' answers.
+        // A target that is far away has a larger rounding error, which must not affect the others.
         targets[9] = apex + (center - apex) * 1e5;
         let together = visible(&t, fan, &targets);
         let alone: Vec<f32> = targets.iter().map(|x| visible(&t, fan, &[*x])[0]).collect();
@@ -185,13 +187,13 @@ fn grouping_does_not_change_a_bit() {
     assert!(partly > 200, "{partly}");
 }
 
-/// After queries that were stopped elsewhere, in this scene and in another, answers are those of a
-/// tracer without memory.
+/// Earlier segments were blocked elsewhere, in this scene and in another one. The answers are the
+/// same as those of a tracer that remembers no occluders.
 #[test]
 fn what_was_asked_before_does_not_matter() {
     let mut s = Stream::new(8, Purpose::Test, 0);
-    // Half of the triangles let light pass, so that a leaf can stop one segment and not its
-    // neighbour.
+    // Half of the triangles are partly transparent, so that a leaf can block one segment and not
+    // its neighbour.
     let triangles = soup(&mut s, 400, 0.3);
     let (solid, pane) = (mesh(&triangles[..200]), mesh(&triangles[200..]));
     let mixed = tracer_of([(solid, 1.0), (pane, 0.3)], &[Affine3A::IDENTITY]);
@@ -202,7 +204,7 @@ fn what_was_asked_before_does_not_matter() {
         let fan = if round % 3 == 2 { Apex::Direction(apex) } else { Apex::Point(apex) };
         let center = point(&mut s, 1.2);
         let spread = [0.5, 0.05, 0.001][round % 7 % 3];
-        // Fans of three walk alone.
+        // Fans of three targets are traversed one by one.
         for _ in 0..8 {
             let targets: Vec<Vec3> = (0..3).map(|_| center + point(&mut s, spread)).collect();
             let remembered = visible(&mixed, fan, &targets);
@@ -234,8 +236,9 @@ fn threads_do_not_change_the_tree() {
     }
 }
 
-/// On a plane of slivers and tiny triangles, anywhere, at any angle, placed directly or as an
-/// instance: no segment that starts on the plane and leaves it is blocked by it, however grazing.
+/// Planes of slivers and tiny triangles at random positions and rotations, baked or as an instance.
+/// A segment that starts on the plane and leaves it is never blocked by the plane, however grazing
+/// it is.
 #[test]
 fn no_surface_blocks_what_starts_on_it() {
     let mut s = Stream::new(5, Purpose::Test, 0);
@@ -244,7 +247,7 @@ fn no_surface_blocks_what_starts_on_it() {
         let away = if round % 3 == 0 { 0.0 } else { powf(10.0, 4.0 * s.uniform()) };
         let center = point(&mut s, scale * away);
         let turn = Quat::from_scaled_axis(point(&mut s, 3.0));
-        // Columns of very different width: slivers of up to 1 : 500, beside each other.
+        // Columns alternate between widths of up to 1 : 500, which makes adjacent slivers.
         let grid = 24;
         let x_at = |i: usize| (i / 2) as f32 + if i % 2 == 1 { 0.996 } else { 0.0 };
         let at = |i: usize, j: usize| {
@@ -267,7 +270,7 @@ fn no_surface_blocks_what_starts_on_it() {
                 point(&mut s, scale),
             )
         };
-        // The other places are far away: they only make the mesh a shared one.
+        // The additional places are far away. They only make the mesh a shared one.
         let mut places = vec![place];
         if round % 4 == 1 {
             places
@@ -287,7 +290,7 @@ fn no_surface_blocks_what_starts_on_it() {
             let n = p.geometric_normal;
             let tangent = crate::math::Frame::about(n)
                 .to_world(crate::warp::sphere(s.uniform_2()) * Vec3::new(1.0, 1.0, 0.0));
-            // Elevations down to a millionth of a radian above the true plane.
+            // Elevations above the true plane down to 10⁻⁶ rad.
             let direction = tangent.normalize_or(n) + n * powf(10.0, -6.0 * s.uniform());
             let start = p.leave(direction);
             let corners = scene.world_corners(crate::scene::InstanceId::at(0), triangle);
@@ -296,7 +299,7 @@ fn no_surface_blocks_what_starts_on_it() {
                 continue;
             }
             let end = start + direction * (scale * 3.0);
-            // The true surface, in f64: the world corners, or the object's under the exact
+            // The true surface in f64: the world corners, or the object's corners under the exact
             // transform.
             let d = if baked {
                 corners.map(Vec3::as_dvec3)
@@ -317,7 +320,7 @@ fn no_surface_blocks_what_starts_on_it() {
                 );
                 assert!(own.closest_hit(&Ray::new(start, end - start), 0).is_none());
             }
-            // Far from the origin rounding buckles the plane by more than the width of a sliver.
+            // Far from the origin, rounding bends the plane by more than the width of a sliver.
             if away > 10.0 {
                 continue;
             }
@@ -336,7 +339,7 @@ fn no_surface_blocks_what_starts_on_it() {
     }
 }
 
-/// From inside a closed surface nothing gets out, not even along edges.
+/// Segments and rays from inside a closed sphere are all blocked, even at edges.
 #[test]
 fn closed_surfaces_do_not_leak() {
     let mut s = Stream::new(6, Purpose::Test, 0);
@@ -376,7 +379,7 @@ fn closed_surfaces_do_not_leak() {
     for round in 0..3000 {
         let inside = center + point(&mut s, 1.0);
         let aim = if round % 2 == 0 {
-            // On an edge, away from its ends.
+            // On an edge, away from its end points.
             let k = s.below(u64::from(rows * columns)) as usize;
             positions[k].lerp(positions[k + 1], 0.1 + 0.8 * s.uniform())
         } else {
@@ -423,8 +426,8 @@ fn instances_are_where_their_transforms_say() {
             assert!((a.t - b.t).abs() < 1e-4 || a.triangle != b.triangle % 70_000);
         }
     }
-    // Transforming rounds the ends by some 1e-7 and the edges are 1e-2 long: segments that pass
-    // that close to an edge may differ, far less than one in a hundred.
+    // The transform rounds the ends by about 1e-7, and the edges are 1e-2 long. Only segments that
+    // pass that close to an edge may differ: far less than one in a hundred.
     assert!(differ <= 16 && blocked > 500, "{differ} of 3200 differ, {blocked} blocked");
 }
 
@@ -455,7 +458,7 @@ fn scenes_of_few_triangles_or_none_work() {
             }
         }
     }
-    // The same triangle many times over cannot be split into smaller boxes.
+    // A thousand copies of one triangle cannot be split into smaller boxes.
     let same = vec![soup(&mut s, 1, 1.0)[0]; 1000];
     let t = tracer(mesh(&same), &[Affine3A::IDENTITY], 1.0);
     let c = same[0].iter().sum::<Vec3>() / 3.0;
@@ -463,8 +466,9 @@ fn scenes_of_few_triangles_or_none_work() {
     assert_eq!(visible(&t, Apex::Point(c + n), &[c - n])[0], 0.0);
 }
 
-/// Transmittance of glass by the Fresnel equations at the angle of the segment in the world,
-/// however the mesh is placed; zero for solid glass if it is to stop segments.
+/// The transmittance of glass follows the Fresnel equations at the angle of the segment in world
+/// space, regardless of the placement of the mesh. It is zero for solid glass with
+/// `Glass::SolidStops`.
 #[test]
 fn glass_lets_pass_straight_what_it_does_not_reflect() {
     let normal = crate::bsdf::fresnel::dielectric(1.0, 1.5);
@@ -487,8 +491,8 @@ fn glass_lets_pass_straight_what_it_does_not_reflect() {
     };
     let two_faces = |f: f32| (1.0 - f) / (1.0 + f);
     for (surface, passes) in [(solid, 1.0 - normal), (pane, two_faces(normal))] {
-        // Placed once; then so often that the mesh is shared, and stretched, which must not change
-        // the angle in the world.
+        // First a single placement. Then many placements, so that the mesh is shared; the instance
+        // is stretched, which must not change the angle in world space.
         for shared in [false, true] {
             let mut b = SceneBuilder::new("test", Location::default());
             let material = b.add_material(Material::new("g", surface)).unwrap();
@@ -502,7 +506,7 @@ fn glass_lets_pass_straight_what_it_does_not_reflect() {
             }
             let t = Tracer::new(Arc::new(b.build().unwrap()));
             assert_eq!(t.size().shared_trees, u64::from(shared));
-            // Beside the diagonal, where both triangles would be met.
+            // Not on the diagonal, where the segment would meet both triangles.
             let place = Vec3::new(0.3, -0.2, 0.0);
             let aside = Vec3::X * 3f32.sqrt();
             let targets = [place - Vec3::Z, place + aside - Vec3::Z];
@@ -521,15 +525,15 @@ fn glass_lets_pass_straight_what_it_does_not_reflect() {
             t.visibility(&stopped, &mut out);
             let solid = matches!(surface, Surface::Glass { .. });
             assert_eq!(out[0], if solid { 0.0 } else { straight });
-            // Rays meet glass; it has no holes.
+            // Rays always hit glass, as it has no holes.
             assert!(t.closest_hit(&Ray::new(Vec3::Z, Vec3::NEG_Z), 5).is_some());
         }
     }
 }
 
-/// Static triangles, and soups that turn and move while the shutter is open. Each soup comes with
-/// its triangles when the shutter opens and when it closes, and with its track. Every other soup
-/// deforms, and every fourth only deforms.
+/// Static triangles, and soups that rotate and move while the shutter is open. Each soup is stored
+/// with its triangles at the opening and at the closing of the shutter and with its track. Every
+/// second soup deforms, and every fourth one only deforms.
 struct MovingSoups {
     tracer: Tracer,
     standing: Vec<Corners>,
@@ -537,7 +541,7 @@ struct MovingSoups {
 }
 
 impl MovingSoups {
-    /// All triangles after a share of the time.
+    /// All triangles at a time, given as a share of the time that the shutter is open.
     fn at(&self, share: f32) -> Vec<Corners> {
         let moved = self.movers.iter().flat_map(|([open, close], track)| {
             let map = track.at(3.0 + f64::from(share)).as_affine3a();
@@ -589,8 +593,8 @@ fn moving_soups(stream: &mut Stream, opacity: f32) -> MovingSoups {
     MovingSoups { tracer: Tracer::new(Arc::new(b.build().unwrap())), standing, movers }
 }
 
-/// At each of many times, rays and segments meet static and moving geometry where it is then, and
-/// code without vector instructions gives the same answers.
+/// At many random times, rays and segments meet static and moving geometry where it is at that
+/// time. Code without vector instructions gives the same answers.
 #[test]
 fn what_moves_is_met_where_it_is_at_the_time_of_the_ray() {
     let mut s = Stream::new(31, Purpose::Test, 0);
@@ -605,7 +609,7 @@ fn what_moves_is_met_where_it_is_at_the_time_of_the_ray() {
             let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
             let hits: Vec<(f64, f64)> =
                 all.iter().filter_map(|c| meets_exactly(o, d, c)).filter(|(at, _)| *at > -1e-4).collect();
-            // Skips rays that pass near an edge or meet something near the start.
+            // Skips rays that pass near an edge or meet a surface near their start.
             if hits.iter().any(|&(at, margin)| margin < 1e-4 || at < 1e-4) {
                 continue;
             }
@@ -650,7 +654,7 @@ fn what_moves_is_met_where_it_is_at_the_time_of_the_ray() {
     assert!(judged.iter().all(|count| *count > 200), "all answers occur: {judged:?}");
 }
 
-/// Half of the light passes each surface that is met, static and moving alike.
+/// Each surface along a segment transmits half of the light, whether static or moving.
 #[test]
 fn what_moves_lets_light_pass_by_its_opacity() {
     let mut s = Stream::new(32, Purpose::Test, 0);
@@ -679,8 +683,8 @@ fn what_moves_lets_light_pass_by_its_opacity() {
     assert!(met > 50, "several are met: {met}");
 }
 
-/// The reflectance of a pane depends on its slope, which a stretch of the instance or the mesh
-/// changes.
+/// A pane is stretched by its instance or by deformation. Its slope changes, and with it its
+/// reflectance.
 #[test]
 fn a_pane_that_is_stretched_lets_light_pass_as_it_does_then() {
     let map = |x: f64| DAffine3::from_scale(DVec3::new(x, 1.0, 1.0));

@@ -14,11 +14,11 @@ use crate::scene::{InstanceId, Scene};
 /// A surface met by a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Ray parameter.
+    /// Ray parameter of the intersection.
     pub t: f32,
     /// Instance whose surface was met.
     pub instance: InstanceId,
-    /// Number of the triangle in its mesh.
+    /// Index of the triangle in its mesh.
     pub triangle: u32,
     /// Barycentric weights of the triangle's corners, summing to 1.
     pub barycentric: [f32; 3],
@@ -27,7 +27,7 @@ pub struct Hit {
 /// Memory use of a tracer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TracerSize {
-    /// Number of triangles, each counted once for each tree that holds it.
+    /// Number of triangles; a triangle counts once for each tree that contains it.
     pub triangles: u64,
     /// Number of trees of shared meshes.
     pub shared_trees: u64,
@@ -43,12 +43,12 @@ pub struct Tracer {
     level: Level,
     plain: bool,
     listener: Option<Arc<dyn Listener>>,
-    /// Factors for emitters in glass; `None` if no emitter is in glass.
+    /// Factors of emitters inside glass; `None` if no emitter is inside glass.
     pub(super) of_emitters: Option<Arc<OfEmitters>>,
 }
 
 impl Tracer {
-    /// Builds the trees of `scene`, in parallel on the current thread pool; the result does not
+    /// Builds the trees of `scene`, in parallel on the current thread pool. The result does not
     /// depend on the pool.
     pub fn new(scene: Arc<Scene>) -> Self {
         let trees = Arc::new(Trees::new(&scene));
@@ -63,8 +63,8 @@ impl Tracer {
         Self { listener: Some(listener), ..self.clone() }
     }
 
-    /// Returns a tracer over the same trees that uses no vector instructions and does not remember
-    /// occluders: the scalar twin, whose answers are the same to the bit.
+    /// Returns a tracer over the same trees that uses no vector instructions and remembers no
+    /// occluders. Its answers are the same to the bit.
     #[must_use]
     pub fn plain(&self) -> Self {
         Self { level: Level::PORTABLE, plain: true, ..self.clone() }
@@ -79,7 +79,7 @@ impl Tracer {
         &self.trees
     }
 
-    /// Counts of triangles and trees, and their memory.
+    /// Counts of triangles and trees, and the memory they use.
     pub fn size(&self) -> TracerSize {
         let trees = || self.trees.shared.iter().chain([&self.trees.world]);
         TracerSize {
@@ -93,8 +93,8 @@ impl Tracer {
 
     /// Returns the first static surface along `ray`.
     ///
-    /// A surface of opacity `o < 1` is met with probability `o`; the decision is a function of
-    /// `key`, the instance and the triangle alone, so equal keys see the same holes.
+    /// A surface of opacity `o < 1` is met with probability `o`. The decision depends only on
+    /// `key`, the instance and the triangle, so rays with equal keys see the same holes.
     pub fn closest_hit(&self, ray: &Ray, key: u64) -> Option<Hit> {
         if let Some(listener) = &self.listener {
             listener.ray(ray, key);
@@ -103,7 +103,8 @@ impl Tracer {
     }
 
     /// Overwrites `visibility` with the transmittance of static geometry along each segment of
-    /// `batch`, in order: 0 blocked, 1 free, between where surfaces are partly transparent.
+    /// `batch`, in order: 0 if blocked, 1 if free, between the two if surfaces are partly
+    /// transparent.
     pub fn visibility(&self, batch: &SegmentBatch, visibility: &mut Vec<f32>) {
         if let Some(listener) = &self.listener {
             listener.segments(batch);
@@ -117,8 +118,8 @@ impl Tracer {
         }
     }
 
-    /// Returns the first surface along `ray`, static or moving. Moving surfaces are where they are
-    /// after a `share` of the time that the shutter is open, 0 to 1.
+    /// Returns the first surface along `ray`, static or moving, at a time given as a `share` of the
+    /// time that the shutter is open, 0 to 1.
     #[inline]
     pub fn closest_hit_at(&self, ray: &Ray, key: u64, share: f32) -> Option<Hit> {
         let standing = self.closest_hit(ray, key);
@@ -128,8 +129,8 @@ impl Tracer {
         kernel::closest_moving_hit(self.level, &self.trees, &self.scene, (ray, key), share, standing)
     }
 
-    /// Like [`visibility`](Self::visibility), including moving geometry after a `share` of the time
-    /// that the shutter is open, 0 to 1.
+    /// Like [`visibility`](Self::visibility), but includes moving geometry at a time given as a
+    /// `share` of the time that the shutter is open, 0 to 1.
     #[inline]
     pub fn visibility_at(&self, batch: &SegmentBatch, share: f32, visibility: &mut Vec<f32>) {
         self.visibility(batch, visibility);

@@ -1,5 +1,5 @@
 //! Trees of a scene: one over geometry that is placed once, one over static instances,
-//! [one](super::moving) over moving instances, and one for each mesh that instances share.
+//! [one](super::moving) over moving instances, and one for each mesh with instances.
 
 use std::borrow::Borrow;
 
@@ -13,18 +13,18 @@ use crate::math::simd::{F32x8, WIDTH, each};
 use crate::math::{Aabb, Real};
 use crate::scene::{Instance, InstanceId, Mesh, Scene, box_between, has_normal};
 
-/// Trees that rays and segments walk through.
+/// All trees of a scene.
 #[derive(Debug)]
 pub(super) struct Trees {
     /// Geometry that is placed once, in world space.
     pub world: Tree,
-    /// Trees of meshes that are placed more than once, or move.
+    /// Trees of meshes that are placed more than once or that move.
     pub shared: Vec<Tree>,
     /// Tree over static instances; each leaf is one of `placed`.
     pub top: Bvh,
     /// Static instances, in the order of the leaves of `top`.
     pub placed: Vec<Placed>,
-    /// Instances that move, with a tree of their own.
+    /// Moving instances and the tree over them.
     pub moving: Moving,
 }
 
@@ -32,9 +32,9 @@ pub(super) struct Trees {
 #[derive(Debug)]
 pub(super) struct Tree {
     pub nodes: Vec<Node>,
-    /// Triangles of the leaves; of a mesh that deforms, at the opening of the shutter.
+    /// Triangles of the leaves; for a deforming mesh, at the opening of the shutter.
     pub blocks: Vec<Block>,
-    /// Triangles of the leaves at the closing of the shutter; none if the mesh does not deform.
+    /// Triangles of the leaves at the closing of the shutter; empty if the mesh does not deform.
     pub closing: Vec<Block>,
     triangles: u64,
 }
@@ -55,7 +55,7 @@ impl Placed {
         Self { to_object: columns.map(|c| c.to_array()), instance: id.index() as u32, tree }
     }
 
-    /// World points in object space (m).
+    /// Transforms points from world to object space (m).
     #[inline(always)]
     pub fn points<R: Real>(&self, p: [R; 3]) -> [R; 3] {
         let [x, y, z, t] = &self.to_object;
@@ -65,7 +65,7 @@ impl Placed {
             + R::splat(t[axis]))
     }
 
-    /// World directions in object space.
+    /// Transforms directions from world to object space.
     #[inline(always)]
     pub fn directions<R: Real>(&self, d: [R; 3]) -> [R; 3] {
         let [x, y, z, _] = &self.to_object;
@@ -74,15 +74,17 @@ impl Placed {
 }
 
 impl Tree {
-    /// Builds a tree over items; `triangle` returns the triangle of an item's numbers.
+    /// Builds a tree over items; `triangle` returns the triangle that belongs to the numbers of an
+    /// item.
     fn build(items: Vec<Item>, triangle: impl Fn([u32; 2]) -> Triangle + Sync) -> Self {
         let sorted = Sorted::new(items);
         let blocks = sorted.blocks(triangle);
         Self { nodes: sorted.nodes, blocks, closing: Vec::new(), triangles: sorted.numbers.len() as u64 }
     }
 
-    /// Builds a tree over items whose boxes hold them at all times; `triangle` returns the triangle
-    /// of an item's numbers after a share of the time.
+    /// Builds a tree over items whose boxes hold their triangles at all times. `triangle` returns
+    /// the triangle that belongs to the numbers of an item, at a time given as a share of the time
+    /// that the shutter is open.
     fn build_deforming(items: Vec<Item>, triangle: impl Fn(f32, [u32; 2]) -> Triangle + Sync) -> Self {
         let sorted = Sorted::new(items);
         let [blocks, closing] = [0.0, 1.0].map(|share| sorted.blocks(|numbers| triangle(share, numbers)));
@@ -101,7 +103,7 @@ impl Tree {
     }
 }
 
-/// Nodes of a tree, with its items in the order of the leaves.
+/// Nodes and leaves of a tree, and the numbers of its items in the order of the leaves.
 struct Sorted {
     nodes: Vec<Node>,
     /// First item and number of items of each leaf.
@@ -113,7 +115,8 @@ struct Sorted {
 impl Sorted {
     fn new(mut items: Vec<Item>) -> Self {
         let Bvh { nodes, leaves } = Bvh::build(&mut items, LEAF_TRIANGLES);
-        // The boxes are not stored: they would be in memory together with the blocks.
+        // Items are reduced to their numbers: boxes and blocks would otherwise be in memory
+        // together.
         let numbers = items.par_iter().map(Item::numbers).collect();
         Self { nodes, leaves, numbers }
     }
@@ -127,7 +130,7 @@ impl Sorted {
     }
 }
 
-/// A tree whose triangles are read leaf by leaf.
+/// A tree whose triangles are accessed leaf by leaf.
 pub(super) trait Met {
     type Block<'b>: Borrow<Block>
     where
@@ -228,7 +231,7 @@ impl Trees {
     }
 }
 
-/// Tree over instances, and the instances in the order of its leaves.
+/// Builds a tree over instances; returns it with the instances in the order of its leaves.
 fn over<T: Copy + Sync>(instances: &[T], world_box: impl Fn(&T) -> Aabb + Sync) -> (Bvh, Vec<T>) {
     let item = |(number, instance): (usize, &T)| Item::new(&world_box(instance), [number as u32; 2]);
     let mut items: Vec<Item> = instances.par_iter().enumerate().map(item).collect();
@@ -249,8 +252,8 @@ fn flags(scene: &Scene, id: InstanceId) -> u32 {
     flags
 }
 
-/// World box of an instance (m): around the transformed corners of its mesh's box, grown by the
-/// rounding of the transform and of its inverse.
+/// World box of an instance (m): the box around the transformed corners of its mesh's box, grown by
+/// the rounding errors of the transform and of its inverse.
 fn world_box(instance: &Instance, scene: &Scene) -> Aabb {
     let b = scene.meshes()[instance.mesh.index()].bounds();
     let grown = b.transformed(&instance.to_world);

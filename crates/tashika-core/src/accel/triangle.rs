@@ -1,5 +1,5 @@
-//! The triangle test, written once: eight triangles against a segment, or a triangle against
-//! sixteen segments.
+//! The triangle test, in one implementation for eight triangles against one segment and for one
+//! triangle against sixteen segments.
 
 use glam::Vec3;
 
@@ -8,9 +8,9 @@ use crate::math::simd::{F32x8, Vector, WIDTH, each};
 
 /// Bits of [`Triangle::flags`].
 pub(super) mod flag {
-    /// Segments may be stopped in part: the material decides.
+    /// Segments may be stopped in part; the material decides.
     pub const TRANSPARENT: u32 = 1;
-    /// Rays may pass as if nothing were there: the material decides.
+    /// Rays may pass through holes; the material decides.
     pub const HOLES: u32 = 2;
 }
 
@@ -21,9 +21,9 @@ pub(super) struct Triangle {
     pub v: [Vec3; 3],
     /// Instance of the triangle; unused inside instanced trees.
     pub instance: u32,
-    /// Number of the triangle in its mesh.
+    /// Index of the triangle in its mesh.
     pub index: u32,
-    /// See [`flag`].
+    /// Bits of [`flag`].
     pub flags: u32,
 }
 
@@ -72,14 +72,14 @@ impl Block {
         Triangle { v, instance: self.instance[slot], index: self.index[slot], flags: self.flags[slot] }
     }
 
-    /// Quantities of the test for all of the triangles.
+    /// Computes the quantities of the test for all triangles of the block.
     #[inline(always)]
     pub fn planes<F: F32x8>(&self) -> Planes<F> {
         Planes::new(&each!(|corner| each!(|axis| F::load(&self.v[corner][axis]))))
     }
 
-    /// Triangles whose corners have moved a share of the way to those of another block, with the
-    /// bits of [`between`](crate::scene::between).
+    /// Interpolates the corners linearly towards those of another block. The bits are those of
+    /// [`between`](crate::scene::between).
     #[inline(always)]
     pub fn towards<F: F32x8>(&self, other: &Self, share: f32) -> Self {
         let (of_self, of_other) = (F::splat(1.0 - share), F::splat(share));
@@ -94,32 +94,31 @@ impl Block {
     }
 }
 
-/// Segments or rays, one in each lane; all lanes may hold the same one.
+/// Segments or rays, one per lane; all lanes may hold the same segment.
 #[derive(Clone, Copy)]
 pub(super) struct Lines<F> {
     /// Starts (m).
     pub origin: Vectors3<F>,
-    /// From start to end, or the direction to infinity.
+    /// Vectors from start to end, or directions to infinity.
     pub direction: Vectors3<F>,
     /// Ends (m); unused for segments to infinity.
     pub target: Vectors3<F>,
 }
 
-/// Quantities of triangles that do not depend on a segment.
+/// Quantities of triangles that do not depend on the segment.
 ///
 /// # Error of the signed volume `(v₀ − p) · n`
-/// A component `n_i` is a difference of two products, whose absolute values have the sum `P_i`; it
-/// is wrong by at most `γ₄ P_i` (two differences, a product, a difference). Multiplied by a
-/// component of `v₀ − p` (one rounding, and one of the product) and summed (two more), the error of
-/// the volume is at most
+/// A component `n_i` is a difference of two products. Let `P_i` be the sum of their absolute
+/// values; then the error of `n_i` is at most `γ₄ P_i` (two differences, a product, a difference).
+/// The volume multiplies each by a component of `v₀ − p` (one rounding, and one of the product) and
+/// adds them up (two more). Its error is therefore at most
 ///
 /// ```text
 /// γ₈ Σ |v₀ − p|_i P_i
 /// ```
 ///
-/// The constant below is rounded up, which pays for the rounding of the bound itself. Products
-/// below the range of normal numbers add at most [`UNDERFLOW`] to a component of `n` and to the
-/// sum.
+/// The constant below is rounded up, which covers the rounding of the bound itself. Underflow of
+/// products adds at most [`UNDERFLOW`] to each component of `n` and to the sum.
 ///
 /// # Error of the edge functions
 /// Edge functions are computed relative to the corner `v₀`. With `a = v₀ − o` and `q = a × d` they
@@ -129,11 +128,10 @@ pub(super) struct Lines<F> {
 /// V = e₂ · q      W = −e₁ · q      U = d · n − V − W
 /// ```
 ///
-/// so that the distance from `o` enters the error only once: two corners that are close to each
-/// other are not subtracted after they have been multiplied. `V` is a sum of products of three
-/// factors `|eᵢ dⱼ aₖ|` with different `i, j, k`, which together are at most `‖e₂‖_∞ ‖d‖₁ ‖a‖₁`,
-/// and has seven roundings. The same holds for `W`; `U` has two roundings more, and those of
-/// `d · n`. All errors are below
+/// In this form the distance from `o` enters the error only once: no two products with nearly equal
+/// corners are subtracted from each other. `V` is a sum of products of three factors `|eᵢ dⱼ aₖ|`
+/// with different `i, j, k`, whose total is at most `‖e₂‖_∞ ‖d‖₁ ‖a‖₁`, and has seven roundings.
+/// The same holds for `W`. `U` has two roundings more, and those of `d · n`. All errors are below
 ///
 /// ```text
 /// 10 u ‖a‖₁ ‖d‖₁ (‖e₁‖_∞ + ‖e₂‖_∞) + 10 u Σ |d|_i P_i
@@ -146,12 +144,12 @@ pub(super) struct Planes<F> {
     n: Vectors3<F>,
     /// `‖e₁‖_∞ + ‖e₂‖_∞`.
     size: F,
-    /// Errors of the volume per length of `v₀ − p`, by component.
+    /// Bound of the error of the volume per unit of length of `v₀ − p`, by component.
     per_length: Vectors3<F>,
 }
 
-/// Eight times half the smallest `f32` above zero: more than the error of a few sums of products
-/// below the range of normal numbers.
+/// Eight times half the smallest positive `f32`: more than the error of a few sums of products that
+/// underflow.
 const UNDERFLOW: f32 = f32::from_bits(4);
 
 impl<F: Vector> Planes<F> {
@@ -175,15 +173,15 @@ impl<F: Vector> Planes<F> {
         dot([a[0].abs(), a[1].abs(), a[2].abs()], self.per_length) + F::splat(UNDERFLOW)
     }
 
-    /// Lanes in which the line from `v₀ − a` along `d` meets the triangle, of those where the
-    /// segment crosses the plane; `slope` is `d · n`.
+    /// Among the lanes `across` whose segment crosses the plane, returns those in which the line
+    /// from `v₀ − a` along `d` meets the triangle; `slope` is `d · n`.
     #[inline(always)]
     fn inside(&self, a: Vectors3<F>, d: Vectors3<F>, slope: F, across: Met) -> Met {
         let q = cross(a, d);
         let second = dot(self.e[1], q);
         let third = F::splat(0.0) - dot(self.e[0], q);
-        // NaN if any of the three is NaN; as the last operand it makes the minimum and maximum NaN,
-        // too.
+        // `first` is NaN if any of the three is NaN. As the last operand it then makes the minimum
+        // and maximum NaN, too.
         let first = slope - second - third;
         let least = second.min(third).min(first);
         let most = second.max(third).max(first);
@@ -196,8 +194,8 @@ impl<F: Vector> Planes<F> {
         Met { certain, doubtful: across.any() & !outside & !certain }
     }
 
-    /// Lanes in which two numbers, each with the bound of its error, have the same sign: `T₀`, and
-    /// `−T₁` or `d · n`.
+    /// Lanes in which two numbers have the same sign, each given with its error bound. The numbers
+    /// are `T₀`, and `−T₁` or `d · n`.
     #[inline(always)]
     fn same_sign([start, start_error]: [F; 2], [end, end_error]: [F; 2]) -> Met {
         let (size, end, zero) = (start.abs(), end.flipped_by(start), F::splat(0.0));
@@ -208,7 +206,7 @@ impl<F: Vector> Planes<F> {
 }
 
 impl<F: F32x8> Planes<F> {
-    /// The quantities as arrays, from which single triangles are taken.
+    /// Stores the quantities as arrays, from which those of single triangles are taken.
     #[inline(always)]
     pub fn arrays(&self) -> Planes<[f32; WIDTH]> {
         Planes {
@@ -222,7 +220,7 @@ impl<F: F32x8> Planes<F> {
 }
 
 impl Planes<[f32; WIDTH]> {
-    /// The quantities of one triangle, in all lanes.
+    /// Broadcasts the quantities of one triangle to all lanes.
     #[inline(always)]
     pub fn of<F: Vector>(&self, slot: usize) -> Planes<F> {
         Planes {
@@ -235,35 +233,35 @@ impl Planes<[f32; WIDTH]> {
     }
 }
 
-/// Term added to `‖a‖₁ ‖d‖₁` that covers components of `q` below the range of normal numbers.
+/// Term added to `‖a‖₁ ‖d‖₁` that covers underflow in components of `q`.
 const SMALLEST_LENGTHS: f32 = f32::MIN_POSITIVE * 64.0;
 
 /// Lanes whose segment or ray meets a triangle.
 #[derive(Clone, Copy)]
 pub(super) struct Met {
-    /// Lanes that certainly meet one.
+    /// Lanes that certainly meet it.
     pub certain: u32,
-    /// Lanes that exact arithmetic decides.
+    /// Lanes that have to be decided by exact arithmetic.
     pub doubtful: u32,
 }
 
 impl Met {
     const NOWHERE: Self = Self { certain: 0, doubtful: 0 };
 
-    /// Lanes that meet or may meet one.
+    /// Lanes that certainly or possibly meet it.
     #[inline(always)]
     pub fn any(self) -> u32 {
         self.certain | self.doubtful
     }
 
-    /// Returns true if a lane is in doubt.
+    /// Returns true if exact arithmetic has to decide a lane.
     #[inline(always)]
     pub fn is_doubtful_at(self, place: usize) -> bool {
         self.doubtful >> place & 1 != 0
     }
 }
 
-/// Lanes whose segment is blocked, by the two rules of [`accel`](crate::accel).
+/// Lanes whose segment a triangle blocks, by the two rules of [`accel`](crate::accel).
 #[inline(always)]
 pub(super) fn blocked<F: Vector, const BOUNDED: bool>(planes: &Planes<F>, s: &Lines<F>) -> Met {
     let a = sub(planes.v0, s.origin);
@@ -281,7 +279,8 @@ pub(super) fn blocked<F: Vector, const BOUNDED: bool>(planes: &Planes<F>, s: &Li
     planes.inside(a, s.direction, planes.volume(s.direction), across)
 }
 
-/// Lanes whose ray meets a triangle, and the ray parameters where that is certain.
+/// Lanes whose ray meets a triangle, and the ray parameters, which are valid in the lanes that are
+/// certain.
 #[inline(always)]
 pub(super) fn met<F: Vector>(planes: &Planes<F>, s: &Lines<F>) -> (Met, F) {
     let a = sub(planes.v0, s.origin);
@@ -296,10 +295,10 @@ pub(super) fn met<F: Vector>(planes: &Planes<F>, s: &Lines<F>) -> (Met, F) {
 
 /// Barycentric weights of the point at which a line meets a triangle, each in `[0, 1]`.
 ///
-/// They are computed in double precision. The point that the weights describe is off the line by
+/// The computation is in double precision. The point that the weights describe is off the line by
 /// some 10⁻¹⁵ times the distance from the origin, divided by the sine of the angle at the first
-/// corner and by the cosine between the line and the normal. The rounding of the weights to single
-/// precision adds to that.
+/// corner and by the cosine of the angle between the line and the normal. Rounding of the weights
+/// to single precision adds to that.
 pub(super) fn barycentric(origin: Vec3, direction: Vec3, t: &Triangle) -> [f32; 3] {
     let [v0, v1, v2] = t.v.map(Vec3::as_dvec3);
     let d = direction.as_dvec3();
@@ -309,7 +308,8 @@ pub(super) fn barycentric(origin: Vec3, direction: Vec3, t: &Triangle) -> [f32; 
     let (second, third) = (e2.dot(q) / slope, -e1.dot(q) / slope);
     // Comparisons with NaN are false.
     let within = |weight: f64, most: f64| if weight > 0.0 { weight.min(most) } else { 0.0 };
-    // The error of each weight grows with the other's edge; in a needle one of them may be noise.
+    // The error of each weight grows with the length of the other edge; in a needle one of the
+    // weights may be pure noise.
     let (second, third) = if e1.length_squared() < e2.length_squared() {
         let third = within(third, 1.0);
         (within(second, 1.0 - third), third)

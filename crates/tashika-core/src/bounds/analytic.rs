@@ -1,27 +1,28 @@
-//! A bound of the material term from ranges of the quantities that Phong and facet lobes depend on.
+//! Bound of the material term from ranges of the quantities that Phong and facet lobes depend on.
 //!
 //! ```text
 //! M ≤ min( K c_i , K_c )  +  min( P , max( ρ (n + 2)/2π cosⁿα · c_i ,  F D G₂ / (4 c_o) ) )  +  min( P_c , coat )          (sr⁻¹)
 //! ```
 //!
-//! with `c_i` the largest cosine between lights and normals, `K` the largest diffuse part, `K_c`
-//! the largest diffuse part times the cosine, and each factor of the lobes at its largest over the
-//! points and the lights: `α` at the least angle between the cone of mirror directions and the
-//! lights, the exponent and the roughness wherever in their range the lobe is brightest at this
-//! angle, `F` at the widest angle of incidence ([`lobes`](super::lobes), [`spans`](super::spans)).
-//! `P` is the largest value of any point's lobe times the cosine, over all directions, and `P_c`
-//! that of coats: both combine the parameters of one point, whereas ranges combine those of
-//! different points. Points of all kinds may be merged; each has at most one lobe and one coat.
+//! Here `c_i` is the largest cosine between lights and normals, `K` the largest diffuse part, and
+//! `K_c` the largest diffuse part times the cosine. Each factor of the lobes is at its largest over
+//! the points and the lights. `α` is the least angle between the cone of mirror directions and the
+//! lights; the exponent and the roughness are those in their range for which the lobe is brightest
+//! at this angle; `F` is taken at the widest angle of incidence ([`lobes`](super::lobes),
+//! [`spans`](super::spans)). `P` is the largest value of any point's lobe times the cosine, over
+//! all directions, and `P_c` that of any point's coat. Both combine the parameters of one point,
+//! whereas ranges combine those of different points. Points with different BSDFs may be merged;
+//! each point has at most one lobe and one coat.
 //!
 //! # Guarantee
-//! At least `M` of every point merged, in the `f32` arithmetic of
-//! [`contribution`](crate::contribution). Zero where all lights are below the plane of every
+//! The bound is at least `M` of every point merged, in the `f32` arithmetic of
+//! [`contribution`](crate::contribution). It is zero where all lights are below the plane of every
 //! shading normal.
 //!
 //! # Limits
-//! Half vectors use the cone around a box of lights in place of the box. Cones hold more directions
-//! than the points have: for points that differ by more than the width of their lobes, hardly any
-//! bound is left except `P`.
+//! The bounds of half vectors use the cone around a box of lights instead of the box. Cones contain
+//! more directions than the points have. For points whose directions differ by more than the width
+//! of their lobes, the bound is hardly better than `P`.
 //!
 //! # Held to this by
 //! `bounds::tests::analytic`.
@@ -36,9 +37,9 @@ use super::{Reflector, Towards, UpperMaterial};
 use crate::bsdf::{CoatModel, MIN_COSINE};
 use crate::math::{Cone, Vec3};
 
-/// Number of cosines of incidence at which reflectances are stored. Higher values make `F` tighter,
-/// by up to the ratio of neighbours, and nodes larger. Chosen: the ratio is below 1.5 for surfaces
-/// that reflect 0.04 and more at normal incidence.
+/// Number of cosines of incidence at which reflectances are stored. With more of them `F` is
+/// tighter, by at most the ratio of neighbouring values, and nodes are larger. Chosen so that this
+/// ratio is below 1.5 for surfaces that reflect 0.04 and more at normal incidence.
 const KNOTS: usize = 16;
 
 /// Ranges over a set of points.
@@ -50,11 +51,11 @@ pub struct UpperAnalytic {
     diffuse: f32,
     /// `K_c` (sr⁻¹).
     diffuse_cos: f32,
-    /// Directions to the viewer of the points with a lobe or a coat.
+    /// Directions to the viewer, of all points with a lobe or a coat.
     viewers: Cone,
-    /// Mirror directions of the points with a lobe or a coat.
+    /// Mirror directions, of all points with a lobe or a coat.
     mirrors: Cone,
-    /// Smallest cosine between normal and viewer of the points with a lobe or a coat.
+    /// Smallest cosine between normal and viewer, over all points with a lobe or a coat.
     min_cos_o: f32,
     /// Largest value of a lobe times the cosine, over all directions (sr⁻¹).
     peak: f32,
@@ -62,14 +63,14 @@ pub struct UpperAnalytic {
     facets: FacetRange,
     /// Largest value of a coat times the cosine, over all directions (sr⁻¹).
     coat_peak: f32,
-    /// Coats of each model, in the order of [`CoatModel::ALL`].
+    /// Ranges of the coats of each model, in the order of [`CoatModel::ALL`].
     coats: [Coats; CoatModel::ALL.len()],
 }
 
 /// Ranges of the parameters of Phong lobes.
 #[derive(Clone, Copy, Debug)]
 struct PhongRange {
-    /// Largest factor; zero if there is no such lobe.
+    /// Largest factor of the lobe; zero if no point has a Phong lobe.
     scale: f32,
     /// Smallest and largest exponent.
     exponents: [f32; 2],
@@ -78,11 +79,11 @@ struct PhongRange {
 /// Ranges of the parameters of facet lobes.
 #[derive(Clone, Copy, Debug)]
 struct FacetRange {
-    /// Upper bounds of the largest channel of `F` for cosines of incidence from `k / KNOTS` on;
-    /// zeros if there is no such lobe.
+    /// Upper bounds of the largest channel of `F`: entry `k` holds for cosines of incidence of at
+    /// least `k / KNOTS`. Zeros if no point has a facet lobe.
     reflected: [f32; KNOTS],
-    /// Roughnesses of each model, in the order of [`FacetKind::ALL`]; [`Widths::NONE`] if there is
-    /// no such lobe.
+    /// Roughnesses of each model, in the order of [`FacetKind::ALL`]; [`Widths::NONE`] if no point
+    /// has a lobe of that model.
     widths: [Widths; FacetKind::ALL.len()],
 }
 
@@ -197,7 +198,7 @@ impl UpperMaterial for UpperAnalytic {
         let lights = [Some(lights), lights.above(&points.normals)];
         let mut from_mirror = least_from_mirror(&points, &lights);
         if let Towards::Box(_) = towards {
-            // The cone around a box is wider than the box.
+            // The box itself gives a larger angle than the cone around it.
             let of_box = Angle::of_cos(f64::from(towards.upper_cos(&self.mirrors))).minus(TURN);
             from_mirror = from_mirror.max(of_box);
         }
@@ -228,7 +229,7 @@ impl UpperAnalytic {
 }
 
 impl PhongRange {
-    /// Upper bound of lobes times the cosine, for lights at least `from_mirror` from mirror
+    /// Upper bound of Phong lobes times the cosine. Lights are at least `from_mirror` from mirror
     /// directions and at cosines of at most `max_cos_i`.
     fn upper(&self, from_mirror: Angle, max_cos_i: f64) -> f64 {
         if self.scale <= 0.0 {
@@ -239,7 +240,7 @@ impl PhongRange {
 }
 
 impl FacetRange {
-    /// Upper bound of lobes times the cosine, for viewers at cosines of at least `min_cos_o` and
+    /// Upper bound of facet lobes times the cosine. Viewers are at cosines of at least `min_cos_o`,
     /// lights at cosines of at most `max_cos_i`.
     fn upper(
         &self,
@@ -248,7 +249,7 @@ impl FacetRange {
         from_mirror: Angle,
         [min_cos_o, max_cos_i]: [f64; 2],
     ) -> f64 {
-        // The first entry is the largest.
+        // The first entry, the bound for all cosines, is the largest.
         if self.reflected[0] <= 0.0 {
             return 0.0;
         }
@@ -276,12 +277,12 @@ impl FacetRange {
     }
 }
 
-/// Largest reflectance of facets from each knot on, rounded up.
+/// Upper bounds of the reflectance of facets from each knot on, rounded up.
 fn table(reflected: &Reflected) -> [f32; KNOTS] {
     std::array::from_fn(|k| round_up(reflected.upper(k as f64 / KNOTS as f64)))
 }
 
-/// The range that holds both.
+/// The smallest range that contains both ranges.
 fn hull(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
     [a[0].min(b[0]), a[1].max(b[1])]
 }

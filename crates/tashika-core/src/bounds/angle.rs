@@ -1,17 +1,19 @@
-//! Angles in `[0, π]` as sine and cosine, in `f64`: sums and differences without inverse functions.
+//! Angles in `[0, π]` as pairs of sine and cosine, in `f64`. Sums and differences need no inverse
+//! functions.
 //!
 //! ```text
 //! sin(a ± b) = sin a cos b ± cos a sin b        cos(a ± b) = cos a cos b ∓ sin a sin b
 //! ```
 //!
-//! A sum stops at `π` and a difference at zero, as do the extremes of an angle over a cone. Both
-//! numbers are stored because each alone is imprecise at one end: a cosine does not distinguish
-//! 10⁻⁹ rad from zero. Vectors that are rounded to `f32` are not quite of length 1, so both numbers
-//! may have a common factor that differs from 1 by 10⁻⁶; sums and differences of angles do not
-//! depend on it.
+//! A sum is cut off at `π` and a difference at zero, like the extremes of an angle over a cone.
+//! Both numbers are stored because each alone is imprecise at one end: a cosine does not
+//! distinguish 10⁻⁹ rad from zero. Vectors that are rounded to `f32` are not exactly of length 1.
+//! Sine and cosine of an angle between them may therefore have a common factor that differs from 1
+//! by 10⁻⁶; sums and differences of angles do not depend on this factor.
 //!
 //! # Guarantee
-//! Angles are right to a few roundings of `f64`, sines and cosines to the common factor.
+//! Angles are exact to a few roundings of `f64`; sines and cosines are exact up to the common
+//! factor.
 //!
 //! # Held to this by
 //! The tests below.
@@ -22,9 +24,10 @@ use crate::math::Cone;
 
 /// Largest angle by which `f32` arithmetic turns a direction between a cone and the BSDF (rad).
 ///
-/// In [`contribution`](crate::contribution) a unit direction is rounded (2·10⁻⁷), taken to a frame
-/// whose axes are orthonormal to 5·10⁻⁷, and rounded there (3·10⁻⁷); axes of cones are directions
-/// that were taken from such a frame and rounded (10⁻⁶). Chosen above their sum.
+/// In [`contribution`](crate::contribution) a unit direction is rounded (2·10⁻⁷), transformed to a
+/// frame whose axes are orthonormal to 5·10⁻⁷, and rounded again (3·10⁻⁷). Axes of cones are
+/// directions that were transformed from such a frame and rounded (10⁻⁶). The constant is chosen
+/// above the sum of these.
 pub(super) const TURN: Angle = Angle { sin: 3e-6, cos: 1.0 - 4.5e-12 };
 
 /// Sine and cosine of an angle in `[0, π]`.
@@ -80,7 +83,7 @@ impl Angle {
     /// `self / 2`.
     #[must_use]
     pub(super) fn half(self) -> Self {
-        // sin a = 2 sin(a/2) cos(a/2): the smaller of the two has no digits left in 1 ± cos a.
+        // sin a = 2 sin(a/2) cos(a/2) gives the smaller of the two: 1 ± cos a cancels.
         if self.cos >= 0.0 {
             let cos = (0.5 + 0.5 * self.cos).sqrt();
             Self { sin: 0.5 * self.sin / cos, cos }
@@ -131,7 +134,7 @@ mod tests {
             for b in ANGLES {
                 let sum = radians(angle(a).plus(angle(b)));
                 assert!((sum - (a + b).min(std::f64::consts::PI)).abs() < 1e-15, "{a} + {b}: {sum}");
-                // Rounded vectors have such common factors.
+                // Angles between rounded vectors have such common factors.
                 let (x, y) = (angle(a), angle(b));
                 let x = Angle { sin: x.sin * 1.000_001, cos: x.cos * 1.000_001 };
                 let difference = radians(x.minus(y));
@@ -145,7 +148,7 @@ mod tests {
         for a in ANGLES {
             assert!((radians(angle(a).half()) - 0.5 * a).abs() <= 1e-15 * a, "{a}");
             assert!((angle(a).chord() - 2.0 * (0.5 * a).sin()).abs() <= 1e-15 * a, "{a}");
-            // The other end: both directions at the horizon, opposite each other.
+            // The other end: angles near π, whose half has a small cosine.
             let small = angle(std::f64::consts::PI - a).half().cos;
             assert!((small - (0.5 * a).sin()).abs() <= 1e-15 + 1e-7 * a, "{a}");
         }
@@ -165,8 +168,8 @@ mod tests {
                     squares += error * error;
                 }
             }
-            // Half of F Fᵀ − 1 is the stretch by F; the root of its sum of squares is above its
-            // norm.
+            // Half of F Fᵀ − 1 is the stretch by F. Its norm is at most the root of its sum of
+            // squares.
             assert!(0.5 * squares.sqrt() < 5e-7, "{f:?}: {squares:e}");
         }
     }

@@ -1,17 +1,17 @@
-//! A bound of the material term that uses no directions except the cone of normals.
+//! Bound of the material term that uses no directions except the cone of normals.
 //!
 //! ```text
 //! M ≤ K cos⁺(normals, lights) + P          K = max of the diffuse parts, P = max over all directions of lobe · cos⁺          (sr⁻¹)
 //! ```
 //!
 //! Sakai et al. 2018 bound diffuse surfaces by the largest value of the BRDF times the largest
-//! cosine; here the bound of these surfaces is the same, except for roundings. A lobe is bounded by
-//! its peak `P`, with the cosine folded in: without the cosine, GGX lobes have no useful maximum,
-//! as they grow without end towards grazing angles.
+//! cosine. The bound of diffuse surfaces here is the same, except for roundings. A lobe is bounded
+//! by `P`, the peak of the lobe times the cosine. Without the cosine, GGX lobes have no useful
+//! maximum, as they grow without bound towards grazing angles.
 //!
 //! # Guarantee
-//! At least `M` of every point merged, in the `f32` arithmetic of
-//! [`contribution`](crate::contribution). Zero where all lights are below the plane of every
+//! The bound is at least `M` of every point merged, in the `f32` arithmetic of
+//! [`contribution`](crate::contribution). It is zero where all lights are below the plane of every
 //! shading normal.
 //!
 //! # Held to this by
@@ -22,7 +22,7 @@ use super::{Reflector, Towards, UpperMaterial};
 use crate::bsdf::MIN_COSINE;
 use crate::math::Cone;
 
-/// Maxima of both parts over all directions, and the cone of normals.
+/// Maxima over all directions of the diffuse part and of the rest, and the cone of normals.
 #[derive(Clone, Copy, Debug)]
 pub struct UpperConstant {
     /// Shading normals on the side of the viewer.

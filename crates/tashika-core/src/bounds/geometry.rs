@@ -1,31 +1,33 @@
-//! Directions from a box of points to the lights of a cluster, and the upper bound of their
+//! Directions from a box of points to the lights of a cluster, and an upper bound of their
 //! geometric term.
 //!
-//! The vectors `d = y − x` from points `x` of a box `P` to lights `y` of a box `L` lie in a box
+//! The vectors `d = y − x` from points `x` of a box `P` to lights `y` of a box `L` form a box
 //! again, the Minkowski difference
 //!
 //! ```text
 //! D = [L.lo − P.hi, L.hi − P.lo]        G ≤ cos⁺(max(0, θ − β)) / max(|nearest point of D|², d_c², 10⁻²⁰)
 //! ```
 //!
-//! with the angle `θ` between `D` and the axis of the cone of directions from which lights are seen
-//! at their brightest, the half-angle `β` of that cone and the clamp distance `d_c` (Walter et al.
-//! 2005, and 2006 for boxes on both sides). For lights without a cosine the numerator is 1; for a
-//! spot it is 0 where no part of `D` is in its light; for a light in a medium it is the largest
-//! `4π p` of its phase function. Lengths are in metres, `G` in m⁻², or 1 for directional lights.
+//! Here `θ` is the least angle between a vector of `D` and the axis of the cone of directions from
+//! which the lights are seen at their brightest, `β` the half-angle of that cone and `d_c` the
+//! clamp distance (Walter et al. 2005, and 2006 for boxes on both sides). For lights without a
+//! cosine the numerator is 1. For a spot it is 0 if no part of `D` is in its light. For a light in
+//! a medium it is the largest `4π p` of its phase function. Lengths are in metres; `G` is in m⁻²,
+//! or 1 for directional lights.
 //!
 //! # The angle between a box and an axis
-//! With the axis `a`, any unit vector `t` across it, `z = d·a` and `u = d·t`:
+//! Let `a` be the axis, `t` any unit vector orthogonal to it, `z = d·a` and `u = d·t`.
 //!
-//! * If `z < 0` all over the box: the directions within `γ < π/2` of `−a` form a convex cone, so a
-//!   box is in it if its corners are, and the largest of `cos θ = z/|d|` is that of a corner.
-//! * Otherwise, if `u > 0` all over the box: `|d|² ≥ z² + u²`, hence `cot θ ≤ z/u`, and such a
-//!   quotient of linear functions is largest at a corner, too.
+//! * If `z < 0` for the whole box: the directions within `γ < π/2` of `−a` form a convex cone. A
+//!   box is in that cone if its corners are, so the largest `cos θ = z/|d|` occurs at a corner.
+//! * Otherwise, if `u > 0` for the whole box: `|d|² ≥ z² + u²`, hence `cot θ ≤ z/u`. As a quotient
+//!   of linear functions, `z/u` is also largest at a corner.
 //! * In any case `cos θ ≤ max(z) / min(|d|)`.
 //!
 //! `t` points to the centre of the box. The second bound would be exact if `t` pointed to the
-//! vector of `D` that is nearest to the axis, which seldom differs. Boxing `D` in a frame around
-//! `a`, as the sources do, is looser: `max(z)` and `min(u)` come from different corners.
+//! vector of `D` that is nearest to the axis, which seldom differs. The sources instead bound `D`
+//! by a box in a frame around `a`. That is looser, since `max(z)` and `min(u)` come from different
+//! corners.
 //!
 //! # Guarantee
 //! [`upper_geometric`] is at least the `G` of every member, in real arithmetic and in the `f32`
@@ -34,13 +36,14 @@
 //!
 //! # Assumptions
 //! Boxes are not empty, except for directional lights. Axes of cones and directions of lights are
-//! unit vectors to four roundings of `f32`. A point and a light are in the same place or between
-//! 10⁻¹⁷ m and 10¹⁸ m apart, so that squares neither vanish nor overflow.
+//! unit vectors to four roundings of `f32`. The distance between a point and a light is either zero
+//! or between 10⁻¹⁷ m and 10¹⁸ m, so that its square neither underflows nor overflows.
 //!
 //! # Limits
-//! Distance and cosine are bounded separately: the nearest vector need not be the one with the
-//! smallest angle. A child's bound can exceed its parent's where the parent's `t` happens to fit
-//! better: both hold, so take the smaller. Boxes that overlap have the bound of the clamp.
+//! Distance and cosine are bounded separately, although the nearest vector need not be the one with
+//! the smallest angle. A child's bound can exceed its parent's if the parent's `t` happens to fit
+//! better. Both bounds hold, so callers may take the smaller. If the boxes overlap, only the clamp
+//! bounds `G`.
 //!
 //! # Held to this by
 //! `bounds::tests::geometry`.
@@ -64,34 +67,34 @@ pub enum Towards {
 }
 
 /// Error of the component of a corner along a vector, relative to the product of both lengths: 3
-/// roundings of the dot product. A vector that should be across an axis has 13 more, of its
-/// component along the axis (3 of a dot product, 2 of a product and a difference, 8 of the axis'
-/// squared length); a quotient of squares has 5 more.
+/// roundings of the dot product. A vector that should be orthogonal to an axis has 13 more because
+/// of its component along the axis (3 of a dot product, 2 of a product and a difference, 8 of the
+/// axis' squared length). A quotient of squares has 5 more.
 const ALONG: f32 = 24.0 * UNIT_ROUNDOFF;
 
-/// Error of a cosine. In `contribution`: 7 roundings of unit direction and dot product, 4 of the
-/// length of the light's direction. Here: 4 of the length of the axis, 8 of quotients and roots, 9
-/// of the addition theorem with the sines that go into it.
+/// Error of a cosine. In `contribution`: 7 roundings of the unit direction and dot product, 4 of
+/// the length of the light's direction. Here: 4 of the length of the axis, 8 of quotients and
+/// roots, 9 of the addition theorem and of the sines that it uses.
 const COSINE: f32 = 48.0 * UNIT_ROUNDOFF;
 
 /// Relative error of a squared distance, in `contribution` and here.
 const SQUARED_DISTANCE: f32 = 8.0 * UNIT_ROUNDOFF;
 
-/// Least squared distance (m²): closer points count as 10⁻¹⁰ m apart, as in `contribution`.
+/// Least squared distance (m²): closer points are treated as 10⁻¹⁰ m apart, as in `contribution`.
 const SMALLEST_SQUARED_DISTANCE: f32 = 1e-20;
 
-/// Squared distance below which digits may be lost to underflow (m²).
+/// Squared distance below which underflow may lose digits (m²).
 const UNDERFLOW: f32 = 1e-34;
 
-/// Reach below which a box has no direction: squares of the roundings of its vectors may underflow
-/// (m).
+/// A box whose [`reach`] is below this is treated as having no direction (m), since squares of the
+/// rounding errors of its vectors may underflow.
 const NO_REACH: f32 = 1e-12;
 
 impl Towards {
     /// Vectors or directions from the points of a box to the lights of a cluster.
     ///
-    /// The box of differences is rounded outward: it holds the exact differences and those in
-    /// `f32`.
+    /// The box of differences is rounded outward: it contains the exact differences and those
+    /// computed in `f32`.
     pub fn between(lights: &LightBounds, points: &Aabb) -> Self {
         match lights.shape {
             LightShape::Omni
@@ -99,8 +102,8 @@ impl Towards {
             | LightShape::Spot { .. }
             | LightShape::Volume { .. } => {
                 let (lo, hi) = (lights.aabb.lo - points.hi, lights.aabb.hi - points.lo);
-                // At least the rounding error of a difference; a difference that is subnormal or
-                // zero has none.
+                // At least the rounding error of a difference. A difference that is subnormal or
+                // zero is exact.
                 Self::Box(Aabb { lo: lo - lo.abs() * f32::EPSILON, hi: hi + hi.abs() * f32::EPSILON })
             }
             LightShape::Directional(travelling) => Self::Cone(travelling.reversed()),
@@ -111,8 +114,8 @@ impl Towards {
     /// Upper bound of `cos⁺` of the angle between any direction of `self` and any axis in `cone`; 0
     /// to 1.
     ///
-    /// The bound holds for the true angle and for cosines evaluated in `f32`, as far as these do
-    /// not exceed 1 by rounding.
+    /// The bound holds for the true angle, and for cosines evaluated in `f32` unless rounding makes
+    /// these exceed 1.
     pub fn upper_cos(&self, cone: &Cone) -> f32 {
         let cos = match self {
             _ if cone.is_empty() => 0.0,
@@ -125,8 +128,8 @@ impl Towards {
     }
 
     /// Lower and upper bound of the cosine of the angle between any direction of `self` and any
-    /// axis in `cone`, both in `[-1, 1]`. They hold as [`upper_cos`](Self::upper_cos) does, for
-    /// angles of more than 90° as well.
+    /// axis in `cone`, both in `[-1, 1]`. The guarantee is that of [`upper_cos`](Self::upper_cos),
+    /// also for angles of more than 90°.
     pub fn bounds_of_cos(&self, cone: &Cone) -> [f32; 2] {
         let upper = |cone: &Cone| match self {
             Self::Box(differences) if !cone.is_empty() => upper_cos_of_box(differences, cone),
@@ -138,7 +141,7 @@ impl Towards {
         [-upper(&cone.reversed()), upper(cone)].map(|cos| cos.clamp(-1.0, 1.0))
     }
 
-    /// Cone that holds all directions; every direction if the box holds the origin.
+    /// Cone that contains all directions; the whole sphere if the box contains the origin.
     pub fn cone(&self) -> Cone {
         match self {
             Self::Box(differences) => cone_of_box(differences),
@@ -156,10 +159,10 @@ impl Towards {
     }
 }
 
-/// Upper bound of `G` over all members (m⁻², 1 for directional lights), as `contribution` evaluates
-/// it.
+/// Upper bound of `G` over all pairs of a light and a point (m⁻², 1 for directional lights), as
+/// `contribution` evaluates it.
 ///
-/// * `towards`: from the points to `lights`, by [`Towards::between`].
+/// * `towards`: vectors or directions from the points to `lights`, by [`Towards::between`].
 /// * `clamp_distance`: the distance below which `G` no longer grows (m); zero for no clamp.
 pub fn upper_geometric(lights: &LightBounds, towards: &Towards, clamp_distance: f32) -> f32 {
     let shape = match lights.shape {
@@ -173,17 +176,17 @@ pub fn upper_geometric(lights: &LightBounds, towards: &Towards, clamp_distance: 
         },
         LightShape::Spot { axes, cos_outer } => match towards {
             _ if axes.is_empty() => 0.0,
-            // Beyond the rim by more than the error of angles computed from cosines, for fall-offs
-            // that are linear in the angle.
+            // Zero only beyond the rim by more than the error of angles computed from cosines,
+            // since some fall-offs are linear in the angle.
             Towards::Box(differences)
                 if upper_cos_of_box(differences, &axes.reversed()) < cos_outer - COSINE =>
             {
                 0.0
             }
-            // The error of a fall-off of 1 is less than that of a cosine.
+            // Where the fall-off is 1, its error is less than that of a cosine.
             Towards::Box(_) | Towards::Cone(_) | Towards::Any => 1.0 + COSINE,
         },
-        // Scattered light leaves against the direction towards the light.
+        // `directions` point along the light before it is scattered, hence the reversal.
         LightShape::Volume { directions, asymmetry } => {
             upper_relative(towards.bounds_of_cos(&directions.reversed()), asymmetry)
         }
@@ -193,14 +196,15 @@ pub fn upper_geometric(lights: &LightBounds, towards: &Towards, clamp_distance: 
     if matches!(lights.shape, LightShape::Mixed { .. }) { geometric.max(1.0) } else { geometric }
 }
 
-/// Relative error that is allowed for in an optical thickness, and in its exponential: far above
-/// the few roundings of a distance, a product and [`exp`].
+/// Relative error that is allowed for in an optical thickness and in its exponential. It is far
+/// above the few roundings of a distance, a product and [`exp`].
 const TRANSMITTANCE: f32 = 64.0 * UNIT_ROUNDOFF;
 
-/// Upper bound of the transmittance between a light and a point, `exp(−σ d_min)`, in any channel.
-/// The medium has at least the extinction `σ` everywhere, and `d_min` is at most any distance.
+/// Upper bound of the transmittance between a light and a point in any channel, `exp(−σ d_min)`.
+/// The extinction of the medium must be at least `σ` everywhere; `d_min` is a lower bound of the
+/// distance.
 ///
-/// * `least_extinction`: `σ`, the least of all channels (m⁻¹).
+/// * `least_extinction`: `σ`, the minimum over all channels (m⁻¹).
 pub fn upper_transmittance(least_extinction: f32, towards: &Towards) -> f32 {
     let thickness = least_extinction * towards.lower_squared_distance().sqrt();
     (exp(-thickness * (1.0 - TRANSMITTANCE)) * (1.0 + TRANSMITTANCE)).min(1.0)
@@ -211,8 +215,8 @@ fn nearest(b: &Aabb) -> Vec3 {
     b.lo.max(Vec3::ZERO) + b.hi.min(Vec3::ZERO)
 }
 
-/// Sum of the largest magnitudes of components in a box: at least the distance of its farthest
-/// corner.
+/// Sum over the axes of the largest magnitude of a component in a box. It is at least the distance
+/// of the farthest corner from the origin.
 fn reach(b: &Aabb) -> f32 {
     let largest = b.lo.abs().max(b.hi.abs());
     largest.x + largest.y + largest.z
@@ -223,7 +227,7 @@ fn reach(b: &Aabb) -> f32 {
 struct Corners([Vec4; 2]);
 
 impl Corners {
-    /// `x + y + z` at each corner, from the terms of the lower and of the upper corner.
+    /// `x + y + z` at each corner, given the terms of the lower and of the upper corner.
     #[inline(always)]
     fn sums(lo: Vec3, hi: Vec3) -> Self {
         let plane = Vec4::new(lo.x, hi.x, lo.x, hi.x) + Vec4::new(lo.y, lo.y, hi.y, hi.y);
@@ -268,7 +272,7 @@ struct Angle {
 impl Angle {
     const ZERO: Self = Self { cos: 1.0, sin: 0.0 };
 
-    /// `arccos cos`, the sine with a small relative error.
+    /// Angle of cosine `cos`; its sine has a small relative error.
     fn of_cos(cos: f32) -> Self {
         Self { cos, sin: ((1.0 - cos) * (1.0 + cos)).sqrt() }
     }
@@ -286,8 +290,8 @@ impl Angle {
     }
 }
 
-/// Upper bound of the cosine, with its sign, of the angle between a vector of the box and an axis
-/// in the cone, which is not empty.
+/// Upper bound of the signed cosine of the angle between a vector of the box and an axis in the
+/// cone, which must not be empty.
 fn upper_cos_of_box(b: &Aabb, cone: &Cone) -> f32 {
     angle_to_box(b, cone.axis).less(cone.cos).cos + COSINE
 }
@@ -310,26 +314,26 @@ fn angle_to_box(b: &Aabb, axis: Vec3) -> Angle {
     }
     let mut cos_squared = (highest * highest / nearest_squared).min(1.0);
     let center = b.center();
-    // Not of unit length; its remaining component along the axis scales with the length of the
-    // centre, as does the slack.
+    // `across` is not of unit length. Its residual component along the axis scales with the length
+    // of the centre, and so does the slack.
     let across = center - axis * center.dot(axis);
     let u = Corners::along(b, across);
     let slack_across = slack * reach;
     if u.smallest() > slack_across {
         let cot = z.zip(u, |z, u| (z + slack) / (u - slack_across)).largest();
         let cot_squared = cot * cot * across.length_squared();
-        // NaN where the square overflows: `min` then keeps the other bound.
+        // If the square overflows, the result is NaN, and `min` keeps the other bound.
         cos_squared = cos_squared.min(cot_squared / (1.0 + cot_squared));
     }
     Angle { cos: cos_squared.sqrt(), sin: (1.0 - cos_squared).sqrt() }
 }
 
-/// [`angle_to_box`] for a box behind the plane across the axis, whose corners have the components
-/// `z` along the axis.
+/// [`angle_to_box`] for a box that lies entirely behind the plane orthogonal to the axis. `z` are
+/// the components of its corners along the axis.
 fn angle_behind(b: &Aabb, z: Corners, slack: f32) -> Angle {
     let cos_squared = z.zip(Corners::squared_lengths(b), |z, squared| (z + slack) * (z + slack) / squared);
-    // The sine comes from the square as rounded: next to the opposite of the axis a rounding of the
-    // cosine is a large angle.
+    // The sine is computed from the rounded square: near the opposite of the axis, one rounding of
+    // the cosine would be a large angle.
     let cos_squared = cos_squared.smallest().min(1.0);
     Angle { cos: -cos_squared.sqrt(), sin: (1.0 - cos_squared).sqrt() }
 }
@@ -337,13 +341,13 @@ fn angle_behind(b: &Aabb, z: Corners, slack: f32) -> Angle {
 /// Upper bound of the cosine of the angle between a direction of one cone and an axis of the other;
 /// neither cone is empty.
 fn upper_cos_of_cone(directions: &Cone, cone: &Cone) -> f32 {
-    // The cosine is rounded before the sine is taken from it, so that the angle is rounded down as
-    // well.
+    // The cosine is rounded up before the sine is computed from it, so that the angle is rounded
+    // down as well.
     let between = Angle::of_cos((directions.axis.dot(cone.axis) + COSINE).min(1.0));
     between.less(directions.cos).less(cone.cos).cos + COSINE
 }
 
-/// Cone that holds the vectors of a box.
+/// Cone that contains the vectors of a box.
 fn cone_of_box(b: &Aabb) -> Cone {
     let near = nearest(b);
     if near.length_squared() < UNDERFLOW {
@@ -351,8 +355,8 @@ fn cone_of_box(b: &Aabb) -> Cone {
     }
     let squared = Corners::squared_lengths(b);
     let reach = reach(b);
-    // The smallest squared cosine between a corner and a vector; `None` if a corner is not
-    // certainly in front.
+    // The smallest squared cosine between a corner and the vector `v`; `None` if a corner may be
+    // behind the plane orthogonal to `v`.
     let about = |v: Vec3| {
         let z = Corners::along(b, v);
         let slack = ALONG * reach * v.abs().element_sum();
@@ -363,16 +367,16 @@ fn cone_of_box(b: &Aabb) -> Cone {
     let center = b.center();
     if let Some(cos_squared) = about(center) {
         let center_squared = center.length_squared();
-        // The sphere around a small box is narrower than the cone of its corners with their slack.
-        // For the rounding of the axis, 8 roundings are added to the sine: (s + 8u)² ≤ (1 + 2⁻¹⁰)
-        // s² + (1 + 2¹⁰) (8u)².
+        // The cone around the sphere of a small box is narrower than the cone of its corners with
+        // their slack. For the rounding of the axis, 8 roundings are added to the sine: (s + 8u)² ≤
+        // (1 + 2⁻¹⁰) s² + (1 + 2¹⁰) (8u)².
         let sine_squared = (0.25 * b.size().length_squared()) / center_squared;
         let of_sphere = 1.0 - (sine_squared * 1.001 + 2.4e-10);
         let cos = cos_squared.max(of_sphere).sqrt().next_down();
         return Cone { axis: center / center_squared.sqrt(), cos };
     }
-    // No component of a vector of the box has the opposite sign of a nonzero component of the
-    // nearest: no vector is behind it.
+    // The nearest vector has no component whose sign is opposite to that of a vector in the box.
+    // Therefore no vector of the box is behind it.
     let cos = about(near).map_or(0.0, |cos_squared| cos_squared.sqrt().next_down());
     Cone { axis: near.normalize(), cos }
 }

@@ -20,7 +20,7 @@ pub enum LightShape {
     /// All shine with a cosine lobe around a normal in the cone.
     Oriented(Cone),
     /// All have a relative intensity of at most 1 within the angle `arccos cos_outer` around an
-    /// axis in the cone, and none beyond.
+    /// axis in the cone, and zero outside that angle.
     Spot {
         /// Cone that holds the axes.
         axes: Cone,
@@ -29,24 +29,24 @@ pub enum LightShape {
     },
     /// All shine from infinity, travelling in a direction of the cone.
     Directional(Cone),
-    /// All lie in media and shine by phase functions around a direction of the cone.
+    /// All lie in media and scatter by phase functions around a direction of the cone.
     Volume {
-        /// Directions along which light arrived at the lights.
+        /// Directions in which light travelled before it was scattered at the lights.
         directions: Cone,
         /// Least and largest asymmetry of the phase functions.
         asymmetry: [f32; 2],
     },
     /// Lights of several kinds.
     Mixed {
-        /// Upper bound of the ratio of any light's intensity in a direction to its stated
-        /// intensity, at least 1.
+        /// Upper bound of each light's intensity in any direction, relative to its nominal
+        /// intensity; at least 1.
         peak: f32,
     },
 }
 
 impl LightShape {
-    /// Upper bound of the ratio of any light's intensity in a direction to its stated intensity; at
-    /// least 1.
+    /// Upper bound of each light's intensity in any direction, relative to its nominal intensity;
+    /// at least 1.
     pub fn upper_peak(&self) -> f32 {
         match *self {
             Self::Omni | Self::Oriented(_) | Self::Spot { .. } | Self::Directional(_) => 1.0,
@@ -56,18 +56,18 @@ impl LightShape {
     }
 }
 
-/// Upper bound of `4π p` over intervals of cosines and of asymmetries, as `contribution` rounds it.
+/// Upper bound of `4π p` over intervals of cosines and asymmetries, as rounded by `contribution`.
 pub(super) fn upper_relative(cos: [f32; 2], asymmetry: [f32; 2]) -> f32 {
     (4.0 * std::f32::consts::PI * HenyeyGreenstein::upper_density(cos, asymmetry)).next_up()
 }
 
 impl LightBounds {
-    /// Returns true if some of the lights may be infinitely far away.
+    /// Returns true if some of the lights may be at infinity.
     pub fn reaches_infinity(&self) -> bool {
         matches!(self.shape, LightShape::Directional(_) | LightShape::Mixed { .. })
     }
 
-    /// Bounds of both clusters together.
+    /// Bounds of the union of two clusters.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         use LightShape::{Directional, Mixed, Omni, Oriented, Spot, Volume};

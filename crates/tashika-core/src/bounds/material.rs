@@ -1,8 +1,8 @@
-//! Interface of bounds of the material term.
+//! Interface for bounds of the material term.
 
 use super::{Reflector, Towards};
 
-/// A bound of the material term `M` of gather points, merged up the gather tree.
+/// An upper bound of the material term `M` of gather points; bounds are merged up the gather tree.
 pub trait UpperMaterial: Clone + Send + Sync {
     /// Creates the bound of one point.
     fn of_point(point: &Reflector) -> Self;

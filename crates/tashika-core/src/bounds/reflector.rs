@@ -5,14 +5,13 @@
 //! upper_brdf_cos  ≥ max over ω_i in the cone of f_r(ω_o, ω_i) cos⁺θ_i
 //! ```
 //!
-//! Both are sums of a bound of the diffuse part, one of the lobe and one of a coat
-//! ([`lobes`](super::lobes)); the extremes of angles over the cone are those of
-//! [`spans`](super::spans).
+//! Both are sums of bounds of the diffuse part, the lobe and the coat ([`lobes`](super::lobes)).
+//! The extremes of angles over the cone are computed by [`spans`](super::spans).
 //!
 //! # Guarantee
-//! Above every value in the `f32` arithmetic of [`contribution`](crate::contribution), for any unit
-//! direction (to rounding) in the cone. Zero if the cone is certainly below the plane of either
-//! normal. Always finite.
+//! The bounds are at least every value in the `f32` arithmetic of
+//! [`contribution`](crate::contribution), for any unit direction (to rounding) in the cone. They
+//! are zero if the cone is certainly below the plane of either normal, and always finite.
 //!
 //! # Held to this by
 //! `bounds::tests::reflector`.
@@ -84,8 +83,8 @@ impl Reflector {
         self.frame.n * self.side()
     }
 
-    /// The parts of [`Reflector::upper_brdf_cos`] over all directions; the diffuse part is without
-    /// the cosine.
+    /// Bounds over all directions of the parts of [`Reflector::upper_brdf_cos`]. The bound of the
+    /// diffuse part is without the cosine.
     pub(super) fn upper_over_all(&self) -> OverAll {
         let cos_o = self.wo.z * self.side();
         let parts = Parts::of(&self.bsdf, cos_o, 1.0);
@@ -114,12 +113,12 @@ impl Reflector {
         OverAll { diffuse: parts.diffuse, lobe_cos, coat_cos }
     }
 
-    /// `1` if the viewer is above the frame, else `−1`: surfaces are two-sided.
+    /// `1` if the viewer is above the frame, otherwise `−1`. Surfaces are two-sided.
     fn side(&self) -> f32 {
         1.0_f32.copysign(self.wo.z)
     }
 
-    /// Upper bounds of the diffuse part with the sheen, and of the rest.
+    /// Upper bounds of the diffuse part with the sheen, and of the lobe with the coat.
     fn upper(&self, cone: &Cone, factor: Factor) -> [f64; 2] {
         let cos_o = self.wo.z * self.side();
         if cos_o <= MIN_COSINE || cone.is_empty() {
@@ -138,7 +137,7 @@ impl Reflector {
         let min_cos_i = lights.widest_angle(&normal).cos.max(f64::from(MIN_COSINE));
         let parts = Parts::of(&self.bsdf, cos_o, max_cos_i);
         let directions = || Directions::of_point(Vec3::new(self.wo.x, self.wo.y, cos_o).as_dvec3());
-        // Directions above both planes are in all three.
+        // Every light direction above both planes is in all three bundles.
         let lights = [Some(lights), lights.above(&normal), lights.above(&geometric_normal)];
         let lobe = match parts.lobe {
             Lobe::None => 0.0,
@@ -186,7 +185,8 @@ impl Reflector {
         [diffuse, lobe + coat]
     }
 
-    /// A world direction in the frame turned to the viewer's side, without rounding to `f32`.
+    /// Transforms a world direction to the frame turned to the viewer's side, without rounding to
+    /// `f32`.
     fn in_frame(&self, v: Vec3) -> DVec3 {
         let Frame { t, b, n } = self.frame;
         let v = v.as_dvec3();
@@ -194,7 +194,7 @@ impl Reflector {
     }
 }
 
-/// Upper bound of a point's coat for lights that are in all of `lights`.
+/// Upper bound of a point's coat for light directions that are in all of `lights`.
 fn upper_coat(
     coat: &Coats,
     directions: &Directions,

@@ -1,17 +1,17 @@
-//! A bound of the material term of gather points on surfaces and in media.
+//! Bound of the material term of gather points on surfaces and in media.
 //!
 //! ```text
 //! M ≤ max( M_ub of the surfaces, p_ub of the media )          p_ub = max of p_g(ω·ω_i) over the directions ω, ω_i and the asymmetries g
 //! ```
 //!
-//! Surfaces are bounded by any [`UpperMaterial`]; phase functions by the extremes of the cosine
-//! between the directions of incoming paths, in a cone, and the directions to the lights
-//! ([`HenyeyGreenstein::upper_density`]).
+//! Surfaces are bounded by any [`UpperMaterial`]. Phase functions are bounded by the extremes of
+//! the cosine between the directions of paths from the viewer, which are in a cone, and the
+//! directions to the lights ([`HenyeyGreenstein::upper_density`]).
 //!
 //! # Guarantee
-//! At least `M` of every point merged, in the `f32` arithmetic of
-//! [`contribution`](crate::contribution). Where there are surfaces alone it is their bound, to the
-//! bit.
+//! The bound is at least `M` of every point merged, in the `f32` arithmetic of
+//! [`contribution`](crate::contribution). If all points are on surfaces it is the bound of the
+//! surfaces, to the bit.
 //!
 //! # Held to this by
 //! `bounds::tests::scattering`.
@@ -27,10 +27,10 @@ pub struct UpperScattering<B> {
     media: Option<UpperPhase>,
 }
 
-/// Phase functions of several points.
+/// Bounds of the phase functions of several points.
 #[derive(Clone, Copy, Debug)]
 struct UpperPhase {
-    /// Directions along which the paths from the viewer arrived.
+    /// Directions in which the paths from the viewer arrived.
     before: Cone,
     /// Least and largest asymmetry of the phase functions.
     asymmetry: [f32; 2],
@@ -42,8 +42,8 @@ impl<B: UpperMaterial> UpperScattering<B> {
         Self { surfaces: Some(B::of_point(point)), media: None }
     }
 
-    /// Creates the bound of one point in a medium, at which the path from the viewer arrived along
-    /// the unit direction `before`.
+    /// Creates the bound of one point in a medium; `before` is the unit direction in which the path
+    /// from the viewer arrived.
     pub fn of_medium(before: Vec3, phase: HenyeyGreenstein) -> Self {
         let media = UpperPhase { before: Cone::of(before), asymmetry: [phase.asymmetry; 2] };
         Self { surfaces: None, media: Some(media) }

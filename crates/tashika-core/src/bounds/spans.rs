@@ -2,8 +2,8 @@
 //! normals and viewers.
 //!
 //! Let `m` be the mirror direction of `ω_o` about the normal `n`, `h` the direction of `ω_o + ω_i`,
-//! `a` the axis of the lights and `δ` their half-angle; a bar marks the axis of the cone of a set
-//! of points, and `ω`, `ν`, `μ` are the half-angles around `ō`, `n̄`, `m̄`.
+//! `a` the axis of the lights and `δ` their half-angle. A bar marks the axis of the cone around a
+//! set of points' directions; `ω`, `ν` and `μ` are the half-angles around `ō`, `n̄` and `m̄`.
 //!
 //! ```text
 //! ∠(ω_i, m) ≥ ∠(a, m̄) − δ − μ
@@ -12,18 +12,19 @@
 //! ∠(ω_i, ω_o) ≤ min(∠(ō, a) + δ + ω, θ_o + π/2)
 //! ```
 //!
-//! Both bounds of `∠(h, n)` hold, and the larger is taken. The first is exact where `ω_i` leaves
-//! the mirror direction in the plane of incidence, the second where `ω_i` leaves it across that
-//! plane. The second matters at grazing angles, where the lobe is long and narrow.
+//! Both bounds of `∠(h, n)` hold, and the larger is used. The first is exact if `ω_i` leaves the
+//! mirror direction in the plane of incidence, the second if it leaves orthogonally to that plane.
+//! The second matters at grazing angles, where the lobe is long and narrow.
 //!
-//! Light from below the horizon is not reflected, so it is enough to bound the part above: where
-//! `z = a·n̄ < 0`, `ω_i·n̄ ≥ −sin ν` and `ω_i·a ≥ cos δ` give `ω_i·a_t ≥ cos δ − |z| sin ν`, a cone
-//! around the part `a_t` of `a` in the plane.
+//! Light from below the horizon is not reflected, so only the part above the horizon has to be
+//! bounded. If `z = a·n̄ < 0`, then `ω_i·n̄ ≥ −sin ν` and `ω_i·a ≥ cos δ` imply
+//! `ω_i·a_t ≥ cos δ − |z| sin ν`, where `a_t` is the projection of `a` onto the plane. This is a
+//! cone around `a_t`.
 //!
 //! # Guarantee
-//! Angles are at most, cosines of incidence at most those of any members, in the `f32` arithmetic
-//! of [`contribution`](crate::contribution). The directions there are of length 1 to 10⁻⁶, which
-//! turns `h` by up to [`LENGTHS`]` / ‖ω_o + ω_i‖`.
+//! The angles and the cosines of incidence are at most those of any members, in the `f32`
+//! arithmetic of [`contribution`](crate::contribution). Directions in that arithmetic are of length
+//! 1 to 10⁻⁶, which rotates `h` by up to [`LENGTHS`]` / ‖ω_o + ω_i‖`.
 //!
 //! # Held to this by
 //! The tests below, `bounds::tests::reflector`, `bounds::tests::analytic`.
@@ -33,11 +34,11 @@ use glam::DVec3;
 use super::angle::{Angle, TURN};
 use crate::math::Cone;
 
-/// Largest distance between the sum of two directions and that of unit vectors: the roundings of
-/// both, 10⁻⁶ each, and room.
+/// Largest distance between the sum of two directions and the sum of the corresponding unit
+/// vectors: 10⁻⁶ for the rounding of each, plus some room.
 pub(super) const LENGTHS: f64 = 3e-6;
 
-/// Directions around an axis.
+/// A cone of directions in double precision.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bundle {
     axis: DVec3,
@@ -45,7 +46,7 @@ pub(super) struct Bundle {
 }
 
 impl Bundle {
-    /// The unit vector `axis` alone.
+    /// Bundle of the single unit vector `axis`.
     pub(super) fn one(axis: DVec3) -> Self {
         Self { axis, half_angle: Angle::ZERO }
     }
@@ -55,7 +56,7 @@ impl Bundle {
         Self { axis: cone.axis.as_dvec3(), half_angle: Angle::half_angle(cone) }
     }
 
-    /// Directions within `half_angle` of the unit vector `axis`, with room for rounding.
+    /// Directions within `half_angle` of the unit vector `axis`, widened for rounding.
     pub(super) fn about(axis: DVec3, half_angle: Angle) -> Self {
         Self { axis, half_angle: half_angle.plus(TURN) }
     }
@@ -70,16 +71,16 @@ impl Bundle {
         Angle::between(self.axis, other.axis).plus(self.half_angle).plus(other.half_angle)
     }
 
-    /// A narrower bundle that holds the members that are above the plane of at least one normal;
-    /// `None` if there is no such bundle.
+    /// Returns a narrower bundle that contains those members that are above the plane of at least
+    /// one normal; `None` if no such bundle is known.
     ///
-    /// It may hold directions that `self` does not.
+    /// The result may contain directions that are not in `self`.
     pub(super) fn above(&self, normals: &Self) -> Option<Self> {
         let tilt = normals.half_angle.plus(TURN);
         if tilt.cos <= 0.0 {
             return None;
         }
-        // Half a turn and ν.
+        // A right angle plus ν.
         let hemisphere = Angle { sin: tilt.cos, cos: -tilt.sin };
         if self.half_angle.cos < hemisphere.cos {
             return Some(Self { axis: normals.axis, half_angle: hemisphere });
@@ -90,7 +91,7 @@ impl Bundle {
         }
         let across = self.axis - normals.axis * z;
         let length = across.length();
-        // The axis is of length 1 to 10⁻⁷ only, an error as large as `1 − cos δ` of narrow bundles.
+        // The axis is of length 1 only to 10⁻⁷, an error as large as `1 − cos δ` of narrow bundles.
         let projected = self.half_angle.cos * self.axis.length() + z * tilt.sin;
         (projected > self.half_angle.cos * length)
             .then(|| Self { axis: across / length, half_angle: Angle::of_cos(projected / length) })
@@ -124,13 +125,13 @@ impl Directions {
 }
 
 impl Directions {
-    /// Lower bound of the angle between any normal and a mirror direction.
+    /// Lower bound of the angle between any normal and any mirror direction.
     pub(super) fn least_mirror(&self) -> Angle {
         self.mirrors.least_angle(&self.normals)
     }
 }
 
-/// Lower bound of the angle between any mirror direction and a light that is in all of `lights`.
+/// Lower bound of the angle between any mirror direction and any light that is in all of `lights`.
 pub(super) fn least_from_mirror(points: &Directions, lights: &[Option<Bundle>]) -> Angle {
     let lights = lights.iter().flatten();
     lights.fold(Angle::ZERO, |least, lights| least.max(lights.least_angle(&points.mirrors)))
@@ -146,8 +147,8 @@ pub(super) struct HalfVectors {
 }
 
 impl HalfVectors {
-    /// Bounds for the viewers and for lights that are in all of `lights` and not within
-    /// `from_mirror` of a mirror direction.
+    /// Bounds for lights that are in all of `lights` and at least `from_mirror` from any mirror
+    /// direction.
     pub(super) fn new(points: &Directions, lights: &[Option<Bundle>], from_mirror: Angle) -> Self {
         let nothing = Self { least_from_normal: Angle::ZERO, cos_incidence: 0.0 };
         let known = lights.iter().flatten().fold(nothing, |known, lights| {
@@ -161,7 +162,7 @@ impl HalfVectors {
         Self { least_from_normal: known.least_from_normal.max(by_mirror), ..known }
     }
 
-    /// Bounds for one bundle of lights, without their distance from mirror directions.
+    /// Bounds for one bundle of lights, ignoring their angle from mirror directions.
     fn over(points: &Directions, lights: &Bundle) -> Self {
         let Directions { normals, viewers, widest_viewer, .. } = points;
         let horizon = Angle { sin: widest_viewer.cos.max(0.0), cos: -widest_viewer.sin };
@@ -175,7 +176,7 @@ impl HalfVectors {
     }
 }
 
-/// `max(0, angle − arcsin(radius / distance))`, zero where the ball of that radius holds the
+/// `max(0, angle − arcsin(radius / distance))`; zero if the ball of that radius contains the
 /// origin.
 fn minus_arcsin(angle: impl Fn() -> Angle, radius: f64, distance: f64) -> Angle {
     if radius >= distance { Angle::ZERO } else { angle().minus(Angle::of_sin(radius / distance)) }
@@ -190,7 +191,7 @@ mod tests {
     use crate::rng::{Purpose, Stream};
     use crate::warp;
 
-    /// The directions are exact, so that only their lengths differ from those of unit vectors.
+    /// Single directions without slack, whose lengths are not exactly 1. The bounds hold.
     #[test]
     fn lengths_of_directions_are_allowed_for() {
         let mut s = Stream::new(43, Purpose::Test, 0);

@@ -1,7 +1,7 @@
 //! Unoccluded contributions of many lights at one gather point, several at a time.
 //!
-//! The arithmetic is that of [`ContributionKernel::unoccluded`], number by number, to the same
-//! bits; held to it by the tests below.
+//! The arithmetic is that of [`ContributionKernel::unoccluded`], operation by operation, with
+//! identical bits. The tests below check this.
 
 use std::ops::Range;
 
@@ -13,12 +13,12 @@ use crate::gather::GatherPoint;
 use crate::math::simd::{Level, Vector, Vectors, Work, each};
 use crate::vpl::{LightRows, VplKind};
 
-/// Positions, directions and intensities of several lights.
+/// Positions, directions and intensities of several lights, one light per lane.
 type Several<F> = [[F; 3]; 3];
 
 impl ContributionKernel<'_> {
-    /// Appends the luminance of [`ContributionKernel::unoccluded`] of each pair (W·m⁻²·sr⁻¹): point
-    /// by point, and for each point all lights.
+    /// Appends the luminance of [`ContributionKernel::unoccluded`] of each pair of a point and a
+    /// light (W·m⁻²·sr⁻¹), with all lights of the first point first.
     pub fn list(
         &self,
         points: &[GatherPoint],
@@ -51,7 +51,8 @@ impl ContributionKernel<'_> {
                 points.iter().zip(rows.chunks_mut(range.len())).for_each(|(point, row)| by_one(point, row));
                 continue;
             }
-            // In most pixels, few points or all of them lie in media.
+            // In most pixels either few points or all of them lie in media, so points in media are
+            // evaluated one by one.
             for (point, row) in points.iter().zip(rows.chunks_mut(range.len())) {
                 if point.phase.is_some() {
                     by_one(point, row);
@@ -72,8 +73,8 @@ impl ContributionKernel<'_> {
         }
     }
 
-    /// Luminances of several lights at a point on a surface. Their kind is one whose lights have no
-    /// shapes of their own.
+    /// Luminances of several lights of one kind at a point on a surface. The kind must not have
+    /// parameters that differ between its lights.
     #[inline(always)]
     fn luminances<F: Vector>(&self, point: &GatherPoint, kind: VplKind, lights: &Several<F>) -> F {
         let (zero, one) = (F::splat(0.0), F::splat(1.0));
@@ -96,7 +97,7 @@ impl ContributionKernel<'_> {
             (towards, shape / squared.max(F::splat(self.clamp_squared)).max(smallest))
         };
         let height = along(towards, point.geometric_normal);
-        // Neighbours are often all behind the surface, or turned away from it.
+        // All lights of a group are often behind the surface, or turned away from it.
         let lit = F::and(height.gt(zero), geometric.gt(zero));
         if !F::any(lit) {
             return zero;
@@ -113,7 +114,7 @@ impl ContributionKernel<'_> {
     }
 }
 
-/// Scalar products with one vector.
+/// Scalar products of several vectors with one vector.
 #[inline(always)]
 fn along<F: Vector>(v: [F; 3], axis: Vec3) -> F {
     v[0] * F::splat(axis.x) + v[1] * F::splat(axis.y) + v[2] * F::splat(axis.z)
@@ -243,7 +244,7 @@ mod tests {
                 points.push(point_in_medium(&mut s));
             }
             if round % 5 == 0 {
-                // A light where the point is, and a point that is seen from behind.
+                // A light at the position of a point, and a point seen from behind.
                 lights[0].position = points[0].position;
                 points[0].wo.z = -points[0].wo.z;
             }

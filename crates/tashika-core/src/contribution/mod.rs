@@ -1,4 +1,4 @@
-//! The one place that evaluates the contribution of a VPL to a gather point.
+//! The single place that evaluates the contribution of a VPL to a gather point.
 //!
 //! ```text
 //! w · M · G · V · I        M = f_r(ω_o, ω_i) cos⁺ θ   (sr⁻¹), at a point in a medium p(ω·ω_i)
@@ -13,13 +13,14 @@
 //! | directional | `1` | 1 | W·m⁻² |
 //! | in a medium | `4π p(cos φ) / max(d², d_c²)` | m⁻² | W·sr⁻¹ |
 //!
-//! `t ≤ 1` is the relative intensity that a map of the scene has in the direction to the point, by
-//! channel: `G` has its largest channel, and the tint is `t` over that channel. `d_c` is the clamp
-//! distance; zero is none. Visibility `V` comes from [`accel`](crate::accel), transmittance of
-//! media from [`media`](crate::media). Nothing is reflected by the back of either normal: M is zero
-//! unless the light is above both the geometric and the shading plane. An end that lies in a medium
-//! has no cosine: `p` is the phase function there, of the angle by which light, or the path from
-//! the viewer that arrived along `ω`, is turned.
+//! `t ≤ 1` is the relative intensity, by channel, that a map of the scene has in the direction to
+//! the point. `G` contains the largest channel of `t`, and the tint is `t` divided by that channel.
+//! `d_c` is the clamp distance; zero means no clamp. Visibility `V` comes from
+//! [`accel`](crate::accel), transmittance of media from [`media`](crate::media). Surfaces reflect
+//! only on the front of both normals: M is zero unless the light is above both the geometric and
+//! the shading plane. An end that lies in a medium has a phase function `p` instead of a cosine.
+//! Its argument is the cosine of the angle by which the light is deflected, or by which the path
+//! from the viewer, arriving along `ω`, is deflected.
 
 mod lists;
 mod receivers;
@@ -42,16 +43,16 @@ use crate::vpl::{Vpl, VplKind};
 pub struct ContributionKernel<'s> {
     clamp_squared: f32,
     glass: Glass,
-    /// Maps of the scene by which lights of images shine.
+    /// Intensity maps of the scene, used by image lights.
     maps: &'s [AimedMap],
     least_extinction: f32,
 }
 
-/// Least squared distance (m²): points closer than 10⁻¹⁰ m are the same point, which receives
-/// nothing from itself. Keeps the geometric term, and its products with intensities, finite.
+/// Least squared distance (m²): points closer than 10⁻¹⁰ m are treated as the same point, which
+/// does not light itself. This keeps the geometric term and its products with intensities finite.
 const SMALLEST_SQUARED_DISTANCE: f32 = 1e-20;
 
-/// The geometry between a point and a light.
+/// Geometry of a pair of a point and a light.
 #[derive(Clone, Copy, Debug)]
 pub struct Link {
     /// Unit direction from the point to the light; zero if they are in the same place.
@@ -59,15 +60,15 @@ pub struct Link {
     /// `G`, clamped (m⁻² or 1).
     pub geometric: f32,
     /// Colour factor of the light in this direction, at most 1 in each channel; white except for
-    /// images.
+    /// image lights.
     pub tint: Rgb,
     /// Squared distance (m²); infinite for directional lights.
     pub squared_distance: f32,
 }
 
 impl<'s> ContributionKernel<'s> {
-    /// Creates a kernel whose geometric term does not grow below `clamp_distance` (m); zero for no
-    /// clamp. Without a [scene](Self::within) it is for lights that are not images.
+    /// Creates a kernel whose geometric term does not grow below `clamp_distance` (m); zero means
+    /// no clamp. Until a [scene](Self::within) is set, the kernel does not support image lights.
     pub const fn new(clamp_distance: f32) -> Self {
         Self {
             clamp_squared: clamp_distance * clamp_distance,
@@ -77,7 +78,7 @@ impl<'s> ContributionKernel<'s> {
         }
     }
 
-    /// Returns the kernel for lights of this scene, some of which may shine by its maps.
+    /// Returns the kernel for the lights of a scene, which may use its intensity maps.
     #[must_use]
     pub fn within(self, scene: &'s Scene) -> Self {
         Self { maps: scene.intensity_maps(), ..self }
@@ -89,14 +90,15 @@ impl<'s> ContributionKernel<'s> {
         Self { clamp_squared: clamp_distance * clamp_distance, ..self }
     }
 
-    /// Returns the kernel with this effect of solid glass on segments.
+    /// Returns the kernel with the given effect of solid glass on segments.
     #[must_use]
     pub const fn with_glass(self, glass: Glass) -> Self {
         Self { glass, ..self }
     }
 
-    /// Returns the kernel for segments that all lose light by at least this extinction (m⁻¹). Only
-    /// bounds use it, as transmittances are evaluated elsewhere ([`media`](crate::media)).
+    /// Returns the kernel for segments along which the extinction is everywhere at least
+    /// `least_extinction` (m⁻¹). Only bounds use this value, as transmittances are evaluated
+    /// elsewhere ([`media`](crate::media)).
     #[must_use]
     pub const fn dimmed(self, least_extinction: f32) -> Self {
         Self { least_extinction, ..self }
@@ -123,11 +125,11 @@ impl<'s> ContributionKernel<'s> {
         if squared_distance >= self.clamp_squared { 1.0 } else { squared_distance / self.clamp_squared }
     }
 
-    /// The geometry between a point and a light.
+    /// Evaluates the geometry between a point and a light.
     ///
     /// # Panics
-    /// If the light shines by a map, and the kernel is not [within](Self::within) the scene that
-    /// has it.
+    /// If the light uses a map and the kernel is not [within](Self::within) the scene that contains
+    /// it.
     pub fn link(&self, position: Vec3, light: &Vpl) -> Link {
         if light.kind == VplKind::Directional {
             return Link {
@@ -139,7 +141,7 @@ impl<'s> ContributionKernel<'s> {
         }
         let d = light.position - position;
         let squared = d.length_squared();
-        // Squares of shorter vectors lose digits to underflow: they have no direction.
+        // Squares of shorter vectors lose digits to underflow, so these vectors have no direction.
         let towards_light = if squared > SMALLEST_SQUARED_DISTANCE { d / squared.sqrt() } else { Vec3::ZERO };
         let cos = -light.direction.dot(towards_light);
         let mut tint = Rgb::WHITE;
@@ -166,8 +168,8 @@ impl<'s> ContributionKernel<'s> {
         }
     }
 
-    /// Returns true if a light shines towards a point and, unless the point is in a medium, is
-    /// before both planes of the point. Other lights contribute nothing.
+    /// Returns true if a light shines towards a point and is in front of both planes of the point.
+    /// Points in media have no planes. Other lights contribute nothing.
     pub fn is_facing(&self, point: &GatherPoint, light: &Vpl) -> bool {
         let Link { towards_light, geometric, .. } = self.link(point.position, light);
         if point.phase.is_some() {
@@ -177,7 +179,7 @@ impl<'s> ContributionKernel<'s> {
         geometric > 0.0 && is_before(point.geometric_normal) && is_before(point.frame.n)
     }
 
-    /// `w M G I`: the contribution if nothing is in between (W·m⁻²·sr⁻¹).
+    /// `w M G I`: the contribution without occlusion (W·m⁻²·sr⁻¹).
     pub fn unoccluded(&self, point: &GatherPoint, light: &Vpl) -> Rgb {
         let link = self.link(point.position, light);
         if let Some(phase) = point.phase {
@@ -191,7 +193,7 @@ impl<'s> ContributionKernel<'s> {
     }
 }
 
-/// `M G` at a point in a medium; zero for a light in the same place, which has no direction.
+/// `M G` at a point in a medium; zero for a light at the same position, which has no direction.
 fn scattered(phase: HenyeyGreenstein, point: &GatherPoint, link: &Link) -> f32 {
     if link.towards_light == Vec3::ZERO {
         return 0.0;

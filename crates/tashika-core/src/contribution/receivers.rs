@@ -1,4 +1,4 @@
-//! Many gather points against one light: the points that can receive anything from it.
+//! Many gather points against one light: finds the points that can receive light from it.
 
 use glam::Vec3;
 
@@ -9,11 +9,11 @@ use crate::vpl::{Vpl, VplKind};
 /// Number of points tested at once.
 const LANES: usize = 16;
 
-/// The geometry of gather points, component by component, in groups of sixteen.
+/// Positions and normals of gather points, component by component, in groups of sixteen.
 #[derive(Clone, Debug, Default)]
 pub struct Receivers {
     groups: Vec<Group>,
-    /// Points in media, which face everything: their numbers and positions.
+    /// Numbers and positions of points in media, which receive light from all sides.
     in_media: Vec<(u32, Vec3)>,
 }
 
@@ -35,7 +35,7 @@ impl Receivers {
             .map(|chunk| {
                 let gathered = |f: fn(&GatherPoint) -> Vec3| {
                     let mut v = [[0.0; LANES]; 3];
-                    // Points in media have zero normals.
+                    // Points in media keep zero normals, which face nothing.
                     for (lane, p) in chunk.iter().enumerate().filter(|(_, p)| p.phase.is_none()) {
                         for (axis, component) in v.iter_mut().enumerate() {
                             component[lane] = f(p)[axis];
@@ -54,8 +54,8 @@ impl Receivers {
         Self { groups, in_media: in_media.map(|(number, point)| (number, point.position)).collect() }
     }
 
-    /// Appends the numbers of the points that face `light` and are faced by it, in order. The
-    /// others receive nothing, except for roundings at grazing angles.
+    /// Appends in ascending order the numbers of the points that are in front of `light` and see it
+    /// from their front. The other points receive nothing, except for rounding at grazing angles.
     pub fn facing(&self, light: &Vpl, out: &mut Vec<u32>) {
         let from = match light.kind {
             VplKind::Directional => {
@@ -84,10 +84,10 @@ impl Receivers {
 struct Source {
     /// Position, or the direction to the light if it is at infinity.
     position: Vec3,
-    /// One at infinity, else zero: the homogeneous coordinate's complement.
+    /// One for lights at infinity, otherwise zero.
     at_infinity: f32,
     normal: Vec3,
-    /// True if the light shines to the side of its normal only.
+    /// True if the light shines only to the side of its normal.
     oriented: bool,
 }
 
@@ -153,8 +153,8 @@ mod tests {
         }
     }
 
-    /// Points in media receive from everything that shines towards them, and stand among the others
-    /// in their order.
+    /// Mixes points in media with points on surfaces. Points in media are found if and only if they
+    /// receive light, and all numbers are in ascending order.
     #[test]
     fn points_in_media_face_every_light() {
         let mut s = Stream::new(2, Purpose::Test, 0);
@@ -181,7 +181,7 @@ mod tests {
             let kernel = ContributionKernel::default();
             for (k, point) in (0..).zip(&points) {
                 let gives = !kernel.unoccluded(point, &light).is_black();
-                // A surface may be lit at so grazing an angle that rounding decides.
+                // At grazing angles, rounding decides whether a surface is lit.
                 assert!(found.contains(&k) == gives || point.phase.is_none(), "point {k} of {round}");
                 (faced, turned_away) = (faced + u32::from(gives), turned_away + u32::from(!gives));
             }
@@ -189,8 +189,8 @@ mod tests {
         assert!(faced > 3000 && turned_away > 1000, "{faced}, {turned_away}");
     }
 
-    /// Three scalar products decide which points face a light, point by point, with every
-    /// instruction set.
+    /// Compares the result with three scalar products per point. All instruction sets give the same
+    /// result.
     #[test]
     fn those_face_a_light_that_see_its_front() {
         let mut s = Stream::new(1, Purpose::Test, 0);
@@ -207,7 +207,7 @@ mod tests {
                 oriented,
             };
             let towards = |p: &GatherPoint| if at_infinity { -direction } else { position - p.position };
-            // Where rounding decides, either answer is right.
+            // Where rounding decides, both answers are accepted.
             let certain = |p: &GatherPoint| {
                 let cosines = [p.geometric_normal, p.frame.n, direction].map(|n| n.dot(towards(p)));
                 cosines.iter().all(|c| c.abs() > 1e-5)

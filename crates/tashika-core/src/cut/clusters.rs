@@ -4,15 +4,16 @@
 //! R = I_C W_G M_ub G_ub T_ub     ≥ luminance of I_C W_G · M G V for every member (W·m⁻²·sr⁻¹)
 //! ```
 //!
-//! `I_C` is the sum of the luminances of the cluster's lights, `W_G` the sum of the largest
-//! channels of the weights of its points, `M_ub` bounds the largest channel of the material term,
-//! and `T_ub` bounds the transmittance of homogeneous fog (1 without fog). A member `(i, j)` drawn
-//! with probability `I_i / I_C · w_j / W_G`, divided by that probability, has a luminance of at
-//! most `R`, since visibility is at most 1.
+//! `I_C` is the sum of the luminances of the cluster's lights, and `W_G` the sum over its points of
+//! the largest channel of the weight. `M_ub` bounds the largest channel of the material term,
+//! `G_ub` the geometric term, and `T_ub` the transmittance of homogeneous fog (1 without fog).
+//! Suppose that a member `(i, j)` is drawn with probability `I_i / I_C · w_j / W_G` and divided by
+//! that probability. Its luminance is then at most `R`, since visibility is at most 1.
 //!
 //! # Guarantee
-//! A pair keeps the smaller of its own `M_ub G_ub` and its parent's, so that `M_ub G_ub` never
-//! grows on the way down and every bound still holds. Tested by `cut::tests::bounds`.
+//! The bound `M_ub G_ub` of a pair is the smaller of the one computed for the pair and that of its
+//! parent. Therefore it never grows towards the leaves, and every bound still holds. Tested by
+//! `cut::tests::bounds`.
 
 use std::ops::Range;
 
@@ -26,7 +27,7 @@ use crate::math::Vec3;
 use crate::rng::Stream;
 use crate::tree::{GatherTree, LightCluster, LightTree};
 
-/// Least distance, which keeps pairs at the same place comparable without a clamp (m).
+/// Least distance (m). It keeps pairs at the same position comparable if there is no clamp.
 const LEAST_DISTANCE: f64 = 1e-6;
 
 /// The clusters of one pixel's sum.
@@ -48,26 +49,27 @@ impl<B> Clone for Clusters<'_, B> {
 
 impl<B> Copy for Clusters<'_, B> {}
 
-/// `M_ub G_ub`: no `M G` of a pair's terms exceeds it (m⁻²·sr⁻¹; sr⁻¹ for directional lights).
+/// `M_ub G_ub`, an upper bound of `M G` for all terms of a pair (m⁻²·sr⁻¹; sr⁻¹ for directional
+/// lights).
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct KernelBound(pub f32);
 
-/// `R`: no drawn term of a pair has a higher luminance (W·m⁻²·sr⁻¹).
+/// `R`, an upper bound of the luminance of a drawn term of a pair (W·m⁻²·sr⁻¹).
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct RadianceBound(pub f64);
 
-/// A light cluster and a gather cluster: the terms `Σ_{j∈G} Σ_{i∈C}`.
+/// A pair of a light cluster and a gather cluster, which stands for the terms `Σ_{j∈G} Σ_{i∈C}`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
     /// Cluster of the light tree.
     pub light: LightCluster,
     /// Node of the gather tree.
     pub points: u32,
-    /// The smaller of the pair's own bound and its parent's.
+    /// The smaller of the bound computed for the pair and its parent's bound.
     pub upper: KernelBound,
 }
 
-/// Builds the tree over the gather points of a pixel, with bounds of their materials.
+/// Builds the tree over the gather points of a pixel, with bounds of their materials at its nodes.
 pub fn gather_tree<B: UpperMaterial>(points: &[GatherPoint]) -> GatherTree<UpperScattering<B>> {
     let bound_of = |point: &GatherPoint| match point.phase {
         None => UpperScattering::of_surface(&Reflector {
@@ -82,7 +84,7 @@ pub fn gather_tree<B: UpperMaterial>(points: &[GatherPoint]) -> GatherTree<Upper
 }
 
 impl<B: UpperMaterial> Clusters<'_, B> {
-    /// All terms, as a pair for each instant.
+    /// Returns the pair of all terms of each instant.
     pub fn roots(&self) -> impl Iterator<Item = Pair> {
         self.points.roots().iter().filter_map(|&(instant, points)| {
             let light = self.lights.root_at(instant)?;
@@ -95,16 +97,16 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         RadianceBound(if pair.upper.0 > 0.0 { self.weight(pair) * f64::from(pair.upper.0) } else { 0.0 })
     }
 
-    /// Approximate ratio of the root mean square of a drawn term to its bound, as far as distances
-    /// make terms differ.
+    /// Approximate ratio of the root mean square of a drawn term to its bound. It takes into
+    /// account only that terms differ by distance.
     ///
     /// ```text
     /// √(mean G²) / G_ub = a/b
     /// ```
     ///
-    /// with the mean over lights that are spread evenly over a plane, from the nearest distance `a`
-    /// of the pair to the farthest `b`, since `∫ 2 d dd / d⁴ = 1/a² − 1/b²` over an area of
-    /// `b² − a²`; both are at least the clamp distance.
+    /// The mean is over lights that are spread evenly over a plane, from the nearest distance `a`
+    /// of the pair to the farthest `b`: `∫ 2 d dd / d⁴ = 1/a² − 1/b²` over an area of `b² − a²`.
+    /// Both distances are at least the clamp distance.
     pub fn importance_of_bound(&self, pair: &Pair) -> f64 {
         let lights = self.lights.bounds(&pair.light);
         if lights.reaches_infinity() {
@@ -124,13 +126,13 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         u64::from(pair.light.count) * u64::from(self.points.nodes()[pair.points as usize].count)
     }
 
-    /// The places of a pair's gather points and lights in their trees.
+    /// Ranges of a pair's gather points and lights in the sorted orders of their trees.
     pub fn members(&self, pair: &Pair) -> (Range<usize>, Range<usize>) {
         let points = &self.points.nodes()[pair.points as usize];
         (points.first as usize..(points.first + points.count) as usize, pair.light.lights())
     }
 
-    /// The terms of a pair, light by light.
+    /// All terms of a pair, light by light.
     pub fn all_terms(&self, pair: &Pair) -> impl Iterator<Item = Term> + use<B> {
         let light = pair.light;
         let points = &self.points.nodes()[pair.points as usize];
@@ -144,7 +146,7 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         self.terms(pair) == 1
     }
 
-    /// Returns true if the term is one of the pair's.
+    /// Returns true if the term belongs to the pair.
     pub fn holds(&self, pair: &Pair, term: Term) -> bool {
         let points = &self.points.nodes()[pair.points as usize];
         pair.light.holds(term.light) && term.point.wrapping_sub(points.first) < points.count
@@ -162,7 +164,7 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         self.lights.luminance(&pair.light) * f64::from(points.weight)
     }
 
-    /// One over the probability of [drawing](Clusters::draw) a term of a pair.
+    /// Inverse of the probability of [drawing](Clusters::draw) a term of a pair.
     pub fn inverse_probability(&self, pair: &Pair, term: Term) -> f64 {
         self.weight(pair) / self.weight_of_term(term)
     }
@@ -173,10 +175,10 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         self.lights.luminance_of(term.light) * f64::from(point.weight.max_channel())
     }
 
-    /// Splits a pair, which must not be single, at the cluster whose box has the longer diagonal.
-    /// Both halves have the bound of the whole.
+    /// Splits a pair, which must not be single. The cluster whose box has the longer diagonal is
+    /// split. Both halves inherit the bound of the whole.
     ///
-    /// Lights at infinity have no box; they are infinitely far apart, hence split before the
+    /// Lights at infinity have no box. They count as infinitely far apart, and are split before the
     /// points.
     pub fn split(&self, pair: &Pair) -> [Pair; 2] {
         let points = &self.points.nodes()[pair.points as usize];
@@ -193,12 +195,12 @@ impl<B: UpperMaterial> Clusters<'_, B> {
         }
     }
 
-    /// The pair with its own bound, if that is smaller than its present bound.
+    /// Computes the bound of the pair and keeps the smaller of it and the pair's present bound.
     pub fn bounded(&self, pair: Pair) -> Pair {
         let lights = self.lights.bounds(&pair.light);
         let towards = Towards::between(&lights, &self.points.nodes()[pair.points as usize].aabb);
         let geometric = upper_geometric(&lights, &towards, self.contribution.clamp_distance());
-        // Without light the material term does not matter, and 0 · ∞ would be no bound.
+        // If no light arrives, the material term may be infinite, and 0 · ∞ would be NaN.
         let mut own = if geometric > 0.0 {
             (geometric * self.points.material(pair.points).upper_material(&towards)).next_up()
         } else {

@@ -1,5 +1,5 @@
-//! The engine of all cuts: splits are planned by rank, new pairs draw the terms that they lack, and
-//! the segments of an epoch are traced together.
+//! The engine that all cuts share. It plans splits by rank, lets the new pairs draw the terms that
+//! they lack, and traces all segments of an epoch together.
 //!
 //! ```text
 //! for each epoch:   split the pair of the highest rank, as often as wanted     Refinement, Rank
@@ -8,14 +8,15 @@
 //!                   hear their values                                          Strata
 //! ```
 //!
-//! Cuts differ in the estimators of their pairs ([`Strata`]), and in when these are evaluated: by
-//! the published methods after every single split ([`StoppingRule`](super::StoppingRule)), by ours
-//! after an epoch.
+//! Cuts differ in the estimators of their pairs ([`Strata`]) and in the times at which these are
+//! evaluated: after every single split in the published methods
+//! ([`StoppingRule`](super::StoppingRule)), after each epoch in ours.
 //!
 //! # Guarantee
-//! The partition is a function of ranks, which see clusters and no values: given the partition and
-//! how many terms are drawn of each pair, the terms are independent. *When* a rule ends a cut may
-//! depend on values; an interval has to allow for that.
+//! The partition is a function of ranks, which depend on clusters and not on values. Given the
+//! partition and the number of terms that are drawn from each pair, the terms are therefore
+//! independent. The time at which a rule *ends* a cut may depend on values; intervals have to allow
+//! for that.
 
 use super::clusters::Clusters;
 use super::refinement::{Refinement, RefinementMemory, RefinementOptions, Split};
@@ -36,7 +37,7 @@ pub struct Cut<'a, B, S> {
     epoch: &'a mut Epoch,
 }
 
-/// Memory of a [`Cut`], which the next one reuses.
+/// Memory of a [`Cut`], reused by the next one.
 #[derive(Debug, Default)]
 pub struct CutMemory {
     pub(super) refinement: RefinementMemory,
@@ -49,13 +50,13 @@ pub struct CutMemory {
 pub(super) struct Epoch {
     splits: Vec<Split>,
     batch: TermBatch,
-    /// End of the terms of each new pair in the batch.
+    /// Ends of the ranges of terms of each new pair in the batch.
     ends: Vec<u32>,
 }
 
 impl<'a, B: UpperMaterial, S: PairEstimates<B>> Cut<'a, B, S> {
-    /// Creates the cut with which published methods begin: a single pair, or one for each instant.
-    /// `None` if the sum has no terms.
+    /// Creates the initial cut of published methods: a single pair, or one for each instant. `None`
+    /// if the sum has no terms.
     pub fn published(
         clusters: Clusters<'a, B>,
         strata: S,
@@ -76,7 +77,7 @@ impl<'a, B: UpperMaterial, S: PairEstimates<B>> Cut<'a, B, S> {
 impl<'a, B: UpperMaterial, S: Strata<B>> Cut<'a, B, S> {
     /// Creates the cut of the roots and evaluates it.
     ///
-    /// * `stream`: source of samples; nothing that ranks pairs may draw from it.
+    /// * `stream`: source of samples. The ranks of pairs must not depend on it.
     pub(super) fn begin(
         refinement: Refinement<'a, B>,
         strata: S,
@@ -91,7 +92,7 @@ impl<'a, B: UpperMaterial, S: Strata<B>> Cut<'a, B, S> {
         cut
     }
 
-    /// Splits until there are `pairs` pairs or nothing can be split: one epoch.
+    /// Performs one epoch: splits until there are `pairs` pairs or nothing can be split.
     pub fn grow(&mut self, pairs: u64) {
         let first = self.refinement.pairs().len();
         self.epoch.splits.clear();
@@ -104,7 +105,8 @@ impl<'a, B: UpperMaterial, S: Strata<B>> Cut<'a, B, S> {
         self.complete(first);
     }
 
-    /// Draws and traces the terms that the pairs from `first` on lack, and passes their values on.
+    /// Draws and traces the terms that the pairs from number `first` on lack, and passes the values
+    /// to the strata.
     fn complete(&mut self, first: usize) {
         let Self { refinement, strata, stream, epoch: Epoch { batch, ends, .. }, .. } = self;
         batch.clear(refinement.clusters().contribution.glass());
@@ -129,7 +131,7 @@ impl<'a, B: UpperMaterial, S: Strata<B>> Cut<'a, B, S> {
         self.pairs
     }
 
-    /// Number of pairs with which the cut began; these have the lowest numbers.
+    /// Number of pairs of the initial cut; these have the lowest numbers.
     pub(super) fn roots(&self) -> usize {
         self.refinement.roots()
     }
@@ -139,7 +141,7 @@ impl<'a, B: UpperMaterial, S: Strata<B>> Cut<'a, B, S> {
         self.segments
     }
 
-    /// Number of terms of the whole sum.
+    /// Number of terms of the complete sum.
     pub fn terms(&self) -> u64 {
         let (clusters, roots) = (self.refinement.clusters(), &self.refinement.pairs()[..self.roots()]);
         roots.iter().map(|root| clusters.terms(root)).sum()

@@ -4,17 +4,16 @@
 //! L = Σ_k L_k          k: pairs (C, G) of a light cluster and a gather cluster, every term in exactly one of them
 //! ```
 //!
-//! * [`Clusters`]: pairs, with their bounds, splits and draws; [`TermTable`]: small pairs term by
-//!   term.
+//! * [`Clusters`]: pairs, with their bounds, splits and draws; [`TermTable`]: the terms of small
+//!   pairs.
 //! * [`Refinement`]: the next pair to split, by [`Rank`].
-//! * [`Cut`]: the engine; in epochs, it splits pairs, draws terms and traces their segments.
-//! * [`Strata`]: estimators of pairs: [`FreshStrata`], [`Representatives`], or [`InheritedStrata`],
-//!   which keep their samples.
-//! * [`StoppingRule`]: the rules by which published methods end a cut; a closed family.
-//! * [`PilotVisibility`]: visibility from other pixels of the neighbourhood, as a
-//!   [`VisibilityPrior`].
-//! * [`Population`]: estimates by inherited samples for lights and points that are themselves
-//!   drawn.
+//! * [`Cut`]: the engine. In each epoch it splits pairs, draws terms and traces their segments.
+//! * [`Strata`]: estimators of pairs. [`FreshStrata`], [`Representatives`], or [`InheritedStrata`],
+//!   which keep their samples when a pair is split.
+//! * [`StoppingRule`]: the rules by which published methods end a cut, a closed set.
+//! * [`PilotVisibility`]: visibility measured from other pixels nearby, as a [`VisibilityPrior`].
+//! * [`Population`]: estimates for lights and points that are drawn at random, from the samples of
+//!   [`InheritedStrata`].
 //!
 //! # Held to this by
 //! `cut::tests`, and the suite's `cuts`: the finest cut is the exact sum, and estimates at a fixed

@@ -1,27 +1,28 @@
-//! Visibility of clusters of lights from parts of the image, measured by pilot segments that no
+//! Visibility of clusters of lights from regions of the image, measured by pilot segments that no
 //! estimate uses.
 //!
-//! The image is divided into cells ([`Grid`]), the lights into up to [`CLUSTERS`] nodes of the
-//! light tree. For every cell and cluster [`TRIALS`] segments are traced, from gather points of
-//! random pixels of the cell to lights of the cluster. The lights are drawn once for the image: so
-//! they lie next to each other in memory, and all segments from a point are a fan whose neighbours
-//! have most of their way in common; points are of the instant of the lights. For a pixel, trials
-//! of its own cell and of the eight around it count. From the roots of the light tree down,
+//! The image is divided into cells ([`Grid`]), and the lights into up to [`CLUSTERS`] nodes of the
+//! light tree. For every cell and cluster, [`TRIALS`] segments are traced from gather points of
+//! random pixels of the cell to lights of the cluster. The lights are drawn once for the whole
+//! image. Therefore they lie next to each other in memory, and the segments from one point form a
+//! fan in which neighbours share most of their way. Points and lights belong to the same instant.
+//! For a pixel, the trials of its cell and of the eight cells around it are counted. From the roots
+//! of the light tree down,
 //!
 //! ```text
 //! p_node = (s p_parent + Σ V) / (s + trials)          p above a root: ½
 //! ```
 //!
-//! with the trials of all clusters under the node, so that the lights around decide where trials
-//! are few.
+//! where `V` and the trials are those of all clusters under the node. Thus neighbouring lights
+//! determine the visibility where trials are few.
 //!
-//! The cost is at most `CLUSTERS · TRIALS / 16²` = 256 segments a pixel. Cells are measured on
+//! The cost is at most `CLUSTERS · TRIALS / 16²` = 256 segments per pixel. Cells are measured on
 //! first use.
 //!
 //! # Independence
-//! Pilot points, lights and pixels come from streams of their own ([`Purpose::Guidance`]); a cell
-//! is a function of the image and its place, not of the order of queries. So the prior of a pixel
-//! is independent of all samples of its estimate.
+//! Pilot points, lights and pixels have separate random streams ([`Purpose::Guidance`]). A cell
+//! depends on the image and the cell's position, not on the order of queries. The prior of a pixel
+//! is therefore independent of all samples of the pixel's estimate.
 
 use std::ops::Range;
 
@@ -41,16 +42,18 @@ use crate::vpl::{Vpl, VplKind};
 const CLUSTERS: usize = 8192;
 /// Number of segments for each cell and cluster.
 const TRIALS: u32 = 8;
-/// Number of sets of lights that stand for the clusters: two by two cells have one each.
+/// Number of sets of lights drawn from the clusters: the four cells of a 2 × 2 block use different
+/// sets.
 const SETS: usize = 4;
 /// `s`: weight of the parent's visibility, in trials.
 const PARENT_WEIGHT: f32 = 2.0;
-/// Number of points of the image that decide which clusters matter.
+/// Number of points of the image that determine which clusters are important.
 const PROBES: u64 = 256;
-/// Number of steps in which the visibility of a segment is counted: `TRIALS` times as many fit into
-/// a byte.
+/// Number of steps in which the visibility of a segment is counted. The sum over `TRIALS` segments
+/// fits into a byte.
 const PARTS: f32 = 16.0;
-/// Keeps the importance of a cluster at a probe's own place finite (m²).
+/// Lower limit of squared distances, which keeps the importance of a cluster finite at a probe's
+/// own position (m²).
 const LEAST_SQUARED_DISTANCE: f32 = 1e-6;
 
 /// Data needed to trace pilot segments.
@@ -62,30 +65,31 @@ pub struct Pilot<'a> {
     pub view: View<'a>,
     /// Tree over the lights of the image.
     pub lights: &'a LightTree,
-    /// Kernel that decides which lights can light a point at all.
+    /// Kernel that decides which lights can light a point.
     pub contribution: ContributionKernel<'a>,
 }
 
 /// Pilot visibility of an image.
 #[derive(Debug)]
 pub struct PilotVisibility {
-    /// Place of the parent of each cluster of known visibility, depth first; roots are their own
-    /// parents. Visibility is known of clusters with trials and of all above them.
+    /// Index of the parent of each node that has a visibility, in depth-first order; roots are
+    /// their own parents. These nodes are the clusters with trials and all their ancestors.
     parents: Vec<u32>,
-    /// Clusters with trials, each with its place.
+    /// Clusters with trials, each with its index in `parents`.
     clusters: Vec<(u32, LightCluster)>,
     /// Range of `clusters` for each instant.
     of_instants: Vec<Range<usize>>,
-    /// Lights of the clusters, cluster by cluster one for each point of a cell. Neighbouring cells
-    /// use different sets.
+    /// Lights drawn from each cluster, one for each gather point of a cell. Neighbouring cells use
+    /// different sets.
     representatives: [Vec<[Vpl; TRIALS as usize]>; SETS],
-    /// By number of a cluster: the place of the smallest cluster of known visibility that holds it.
+    /// For the number of each cluster of the tree, the index of the smallest node that contains it
+    /// and has a visibility.
     place_of: Vec<u32>,
     cells: Grid<Cell>,
     seed: u64,
 }
 
-/// Tallies of the segments of a cell.
+/// Tallies of the pilot segments of a cell.
 #[derive(Debug)]
 struct Cell {
     /// One tally for each cluster.
@@ -94,42 +98,42 @@ struct Cell {
     segments: u64,
 }
 
-/// Trials of a cell and a cluster.
+/// Trials of one cluster in one cell.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
-    /// Visible segments, in [`PARTS`] of a segment.
+    /// Sum of the visibilities, in units of `1 /` [`PARTS`].
     visible: u8,
     trials: u8,
 }
 
-/// Visibility of the clusters of lights around one cell.
+/// Visibility of the clusters of lights from the surroundings of one cell.
 #[derive(Debug)]
 pub struct CellVisibility<'a> {
     place_of: &'a [u32],
     visibility: Vec<f32>,
-    /// Number of segments that each pixel of the cell cost.
+    /// Number of segments traced for the cell, per pixel of the cell.
     pub segments_per_pixel: u64,
 }
 
 impl CellVisibility<'_> {
-    /// Expected visibility of the lights around the cell.
+    /// Expected visibility of the lights from the surroundings of the cell.
     pub fn prior(&self) -> VisibilityPrior<'_> {
         VisibilityPrior::new(self.place_of, &self.visibility)
     }
 }
 
 impl PilotVisibility {
-    /// Chooses clusters for the image of `pilot`; traces no segment yet.
+    /// Chooses clusters for the image of `pilot`. No segments are traced yet.
     pub fn new(pilot: &Pilot<'_>, seed: u64) -> Self {
         let lights = pilot.lights;
-        // Clusters that could light the probes most are split furthest.
+        // The clusters that could light the probes most are split first.
         let probes = probes(pilot, seed);
         let mut chosen =
             lights.split(CLUSTERS, |cluster| importance(lights, cluster, &probes)).into_iter().peekable();
         let mut place_of = vec![u32::MAX; lights.clusters()];
         let (mut parents, mut clusters) = (Vec::new(), Vec::new());
         let mut of_instants = vec![0..0; lights.instants().len()];
-        // Clusters with the place above; roots have none.
+        // Clusters with the index of their parent; roots have none.
         let mut waiting = Vec::new();
         for (instant, root) in lights.roots() {
             let first = clusters.len();
@@ -157,7 +161,7 @@ impl PilotVisibility {
         Self { parents, clusters, of_instants, representatives, place_of, cells, seed }
     }
 
-    /// Visibility of the lights around a cell.
+    /// Visibility of the lights from a cell and the cells around it.
     pub fn about(&self, pilot: &Pilot<'_>, cell: [u32; 2]) -> CellVisibility<'_> {
         let mut sums = vec![[0.0_f32; 2]; self.parents.len()];
         for near in self.cells.about(cell) {
@@ -203,7 +207,7 @@ impl PilotVisibility {
                 let number = u64::from(instant) * u64::from(TRIALS) + u64::from(trial);
                 points.extend(one_point(pilot, pixel, &instants, key.wrapping_add(number)));
             }
-            // Points that reflect nothing need no light.
+            // Points that reflect nothing are ignored.
             points.retain(|point| !point.albedo().is_black());
             let trials = pilot.look(&points, instants.shares()[0], |trial| {
                 clusters.clone().map(move |cluster| (cluster as u32, &representatives[cluster][trial]))
@@ -221,12 +225,13 @@ impl PilotVisibility {
 }
 
 impl Pilot<'_> {
-    /// Visibility of lights from points, after a share of the time that the shutter is open.
+    /// Visibility of lights from points, at a time given as a share of the time that the shutter is
+    /// open.
     ///
-    /// * `lights`: returns the lights for the point at a place in `points`, each with a number of
-    ///   the caller's.
+    /// * `lights`: for the index of a point in `points`, returns the lights to test, each with a
+    ///   number that the caller chooses.
     ///
-    /// Returns the number and the visibility of each light that can light its point at all.
+    /// Returns the number and the visibility of each light that can light its point.
     fn look<'l, L: Iterator<Item = (u32, &'l Vpl)>>(
         &self,
         points: &[GatherPoint],
@@ -243,7 +248,8 @@ impl Pilot<'_> {
             for (number, light) in
                 lights(trial).filter(|(_, light)| self.contribution.is_facing(point, light))
             {
-                // Fans around the point are faster, but media need the point as target.
+                // Fans around the point are faster, but the code for media needs the point as the
+                // target.
                 if light.kind == VplKind::Directional || has_media {
                     batch.push_fan(light.apex(), [point.position]);
                     in_media.push(point.medium);
@@ -265,7 +271,7 @@ impl Pilot<'_> {
     }
 }
 
-/// A gather point of a pixel at one of `instants`; `None` where nothing gathers.
+/// A gather point of a pixel at one of `instants`; `None` if the pixel's path gathers nothing.
 fn one_point(pilot: &Pilot<'_>, pixel: [u32; 2], instants: &Instants, seed: u64) -> Option<GatherPoint> {
     pilot.view.by(1, seed).pixel_at(pilot.tracer, pixel, instants).points.into_iter().next()
 }
@@ -281,7 +287,7 @@ fn probes(pilot: &Pilot<'_>, seed: u64) -> Vec<Vec3> {
     (0..PROBES).filter_map(point).collect()
 }
 
-/// Sets the place of a cluster and of everything below it.
+/// Sets the index of a cluster and of all its descendants.
 fn fill(lights: &LightTree, cluster: LightCluster, place: u32, place_of: &mut [u32]) {
     let mut waiting = vec![cluster];
     while let Some(next) = waiting.pop() {
@@ -290,7 +296,7 @@ fn fill(lights: &LightTree, cluster: LightCluster, place: u32, place_of: &mut [u
     }
 }
 
-/// Approximate light that the probes could get from a cluster (W·m⁻²), as if it were anywhere in
+/// Approximate irradiance of the probes by a cluster (W·m⁻²), with lights that may be anywhere in
 /// its box.
 fn importance(lights: &LightTree, cluster: &LightCluster, probes: &[Vec3]) -> f64 {
     let bounds = lights.bounds(cluster);

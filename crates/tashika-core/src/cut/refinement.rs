@@ -1,6 +1,6 @@
-//! All pairs of a pixel's cuts, and the next pair to split: always the one of the highest rank.
+//! All pairs of a pixel's cuts, and the next pair to split: the one of the highest rank.
 //!
-//! Splits can be planned ahead of any sample, since a [`Rank`] sees none.
+//! Splits can be planned before any sample is drawn, since a [`Rank`] depends on no sample.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -13,57 +13,58 @@ use crate::bounds::UpperMaterial;
 /// Options that decide which pairs are split, and in which order.
 #[derive(Clone, Copy, Debug)]
 pub struct RefinementOptions<'a> {
-    /// The pair of the highest rank is split first.
+    /// Rank that orders the pairs; the pair of the highest rank is split first.
     pub rank: Rank<'a>,
-    /// Number of terms up to which a pair is not split, but evaluated as a whole. At least 1.
+    /// Largest number of terms of a pair that is evaluated as a whole instead of being split. At
+    /// least 1.
     pub finest: u64,
-    /// Number of terms up to which a pair is tabulated when it is split, so that its halves are
-    /// drawn from the table; 0 for no tables. Higher values need fewer bounds and fewer segments,
-    /// but more terms to evaluate and to search.
+    /// Largest number of terms of a pair that is tabulated when it is split, so that its halves are
+    /// drawn from the table; 0 for no tables. With larger tables fewer bounds and fewer segments
+    /// are needed, but more terms are evaluated and searched.
     pub tabulated: u64,
 }
 
 impl RefinementOptions<'static> {
-    /// Options of published methods: by bounds alone, down to single terms.
+    /// Options of published methods: ranked by bounds alone, and split down to single terms.
     pub const PUBLISHED: Self = Self { rank: Rank::Upper, finest: 1, tabulated: 0 };
 }
 
-/// One refinement: pair `parent` gives way to pairs `children` and `children + 1`.
+/// One refinement: pair `parent` is replaced by pairs `children` and `children + 1`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Split {
     /// Number of the pair that is split.
     pub parent: u32,
     /// Number of the first of its two children.
     pub children: u32,
-    /// Rank of the parent: the highest of the cut before the split.
+    /// Rank of the parent, the highest in the cut before the split.
     pub rank: f64,
 }
 
-/// Data of a pair, none of it from samples.
+/// Data of a pair, which depends on no sample.
 #[derive(Clone, Copy, Debug)]
 pub struct PairInfo {
     /// `R`; zero if the pair contributes nothing.
     pub upper: RadianceBound,
-    /// Approximate root mean square of a drawn term over `R`, if all terms were visible; not
-    /// proven.
+    /// Approximate ratio to `R` of the root mean square of a drawn term if all terms were visible.
+    /// Not guaranteed.
     pub importance_of_bound: f64,
-    /// Place of the terms, if they are tabulated.
+    /// Entry in the table of terms; `None` if the pair is not tabulated.
     pub table: Option<TableEntry>,
     /// True if the pair is evaluated as a whole.
     pub is_finest: bool,
-    /// True if the pair gave way to its halves.
+    /// True if the pair has been replaced by its halves.
     pub is_split: bool,
 }
 
 impl PairInfo {
-    /// Approximate root mean square of a drawn term, if all terms were visible; not proven
-    /// (W·m⁻²·sr⁻¹).
+    /// Approximate root mean square of a drawn term if all terms were visible (W·m⁻²·sr⁻¹). Not
+    /// guaranteed.
     pub fn importance_size(&self) -> f64 {
         self.upper.0 * self.importance_of_bound
     }
 }
 
-/// All pairs that have been made so far, and those that can be split next.
+/// All pairs created so far, and the queue of those that can be split next.
 #[derive(Debug)]
 pub struct Refinement<'a, B> {
     clusters: Clusters<'a, B>,
@@ -72,19 +73,20 @@ pub struct Refinement<'a, B> {
     roots: usize,
 }
 
-/// Memory of a [`Refinement`], which the next one reuses.
+/// Memory of a [`Refinement`], reused by the next one.
 #[derive(Clone, Debug, Default)]
 pub struct RefinementMemory {
     table: TermTable,
     pairs: Vec<Pair>,
     infos: Vec<PairInfo>,
-    /// Ranks as bits, which have the order of the ranks since none is negative, and numbers: of
-    /// equal ranks, that of the older pair is the greater.
+    /// Ranks as bits, whose order is that of the ranks since none is negative, and pair numbers.
+    /// Among equal ranks the older pair is split first.
     waiting: BinaryHeap<(u64, Reverse<u32>)>,
 }
 
 impl<'a, B: UpperMaterial> Refinement<'a, B> {
-    /// Creates the cut of a single pair, or one for each instant; `None` if the sum has no terms.
+    /// Creates the initial cut of a single pair, or one for each instant; `None` if the sum has no
+    /// terms.
     pub fn new(
         clusters: Clusters<'a, B>,
         options: RefinementOptions<'a>,
@@ -100,7 +102,7 @@ impl<'a, B: UpperMaterial> Refinement<'a, B> {
         (refinement.roots > 0).then_some(refinement)
     }
 
-    /// Clusters of which the pairs consist.
+    /// The clusters that form the pairs.
     pub fn clusters(&self) -> &Clusters<'a, B> {
         &self.clusters
     }
@@ -110,7 +112,7 @@ impl<'a, B: UpperMaterial> Refinement<'a, B> {
         self.roots
     }
 
-    /// All pairs ever made, by number; the first are the roots.
+    /// All pairs ever created, by number; the roots come first.
     pub fn pairs(&self) -> &[Pair] {
         &self.memory.pairs
     }
@@ -120,9 +122,9 @@ impl<'a, B: UpperMaterial> Refinement<'a, B> {
         &self.memory.infos[pair]
     }
 
-    /// Sum of the measures to which the probabilities of a pair's terms are proportional:
-    /// `I_C W_G`, or `U` if the pair is tabulated. A drawn term contributes its value over its
-    /// measure, times this weight.
+    /// Sum over a pair's terms of the measures to which their probabilities are proportional:
+    /// `I_C W_G`, or `U` if the pair is tabulated. The contribution of a drawn term is its value
+    /// divided by its measure, times this sum.
     pub fn weight(&self, pair: usize) -> f64 {
         let weight = || self.clusters.weight(&self.memory.pairs[pair]);
         self.memory.infos[pair].table.map_or_else(weight, |entry| entry.total)
@@ -133,8 +135,8 @@ impl<'a, B: UpperMaterial> Refinement<'a, B> {
         &self.memory.table
     }
 
-    /// Splits the pair of the highest rank; `None` if all pairs that are left are evaluated as a
-    /// whole, or contribute nothing.
+    /// Splits the pair of the highest rank. `None` if every remaining pair contributes nothing or
+    /// is evaluated as a whole.
     pub fn split_next(&mut self) -> Option<Split> {
         let (rank, Reverse(parent)) = self.memory.waiting.pop()?;
         self.memory.infos[parent as usize].is_split = true;
@@ -142,10 +144,11 @@ impl<'a, B: UpperMaterial> Refinement<'a, B> {
         let pair = &self.memory.pairs[parent as usize];
         let halves = self.clusters.split(pair);
         let is_small = self.clusters.terms(pair) <= self.options.tabulated;
-        // Many small pairs are never split: their tables would serve two terms.
+        // Tables are made only when a small pair is split. Many small pairs are never split; a
+        // table would serve only two draws.
         let new_table = || is_small.then(|| self.memory.table.add(&self.clusters, pair));
         if let Some(whole) = self.memory.infos[parent as usize].table.or_else(new_table) {
-            // Tabulated pairs need no other bound.
+            // The sum of the table is the bound of a tabulated pair.
             let entries = self.memory.table.halves(&self.clusters, &halves, &whole);
             for (half, entry) in halves.into_iter().zip(entries) {
                 self.add(half, Some(entry));

@@ -4,9 +4,9 @@
 //! L̂ = Σ_k L̂_k          V̂ = Σ_k s_k²          k: pairs of the cut
 //! ```
 //!
-//! Since the order of splits does not depend on any sample, those of an epoch are planned and drawn
-//! ahead and their segments traced together. Work beyond the split at which the rule is met is
-//! discarded, and not counted.
+//! The order of splits does not depend on samples. Therefore the splits of an epoch are planned in
+//! advance, their terms drawn and all segments traced together. Work beyond the split at which the
+//! rule is met is discarded and not counted.
 
 use super::engine::Cut;
 use super::strata::PairEstimates;
@@ -14,16 +14,16 @@ use crate::bounds::UpperMaterial;
 use crate::color::RgbSum;
 use crate::stats::student_t_two_sided;
 
-/// Splits of an epoch as a share of the pairs of the cut; at least [`MIN_EPOCH`].
+/// Number of splits of an epoch, as a share of the pairs in the cut; see also [`MIN_EPOCH`].
 const EPOCH_SHARE: f64 = 0.125;
 /// Minimum number of splits of an epoch; see [`EPOCH_SHARE`].
 const MIN_EPOCH: u64 = 31;
 
-/// Stopping rules of published methods, a closed family.
+/// Stopping rules of published methods, a closed set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StoppingRule {
-    /// No pair that can be split has an upper bound above `error` times the estimate (Walter 2005,
-    /// section 3.3).
+    /// The largest upper bound of a pair that can be split is at most `error` times the estimate
+    /// (Walter 2005, section 3.3).
     LargestUpper {
         /// Relative error `ε` of the estimate.
         error: f64,
@@ -40,7 +40,7 @@ pub enum StoppingRule {
         error: f64,
         /// Confidence of the interval, in (0, 1).
         confidence: f64,
-        /// Number of pairs from which on the rule is evaluated.
+        /// Number of pairs from which the rule is evaluated.
         min_pairs: u64,
     },
 }
@@ -50,22 +50,22 @@ pub enum StoppingRule {
 pub enum CutEnd {
     /// The stopping rule of the cut is met.
     RuleMet,
-    /// No pair can be split any more.
+    /// No pair can be split.
     #[default]
     Finest,
-    /// The cut has as many pairs as permitted.
+    /// The cut has reached the permitted number of pairs.
     Budget,
 }
 
-/// Estimate by a cut; by default that of a sum without terms.
+/// Estimate of a sum by a cut. The default is the estimate of a sum without terms.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CutEstimate {
     /// Estimate (W·m⁻²·sr⁻¹).
     pub radiance: RgbSum,
     /// Estimated variance of the luminance.
     pub variance: f64,
-    /// Half-width of the interval that the rule states for the luminance (W·m⁻²·sr⁻¹); 0 if it
-    /// states none.
+    /// Half-width of the interval that the rule states for the luminance (W·m⁻²·sr⁻¹); 0 if the
+    /// rule states none.
     pub half_width: f64,
     /// Reason why the cut ended.
     pub end: CutEnd,
@@ -76,7 +76,7 @@ pub struct CutEstimate {
 }
 
 impl StoppingRule {
-    /// Refines a cut until the rule is met, or it has `max_pairs` pairs.
+    /// Refines a cut until the rule is met or the cut has `max_pairs` pairs.
     pub fn refine<B: UpperMaterial, S: PairEstimates<B>>(
         &self,
         mut cut: Cut<'_, B, S>,
@@ -101,8 +101,8 @@ impl StoppingRule {
         }
     }
 
-    /// Returns true if the cut ends here, and records why. `largest_upper` is the largest bound of
-    /// a pair that can be split; `None` if no pair can be.
+    /// Returns true if the cut ends here, and records the reason. `largest_upper` is the largest
+    /// bound of a pair that can be split; `None` if no pair can be split.
     fn ends(&self, now: &mut CutEstimate, largest_upper: Option<f64>, max_pairs: u64) -> bool {
         let half_width = self.confidence().map_or(0.0, |confidence| {
             student_t_two_sided(confidence, now.pairs as f64) * now.variance.max(0.0).sqrt()
@@ -125,7 +125,7 @@ impl StoppingRule {
         true
     }
 
-    /// Confidence of the interval that the rule states, if it states one.
+    /// Confidence of the interval that the rule states; `None` if the rule states none.
     pub fn confidence(&self) -> Option<f64> {
         match *self {
             Self::LargestUpper { .. } => None,

@@ -1,16 +1,16 @@
-//! Tables of small pairs, term by term: the unoccluded contribution of each term.
+//! Tables of small pairs: the unoccluded contribution of every term.
 //!
 //! ```text
 //! u_ij = luminance of w_j M_ji G_ji I_i          U = Σ u_ij over the terms of the pair
 //! ```
 //!
-//! A term drawn with probability `u_ij / U` has, divided by that probability, the luminance
-//! `U V_ij`: within `[0, U]`, and with a variance by visibility alone. `U` is the smallest bound
-//! that a pair can have without a ray; bounds of clusters are several times larger, and cost as
-//! much as a hundred terms.
+//! A term is drawn with probability `u_ij / U` and divided by that probability. Its luminance is
+//! then `U V_ij`, which is in `[0, U]` and varies by visibility alone. `U` is the smallest bound of
+//! a pair that needs no ray. Bounds of clusters are several times larger, and cost as much as
+//! evaluating a hundred terms.
 //!
-//! Terms are evaluated once, when a pair that is small enough is split; all pairs that are split
-//! from it read their values from the table.
+//! Terms are evaluated once, when a sufficiently small pair is split. All its descendants read
+//! their values from the table.
 
 use smallvec::SmallVec;
 
@@ -18,16 +18,17 @@ use super::clusters::{Clusters, Pair, RadianceBound};
 use super::terms::Term;
 use crate::bounds::UpperMaterial;
 
-/// Factor above the rounding of `f32` in products of a dozen factors: keeps `U` above the values of
-/// rounded terms.
+/// Factor larger than the relative rounding error of `f32` products of a dozen factors. It keeps
+/// `U` above the sum of the exact terms.
 const ROUNDING: f64 = 1.0 + 1.0 / 262_144.0;
 
-/// Share of an added-up sum below which a remainder is added up, too, rather than computed by
-/// subtracting parts. Parts and remainders have the rounding errors of the added-up sum: a few 2⁻⁵³
-/// of it for each level, which relative to a share of 2⁻¹⁶ is far less than [`ROUNDING`] allows.
+/// If a remainder is a smaller share than this of the sum that was computed by addition, it is
+/// computed by addition, too, instead of by subtraction. Parts and remainders have the rounding
+/// errors of that original sum: a few 2⁻⁵³ of it for each level. Relative to a share of 2⁻¹⁶ this
+/// is far less than [`ROUNDING`] allows.
 const LEAST_SHARE: f64 = 1.0 / 65_536.0;
 
-/// Place of the terms of a tabulated pair, and their sum.
+/// Location of the terms of a tabulated pair, and their sum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TableEntry {
     block: u32,
@@ -35,7 +36,8 @@ pub struct TableEntry {
     pub lit: u32,
     /// `U` (W·m⁻²·sr⁻¹).
     pub total: f64,
-    /// The added-up sum of which `total` is a remainder; `total` itself if that was added up.
+    /// The sum from which `total` was obtained by subtraction; `total` itself if it was computed by
+    /// addition.
     added_up: f64,
 }
 
@@ -46,7 +48,7 @@ impl TableEntry {
     }
 }
 
-/// Place of the values of a pair, of which other pairs are parts: point by point, and for each
+/// Location of the values of a tabulated pair and its descendants: point by point, and for each
 /// point all lights.
 #[derive(Clone, Copy, Debug)]
 struct Block {
@@ -56,7 +58,7 @@ struct Block {
     lights: u32,
 }
 
-/// The values of all pairs that have been tabulated.
+/// Values of all pairs that have been tabulated.
 #[derive(Clone, Debug, Default)]
 pub struct TermTable {
     values: Vec<f32>,
@@ -64,13 +66,13 @@ pub struct TermTable {
 }
 
 impl TermTable {
-    /// Removes all pairs but keeps the memory.
+    /// Removes all pairs; keeps the allocated memory.
     pub fn clear(&mut self) {
         self.values.clear();
         self.blocks.clear();
     }
 
-    /// Evaluates all terms of a pair.
+    /// Evaluates and stores all terms of a pair.
     pub fn add<B: UpperMaterial>(&mut self, clusters: &Clusters<'_, B>, pair: &Pair) -> TableEntry {
         let (points, lights) = clusters.members(pair);
         let (block, values) = (self.blocks.len() as u32, self.values.len() as u32);
@@ -85,7 +87,7 @@ impl TermTable {
         self.sum(clusters, pair, block)
     }
 
-    /// The entries of the halves of a tabulated pair.
+    /// Returns the entries of the halves of a tabulated pair.
     pub fn halves<B: UpperMaterial>(
         &self,
         clusters: &Clusters<'_, B>,
@@ -97,7 +99,7 @@ impl TermTable {
         let lit = whole.lit - one.lit;
         let total = if lit > 0 { whole.total - one.total } else { 0.0 };
         let mut other = TableEntry { block: whole.block, lit, total, added_up: whole.added_up };
-        // A small difference of large numbers might not be above the sum of its terms.
+        // If the difference is small, cancellation could make it less than the sum of its terms.
         if lit > 0 && total < LEAST_SHARE * whole.added_up {
             other = self.sum(clusters, &halves[1 - smaller], whole.block);
         }
@@ -114,8 +116,8 @@ impl TermTable {
         TableEntry { block, lit, total, added_up: total }
     }
 
-    /// Upper bound of `u_ij / (I_i w_j)` in a tabulated pair, the largest value to rounding
-    /// (m⁻²·sr⁻¹).
+    /// Upper bound of `u_ij / (I_i w_j)` in a tabulated pair. It equals the largest value, except
+    /// for rounding (m⁻²·sr⁻¹).
     pub fn largest_share<B: UpperMaterial>(
         &self,
         clusters: &Clusters<'_, B>,
@@ -132,7 +134,8 @@ impl TermTable {
         largest * ROUNDING
     }
 
-    /// Values of a pair that is part of a block: for each point, its number and one value a light.
+    /// Values of a pair that is part of a block: for each point, its index and a slice with one
+    /// value per light.
     fn rows<B: UpperMaterial>(
         &self,
         clusters: &Clusters<'_, B>,
@@ -148,7 +151,7 @@ impl TermTable {
         })
     }
 
-    /// Unoccluded value `u` of a term of a tabulated pair (W·m⁻²·sr⁻¹).
+    /// Unoccluded value `u` of one term of a tabulated pair (W·m⁻²·sr⁻¹).
     pub fn unoccluded(&self, entry: &TableEntry, term: Term) -> f64 {
         let block = &self.blocks[entry.block as usize];
         let row = block.values + (term.point - block.first_point) * block.lights;
@@ -156,8 +159,8 @@ impl TermTable {
         f64::from(self.values[place as usize])
     }
 
-    /// Draws a term of a pair that has terms above zero, by the uniform number `x` in `[0, 1)`; its
-    /// probability is `u / Σ u`.
+    /// Draws a term of a pair by the uniform number `x` in `[0, 1)`. At least one term of the pair
+    /// must be above zero. The probability of a term is `u / Σ u`.
     pub fn draw<B: UpperMaterial>(
         &self,
         clusters: &Clusters<'_, B>,
@@ -181,16 +184,17 @@ impl TermTable {
                 left -= sum;
             }
         }
-        // If rounding leaves a rest, the draw is from the last row that has terms above zero.
+        // If rounding makes the draw exceed the sum, the term is taken from the last chunk that has
+        // terms above zero.
         let (point, first, some) = last.expect("something of the pair is above zero");
         drawn_of(point, first, some, f64::INFINITY)
     }
 }
 
-/// Number of values that a draw skips together.
+/// Number of values that a draw skips at a time.
 const SKIPPED: usize = 32;
 
-/// The largest product of two numbers in the same place; zero if no product is above zero.
+/// The largest of the elementwise products of two slices; zero if none is positive.
 fn largest_product(a: &[f32], b: &[f32]) -> f32 {
     let mut largest = [0.0_f32; 8];
     let ((a, rest_of_a), (b, rest_of_b)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
@@ -205,7 +209,7 @@ fn largest_product(a: &[f32], b: &[f32]) -> f32 {
 
 /// Sum of values, and the number of values above zero.
 fn sum_of(values: &[f32]) -> (f64, u32) {
-    // Eight sums that do not wait for each other.
+    // Eight independent sums, which can be computed in parallel.
     let mut sums = [0.0; 8];
     let (eights, rest) = values.as_chunks::<8>();
     for eight in eights {
@@ -220,8 +224,8 @@ fn sum_of(values: &[f32]) -> (f64, u32) {
     (((sums[0] + sums[1]) + (sums[2] + sums[3])) + ((sums[4] + sums[5]) + (sums[6] + sums[7])), lit)
 }
 
-/// Term at which the running sum of `values`, of lights from `first` on, exceeds `left`, or else
-/// the last term above zero.
+/// Term at which the running sum of `values` exceeds `left`, or the last term above zero if none
+/// does. The first value belongs to light `first`.
 fn drawn_of(point: u32, first: u32, values: &[f32], mut left: f64) -> Term {
     let mut drawn = first;
     for (light, &value) in (first..).zip(values) {

@@ -1,5 +1,5 @@
-//! Single terms of a pixel's sum, evaluated in batches: one batch of shadow segments for all terms
-//! of an instant.
+//! Single terms of a pixel's sum, evaluated in batches. All shadow segments of an instant are
+//! traced together.
 
 use super::clusters::Clusters;
 use crate::accel::{Glass, SegmentBatch, Tracer};
@@ -7,18 +7,18 @@ use crate::color::Rgb;
 use crate::math::Instants;
 use crate::media::Segments;
 
-/// One term: a light and a gather point, as places in the sorted orders of their trees.
+/// One term: a light and a gather point, as indices in the sorted orders of their trees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Term {
-    /// Place of the light in the order of the light tree.
+    /// Index of the light in the order of the light tree.
     pub light: u32,
-    /// Place of the gather point in the order of the gather tree.
+    /// Index of the gather point in the order of the gather tree.
     pub point: u32,
 }
 
-/// Terms whose visibility is traced at once.
+/// Terms whose visibility is traced together.
 ///
-/// Terms that contribute nothing even unoccluded need no segment.
+/// Terms whose unoccluded contribution is zero need no segment.
 #[derive(Clone, Debug, Default)]
 pub struct TermBatch {
     values: Vec<Rgb>,
@@ -30,7 +30,7 @@ pub struct TermBatch {
 /// The segments of an instant.
 #[derive(Clone, Debug, Default)]
 struct Traced {
-    /// Terms to which the segments belong.
+    /// Indices of the terms to which the segments belong.
     terms: Vec<u32>,
     segments: SegmentBatch,
     in_media: Segments,
@@ -38,7 +38,7 @@ struct Traced {
 }
 
 impl TermBatch {
-    /// Removes all terms but keeps the memory; `glass` is the effect of glass on later segments.
+    /// Removes all terms and keeps the memory. `glass` is the effect of glass on later segments.
     pub fn clear(&mut self, glass: Glass) {
         self.values.clear();
         self.glass = glass;
@@ -50,7 +50,7 @@ impl TermBatch {
         }
     }
 
-    /// Adds a term times `factor` (one over its probability).
+    /// Adds a term multiplied by `factor`, the inverse of its probability.
     pub fn push<B>(&mut self, clusters: &Clusters<'_, B>, term: Term, factor: f64) {
         let (light, point) = (clusters.lights.light(term.light), clusters.points.point(term.point));
         let value = clusters.contribution.unoccluded(point, &light).map(|c| (f64::from(c) * factor) as f32);
@@ -73,7 +73,7 @@ impl TermBatch {
         self.traced.iter().map(|traced| traced.segments.len() as u64).sum()
     }
 
-    /// Multiplies terms by visibility and by the transmittance of media, at the times of
+    /// Multiplies the terms by visibility and by the transmittance of media, at the times of
     /// `instants`.
     pub fn trace(&mut self, tracer: &Tracer, instants: &Instants) {
         for (Traced { terms, segments, in_media, visibility }, &share) in
@@ -92,8 +92,8 @@ impl TermBatch {
         }
     }
 
-    /// Values of all terms, in order (W·m⁻²·sr⁻¹): without visibility before [`TermBatch::trace`],
-    /// with it afterwards.
+    /// Values of all terms, in order (W·m⁻²·sr⁻¹). They include visibility after
+    /// [`TermBatch::trace`] was called.
     pub fn values(&self) -> &[Rgb] {
         &self.values
     }

@@ -1,24 +1,26 @@
-//! Free flight of a path in a medium until it is scattered.
+//! Free flight of a path in a medium up to its next scattering.
 //!
-//! A path of weight `β` (by channel) draws one channel `c` with probability `q_c = β_c / Σ β`, as
-//! Chiang et al. 2016 do, and a distance by that channel's extinction, `t = −ln(1 − u) / σ_c`. As
-//! with the hero wavelengths of Wilkie et al. 2014, the path is weighted by the density of all
-//! channels together, the balance heuristic over the choice:
+//! Let `β` be the weight of a path (by channel). The path draws one channel `c` with probability
+//! `q_c = β_c / Σ β`, as in Chiang et al. 2016, and a distance by the extinction of that channel,
+//! `t = −ln(1 − u) / σ_c`. As with the hero wavelengths of Wilkie et al. 2014, the weight is
+//! divided by the density of all channels together, which is the balance heuristic over the choice
+//! of channel:
 //!
 //! ```text
 //! scattered at t < d     β'_k = β_k σ_s,k T_k(t) / Σ_c q_c σ_t,c T_c(t)
 //! goes on to d           β'_k = β_k T_k(d)       / Σ_c q_c T_c(d)              T_k(t) = exp(−σ_t,k t)
 //! ```
 //!
-//! Where the density varies, free flights between null collisions take the place of these formulas
+//! Where the density varies, flights with null collisions replace these formulas
 //! ([`null_collisions`]); the rest is the same.
 //!
 //! # Guarantee
-//! Both outcomes are unbiased for every channel that has any weight. `Σ β` never grows, since
-//! `Σ_k β_k T_k = Σ β · Σ_c q_c T_c` and `σ_s ≤ σ_t`: no weight exceeds three times the largest of
-//! the camera's, however colourful the media are. Where all channels are alike the weight is
-//! multiplied by the albedo `σ_s / σ_t`, or not at all. A medium that scatters nothing is not drawn
-//! from: its transmittance is a factor.
+//! Both outcomes are unbiased for every channel whose weight is not zero. `Σ β` never grows, since
+//! `Σ_k β_k T_k = Σ β · Σ_c q_c T_c` and `σ_s ≤ σ_t`. Therefore no channel's weight exceeds three
+//! times the largest channel of the camera's weight, however colourful the media are. If all
+//! channels are equal, scattering multiplies the weight by the albedo `σ_s / σ_t`, and passing
+//! leaves it unchanged. A medium that does not scatter takes no draw: its transmittance is a
+//! factor.
 //!
 //! # Held to this by
 //! The tests below; the suite's `media`.
@@ -30,8 +32,8 @@ use crate::math::elementary::ln;
 use crate::rng::Stream;
 use crate::scene::Medium;
 
-/// Highest survival probability of Russian roulette after a path is scattered in a medium: media
-/// that absorb nothing would otherwise hold it for ever.
+/// Highest survival probability of Russian roulette after a scattering in a medium. Without this
+/// limit, media that absorb nothing would keep a path for ever.
 pub const MAX_SURVIVAL_IN_MEDIUM: f32 = 0.999;
 
 /// Outcome of a path's flight to the next surface.
@@ -51,8 +53,8 @@ pub enum Flight {
     },
 }
 
-/// Draws the flight of a path of weight `weight`, not black, over `distance` metres of `ray`, all
-/// in one medium. The distance is infinite where there is no surface.
+/// Draws the flight of a path over `distance` metres of `ray`, all in one medium. `weight` must not
+/// be black. The distance is infinite if the ray meets no surface.
 pub fn fly(medium: &Medium, weight: Rgb, ray: &Ray, distance: f32, stream: &mut Stream) -> Flight {
     if !medium.scatters() {
         return Flight::Passed { weight: weight * transmittance(medium, ray, distance, stream) };
@@ -66,7 +68,7 @@ pub fn fly(medium: &Medium, weight: Rgb, ray: &Ray, distance: f32, stream: &mut 
     let channel = if u < chances.r {
         0
     } else if u < chances.r + chances.g || chances.b == 0.0 {
-        // Rounding may leave a rest that belongs to no channel.
+        // Because of rounding, `u` may belong to no channel.
         if chances.g > 0.0 { 1 } else { 0 }
     } else {
         2
@@ -84,8 +86,8 @@ pub fn fly(medium: &Medium, weight: Rgb, ray: &Ray, distance: f32, stream: &mut 
     }
 }
 
-/// Transmittance of `distance` metres of `ray`, all in one medium, by channel; where the density
-/// varies, a random number whose mean it is.
+/// Transmittance of `distance` metres of `ray`, all in one medium, by channel. If the density
+/// varies, the result is random, and its mean is the transmittance.
 pub fn transmittance(medium: &Medium, ray: &Ray, distance: f32, stream: &mut Stream) -> Rgb {
     match medium.density() {
         None => medium.transmittance(distance),
@@ -113,16 +115,16 @@ mod tests {
 
     const RAY: Ray = Ray { origin: Vec3::ZERO, direction: Vec3::X, t_max: f32::INFINITY };
 
-    /// The mean weight of paths that pass is the transmittance, and that of scattered paths the
-    /// albedo times the rest. The latter also holds for the first half of the way alone. All hold
-    /// in every channel and for any weight before. 3 media, 2 weights, 9 means: at 4.5 standard
-    /// errors one false alarm in 2,700 runs.
+    /// The mean weight of paths that pass is the transmittance; the mean weight of scattered paths
+    /// is the albedo times the complement. The same holds for paths that are scattered in the first
+    /// half of the distance. All means are checked in every channel and for two initial weights. 3
+    /// media, 2 weights, 9 means: at 4.5 standard errors one false alarm in 2,700 runs.
     #[test]
     fn every_channel_is_extinguished_by_its_own_coefficients() {
         let media = [
             medium([0.1, 0.2, 0.0], [0.5, 1.0, 4.0]),
             medium([0.3; 3], [0.6; 3]),
-            // One channel passes freely, one is absorbed only.
+            // The first channel is not extinguished at all, the second is only absorbed.
             medium([0.0, 1.5, 0.1], [0.0, 0.0, 2.0]),
         ];
         let distance = 0.8;

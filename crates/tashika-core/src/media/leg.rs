@@ -1,7 +1,7 @@
-//! Legs of a path: straight parts, each in one medium, from one surface or scattering to the next.
+//! Legs of a path: straight parts in one medium, each from one surface or scattering to the next.
 //!
 //! All paths consist of legs: those of the path tracer, camera paths to gather points, light paths
-//! that leave VPLs, and paths that compensate for light that VPLs do not carry.
+//! that create VPLs, and paths that compensate for light that VPLs do not carry.
 //!
 //! # Held to this by
 //! The suite's `media` and `volume_lights`.
@@ -14,7 +14,7 @@ use crate::math::{Ray, Vec3};
 use crate::rng::Stream;
 use crate::scene::{MediumId, Scene, SurfacePoint};
 
-/// A ray, and the medium in which it begins; `None` is vacuum.
+/// A ray and the medium in which it starts.
 #[derive(Clone, Copy, Debug)]
 pub struct Leg {
     /// Origin and direction of the leg.
@@ -28,7 +28,7 @@ pub struct Leg {
 pub struct Scattering {
     /// Place of the scattering (m).
     pub place: Vec3,
-    /// Unit direction along which the path arrived.
+    /// Unit direction in which the path arrived.
     pub before: Vec3,
     /// Medium that scatters the path.
     pub medium: MediumId,
@@ -37,10 +37,10 @@ pub struct Scattering {
 }
 
 impl Leg {
-    /// Draws the flight of a path of weight `weight` up to `hit`, or without end if there is none.
-    /// Returns its weight there, or an earlier scattering and its weight there.
+    /// Draws the flight of a path of weight `weight` up to `hit`, or to infinity if there is no
+    /// hit. Returns the path's weight at the hit, or an earlier scattering and the weight after it.
     ///
-    /// In vacuum the weight does not change; see [`fly`] for the guarantee.
+    /// In vacuum the weight does not change. For the guarantee see [`fly`].
     #[inline]
     pub fn fly(
         &self,
@@ -64,14 +64,14 @@ impl Leg {
         }
     }
 
-    /// The leg that begins at the surface where this one ends, with a ray that leaves it.
+    /// Returns the next leg: it starts at the surface where this one ends, with the given ray.
     #[must_use]
     #[inline]
     pub fn onward(&self, scene: &Scene, surface: &SurfacePoint, ray: Ray) -> Self {
         Self { ray, medium: scene.medium_beyond(surface, ray.direction, self.medium) }
     }
 
-    /// The straight continuation of this leg beyond a surface that it meets.
+    /// Returns the straight continuation of this leg beyond a surface that it meets.
     #[must_use]
     #[inline]
     pub fn beyond(&self, scene: &Scene, surface: &SurfacePoint) -> Self {

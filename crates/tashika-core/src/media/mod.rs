@@ -2,14 +2,15 @@
 //! place.
 //!
 //! * [`Leg`]: a straight part of a path in one medium. [`fly`] draws whether the path is scattered
-//!   on its way to the next surface. All paths consist of legs.
-//! * [`transmittance`]: transmittance of a part of a ray in one medium.
-//! * [`Segments`]: transmittance of whole batches of shadow segments, from interface to interface:
-//!   the coloured companion of [`Tracer::visibility`](crate::accel::Tracer::visibility), which is
-//!   evaluated in scenes with media only. [`Shadows`] combine both for single segments.
-//! * [`Outside`]: the medium in which a light path begins.
+//!   before the next surface. All paths consist of legs.
+//! * [`transmittance`]: transmittance along a part of a ray in one medium.
+//! * [`Segments`]: transmittance of media along whole batches of shadow segments, from interface to
+//!   interface. It is the coloured counterpart of
+//!   [`Tracer::visibility`](crate::accel::Tracer::visibility), evaluated only in scenes with media.
+//!   [`Shadows`] combines both for single segments.
+//! * [`Outside`]: the medium in which a light path starts.
 //!
-//! A scene without media runs none of this code.
+//! None of this code runs for scenes without media.
 //!
 //! # Held to this by
 //! The tests below; the suite's `media`, `grid_media` and `volume_lights`.
@@ -27,6 +28,6 @@ pub use outside::Outside;
 pub use segments::{Segments, along_segment};
 pub use shadows::Shadows;
 
-/// Maximum number of boundaries and other surfaces that one straight line passes: a path or segment
-/// ends there.
+/// Maximum number of boundaries and other surfaces that a straight line passes; a path or segment
+/// that passes this many ends there.
 pub const MOST_PASSED: u32 = 4096;

@@ -1,9 +1,10 @@
-//! Flights through a medium whose density varies, by null collisions.
+//! Flights through a medium of varying density, by null collisions.
 //!
-//! Where the extinction `σ_k(x)` of channel `k` is nowhere above a majorant `μ`, the medium is
-//! filled up with transparent matter, until it has the extinction `μ` everywhere and for all
-//! channels. Collisions with both are drawn as in a homogeneous medium, and each of them is real or
-//! null (Woodcock et al. 1965). A path of weights `β_k` has a real one with probability
+//! Let `μ` be a majorant: the extinction `σ_k(x)` of each channel `k` is at most `μ` everywhere.
+//! Fictitious transparent matter is added to the medium, until its extinction is `μ` everywhere and
+//! in all channels. Collisions with both kinds of matter are drawn as in a homogeneous medium. Each
+//! of them is then either real or null (Woodcock et al. 1965). A path of weights `β_k` has a real
+//! collision with probability
 //!
 //! ```text
 //! P = Σ_k β_k σ_k(x) / (μ Σ_k β_k)
@@ -12,38 +13,39 @@
 //! ```
 //!
 //! **Why it is unbiased for every channel.** Whether a collision is real or null, the weight of
-//! each channel is multiplied by its own share of that outcome, `σ_k/μ` or `1 − σ_k/μ`, over the
-//! probability of the outcome, which is the same for all. So the mean weight `W_k(t)` of paths that
-//! have come as far as `t` loses `μ W_k dt` to collisions and gets back `(μ − σ_k) W_k dt`:
+//! each channel is multiplied by that channel's share of the outcome, `σ_k/μ` or `1 − σ_k/μ`, and
+//! divided by the probability of the outcome, which is common to all channels. Let `W_k(t)` be the
+//! mean weight of paths that have reached the distance `t`. Over `dt` it loses `μ W_k dt` to
+//! collisions and regains `(μ − σ_k) W_k dt` from the null ones:
 //!
 //! ```text
 //! dW_k/dt = −σ_k W_k          W_k(t) = β_k exp(−∫₀ᵗ σ_k)          scattered in dt: σ_s,k W_k dt
 //! ```
 //!
-//! Nothing that a channel needs is out of reach: `P = 0` only where no channel that has weight is
-//! extinguished, and `P = 1` only where all are by `μ`. `Σ β` stays as it is at null collisions and
-//! does not grow at real ones.
+//! No outcome that a channel needs has probability zero: `P = 0` only where the extinction is zero
+//! in all channels with weight, and `P = 1` only where it is `μ` in all of them. `Σ β` does not
+//! change at null collisions and does not grow at real ones.
 //!
-//! The mixture is the one that `flight` draws from where the medium is homogeneous: with one
-//! channel `c` drawn by `q_c ∝ β_c` and all its collisions decided by `σ_c/μ`, the weight by the
-//! density of all channels together is `β_k Π n_k σ_s,k / Σ_c q_c Π n_c σ_c`, `n = μ − σ`. The
-//! exponentials, which are not known here, are the same for all and cancel (Miller et al. 2019).
-//! The probabilities above are the marginal ones of that mixture (Kutz et al. 2017), so that no
-//! channel is drawn at all.
+//! If the medium is homogeneous, the distribution is the mixture that `flight` draws from. Suppose
+//! that one channel `c` is drawn with `q_c ∝ β_c`, and that `σ_c/μ` decides all its collisions. The
+//! weight by the density of all channels together is then `β_k Π n_k σ_s,k / Σ_c q_c Π n_c σ_c`,
+//! with `n = μ − σ`. The exponentials, which are unknown here, are the same for all channels and
+//! cancel (Miller et al. 2019). The probabilities above are the marginal ones of that mixture (Kutz
+//! et al. 2017), so that no channel has to be drawn.
 //!
-//! **Transmittance** is a mean of products over the collisions of a flight, of which none is real.
-//! If a part `c_k` of the extinction is present everywhere, products are needed for the rest only
-//! (Novák et al. 2014):
+//! **Transmittance** is the mean of a product over the collisions of a flight, where each factor is
+//! the probability that the collision is null. If a part `c_k` of the extinction is present
+//! everywhere, products are needed only for the rest (Novák et al. 2014):
 //!
 //! ```text
 //! T_k = exp(−∫ c_k) Π_i (1 − (σ_k(x_i) − c_k) / μ)          μ ≥ σ_k − c_k
 //! ```
 //!
-//! so that a density which is constant over a block of cells takes no draw there. Small products
-//! end by Russian roulette.
+//! Therefore no draw is needed where the density is constant over a block of cells. Russian
+//! roulette ends small products.
 //!
-//! Majorants, and `c`, are those of the blocks of [`Density::walk`]. The rest of a flight at the
-//! end of a block goes on in the next, as exponential distances have no memory.
+//! The majorant and `c` are those of each block of [`Density::walk`]. At the end of a block, the
+//! rest of the flight continues in the next one, as exponential distances have no memory.
 //!
 //! # Held to this by
 //! The tests below; the suite's `grid_media`.
@@ -55,12 +57,12 @@ use crate::math::elementary::{exp, ln};
 use crate::rng::Stream;
 use crate::scene::{Density, Medium};
 
-/// Product below which Russian roulette may end a flight.
+/// Product below which Russian roulette is applied.
 const SMALL: f32 = 0.1;
 /// Survival probability of Russian roulette.
 const SURVIVAL: f32 = 0.5;
 
-/// Draws the flight of a path, as `flight::fly`.
+/// Draws the flight of a path, like `flight::fly`.
 pub(super) fn fly(
     (medium, density): (&Medium, &Density),
     mut weight: Rgb,
@@ -78,9 +80,10 @@ pub(super) fn fly(
             let factor = density.at(cells.at(collision));
             let share = extinction * factor * majorant.recip();
             let real = sum(weight * share) / sum(weight);
-            // Densities may be far below a majorant: shares are compared with 53 random bits.
+            // Real extinction may be far below the majorant, so the probability is compared with 53
+            // random bits.
             if stream.uniform_f64() < f64::from(real) {
-                // Rounding must not overstep surfaces.
+                // Rounding must not put the collision beyond the surface.
                 let after = (collision as f32).min(distance.next_down());
                 let place = ray.origin.as_dvec3() + ray.direction.as_dvec3() * collision;
                 let scattered = medium.scattering_at(place, factor) * majorant.recip();
@@ -93,7 +96,7 @@ pub(super) fn fly(
     Flight::Passed { weight }
 }
 
-/// A random number whose mean is the transmittance, by channel.
+/// Returns a random number, by channel, whose mean is the transmittance.
 pub(super) fn transmittance(
     (medium, density): (&Medium, &Density),
     ray: &Ray,
@@ -124,13 +127,14 @@ pub(super) fn transmittance(
     left * depth.map(|depth| exp(-depth))
 }
 
-/// An exponential number of mean 1: the free path to the next collision, in mean free paths.
+/// An exponentially distributed number of mean 1: the free path to the next collision, in mean free
+/// paths.
 fn free_flight(stream: &mut Stream) -> f64 {
     f64::from(-ln(1.0 - stream.uniform()))
 }
 
-/// Place of the next collision before `to`; if there is none, `free` becomes the rest of the
-/// flight.
+/// Distance of the next collision before `to`. If there is none, `free` is reduced to the rest of
+/// the flight.
 fn collision(free: &mut f64, at: &mut f64, to: f64, majorant: f32) -> Option<f64> {
     let majorant = f64::from(majorant);
     let room = majorant * (to - *at);
@@ -159,10 +163,10 @@ mod tests {
     use crate::stats::Moments;
 
     const CELLS: u32 = 24;
-    /// Place of a sample; values are linear between samples.
+    /// Position of a sample; values are interpolated linearly between samples.
     const KINK: f64 = 18.5 / 24.0;
 
-    /// A grid in the unit cube that varies along `x` by `value`.
+    /// A grid in the unit cube whose values depend on `x` by `value`.
     fn along_x(value: impl Fn(f64) -> [f64; 3]) -> VolumeGrid {
         let values = (0..CELLS * 4).map(|i| value((f64::from(i % CELLS) + 0.5) / f64::from(CELLS)));
         let values = VolumeValues::Colors(values.map(|v| Rgb::from(v.map(|v| v as f32))).collect());
@@ -171,7 +175,7 @@ mod tests {
         VolumeGrid::new(data, &Location::default()).unwrap()
     }
 
-    /// A medium with the closed form of its grids.
+    /// A medium, and the closed form of its grids.
     struct Case {
         medium: Medium,
         /// Extinction and scattering at `x`, by channel.
@@ -206,15 +210,15 @@ mod tests {
         Case { medium, at: Box::new(at) }
     }
 
-    /// 0 and 5 by turns, linear between.
+    /// Alternates between 0 and 5 at the samples, linear between them.
     fn zigzag(x: f64) -> f64 {
         let at = x * f64::from(CELLS) - 0.5;
         let (below, share) = (at.floor(), at - at.floor());
         5.0 * if below as i64 % 2 == 0 { share } else { 1.0 - share }
     }
 
-    /// Densities that are linear, that differ by channel, that leave half of the box empty, that
-    /// are the same everywhere, and that let little pass; albedos that are linear.
+    /// Five media: linear density; densities that differ by channel; half of the box empty, with
+    /// linear albedos; constant density; and a dense zigzag.
     fn cases() -> Vec<Case> {
         vec![
             case(|x| [3.0 * x; 3], None),
@@ -225,8 +229,8 @@ mod tests {
         ]
     }
 
-    /// Shares scattered before `half`, scattered from there to `end`, and passed to `end`, by
-    /// channel.
+    /// Expected shares, by channel, of paths that are scattered before `half`, scattered between
+    /// `half` and `end`, or reach `end`.
     fn shares(case: &Case, from: f64, [half, end]: [f64; 2]) -> [[f64; 3]; 3] {
         let steps = 200_000;
         let step = end / f64::from(steps);
@@ -250,8 +254,8 @@ mod tests {
     #[track_caller]
     fn assert_mean(m: &Moments, expected: f64, what: &str) {
         let off = (m.mean() - expected).abs();
-        // Steps of the sum are 5·10⁻⁶ m long; at the end of a density the sum is off by up to a
-        // step.
+        // The integration steps are 5·10⁻⁶ m long. At a jump of the density the numerical integral
+        // is off by up to one step.
         assert!(
             off <= 4.9 * m.standard_error() + 1e-4 * expected,
             "{what}: {} ± {} for {expected}",
@@ -260,9 +264,10 @@ mod tests {
         );
     }
 
-    /// Mean weights of paths that pass, and that are scattered in the first and in the second part
-    /// of the way, in every channel, from within the box and from before it. 5 media, 2 ways, 9
-    /// means: at 4.9 standard errors one false alarm in 10,000 runs.
+    /// Mean weights of paths that are scattered in the first part of the way, scattered in the
+    /// second part, or pass, in every channel. Rays start inside the box or outside. All means
+    /// equal the integrals. 5 media, 2 ways, 9 means: at 4.9 standard errors one false alarm in
+    /// 10,000 runs.
     #[test]
     fn flights_are_those_of_the_integral_for_every_channel() {
         for (number, case) in cases().iter().enumerate() {
@@ -297,8 +302,8 @@ mod tests {
         }
     }
 
-    /// Transmittance by residual ratio tracking; even densities take no draw. 5 media, 2 ways, 3
-    /// channels: at 4.9 standard errors one false alarm in 30,000 runs.
+    /// Mean transmittance by residual ratio tracking equals the integral; constant densities take
+    /// no draw. 5 media, 2 ways, 3 channels: at 4.9 standard errors one false alarm in 30,000 runs.
     #[test]
     fn transmittance_is_that_of_the_integral_for_every_channel() {
         for (number, case) in cases().iter().enumerate() {

@@ -1,13 +1,14 @@
-//! Medium in which a light path begins.
+//! The medium in which a light path starts.
 //!
-//! Only cameras state the medium that they stand in; an emitter may be anywhere. Interfaces enclose
-//! the media that they bound, so the medium around a place is on the near side of the first
-//! interface that a ray from there meets, whatever else the ray passes. If the ray meets none, it
-//! is the medium outside of all interfaces, to which a ray from a camera leads.
+//! Only cameras specify the medium that they stand in; an emitter may be anywhere. Interfaces
+//! enclose the media that they bound. Therefore the medium around a point is the one on the near
+//! side of the first interface that a ray from the point meets, whatever other surfaces the ray
+//! passes. If the ray meets no interface, it is the medium outside of all interfaces. That one is
+//! found by a ray that leaves the scene from a camera.
 //!
 //! # Assumptions
-//! Surfaces with an interface are closed, and agree with each other on the medium between them;
-//! else light paths and camera paths may disagree on the light that is seen.
+//! Surfaces with an interface are closed, and they agree on the medium between them. Otherwise
+//! light paths and camera paths may disagree on the light that is seen.
 //!
 //! # Held to this by
 //! The suite's `volume_lights`.
@@ -26,7 +27,7 @@ use crate::scene::{Camera, MediumId};
 pub struct Outside(Option<MediumId>);
 
 impl Outside {
-    /// Finds the medium of the tracer's scene, by its first camera.
+    /// Finds the outside medium of the tracer's scene from its first camera.
     pub fn new(tracer: &Tracer) -> Self {
         Self(tracer.scene().cameras().first().and_then(|camera| outside_of(tracer, camera)))
     }
@@ -34,7 +35,7 @@ impl Outside {
     /// Checks that all cameras of a scene agree on the medium.
     ///
     /// # Errors
-    /// [`Error::Option`] naming two cameras that do not.
+    /// [`Error::Option`] with the names of two cameras that disagree.
     pub fn check(tracer: &Tracer) -> Result<()> {
         let scene = tracer.scene();
         let Self(first) = Self::new(tracer);
@@ -49,9 +50,9 @@ impl Outside {
         }
     }
 
-    /// The medium in which a ray begins.
+    /// Returns the medium in which a ray starts.
     ///
-    /// * `key`: as [`Tracer::closest_hit`] takes it.
+    /// * `key`: see [`Tracer::closest_hit`].
     pub fn medium_at(self, tracer: &Tracer, ray: &Ray, key: u64, share: f32) -> Option<MediumId> {
         let scene = tracer.scene();
         if !scene.has_interfaces() {
@@ -62,7 +63,7 @@ impl Outside {
             let Some(hit) = tracer.closest_hit_at(&ray, key, share) else { break };
             let surface = scene.surface_point_at(share, hit.instance, hit.triangle, hit.barycentric);
             if scene.mesh_of(surface.instance).interface.is_some() {
-                // The medium beyond the interface for a ray that comes back is the one before it.
+                // `medium_beyond` for the reversed ray gives the medium in front of the interface.
                 return scene.medium_beyond(&surface, -ray.direction, None);
             }
             ray = Ray::new(surface.leave(ray.direction), ray.direction);
@@ -70,7 +71,7 @@ impl Outside {
         self.0
     }
 
-    /// Transmittance from infinity to the origin of a ray of light, by channel; the origin lies
+    /// Transmittance, by channel, from infinity to the origin of a ray of light. The origin must be
     /// outside of all interfaces.
     pub fn arriving(self, tracer: &Tracer, ray: &Ray, stream: &mut Stream) -> Rgb {
         self.0.map_or(Rgb::WHITE, |medium| {
@@ -79,13 +80,13 @@ impl Outside {
         })
     }
 
-    /// The medium, for a path that begins outside of all interfaces.
+    /// Returns the medium, for a path that starts outside of all interfaces.
     pub fn medium(self) -> Option<MediumId> {
         self.0
     }
 }
 
-/// Medium at the end of a straight way out of the scene, from a camera through the middle of its
+/// Medium at the end of a straight line out of the scene, from a camera through the centre of its
 /// image.
 fn outside_of(tracer: &Tracer, camera: &Camera) -> Option<MediumId> {
     let scene = tracer.scene();

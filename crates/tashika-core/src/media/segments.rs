@@ -1,4 +1,4 @@
-//! Transmittance of media along segments that surfaces do not block, by channel.
+//! Transmittance of media along segments that no surface blocks, by channel.
 //!
 //! ```text
 //! T = Π T_m(d_m)          over the parts of the segment that lie in media m, from interface to interface
@@ -6,13 +6,13 @@
 //!
 //! Where the density of a medium varies, `T_m` is a random number in `[0, 1]` whose mean is the
 //! transmittance (ratio tracking, Novák et al. 2014). The random numbers are keyed by the two ends
-//! of the segment: a pair of a gather point and a VPL has *one* transmittance, in all queries and
-//! in any order. So the sum of a pixel over its gather points and VPLs is a definite number, of
-//! which a cut can be an estimate, and its mean over other points and lights is that of the true
-//! transmittances.
+//! of the segment. A pair of a gather point and a VPL therefore has *one* transmittance, in all
+//! queries and in any order. It follows that the sum of a pixel over its gather points and VPLs is
+//! a definite number, which a cut can estimate. The mean of that sum over random points and lights
+//! is the one with the true transmittances.
 //!
 //! # Guarantee
-//! At most 1 in each channel. A function of the scene, the time and the two ends.
+//! At most 1 in each channel. The result depends only on the scene, the time and the two ends.
 //!
 //! # Held to this by
 //! The tests below; the suite's `media` and `volume_lights`.
@@ -24,7 +24,7 @@ use crate::math::{Ray, Vec3};
 use crate::rng::{self, Purpose, Stream};
 use crate::scene::MediumId;
 
-/// Media of the segments of a batch, in the order of its targets.
+/// Media at the targets of a batch, in the order of the targets.
 #[derive(Clone, Debug, Default)]
 pub struct Segments {
     media: Vec<Option<MediumId>>,
@@ -32,24 +32,24 @@ pub struct Segments {
 }
 
 impl Segments {
-    /// Removes all segments but keeps the memory.
+    /// Removes all segments; keeps the allocated memory.
     pub fn clear(&mut self) {
         self.media.clear();
     }
 
-    /// Adds the next target of the batch, by the medium on its side towards the apex.
+    /// Adds the next target of the batch; `medium` is the medium on its side towards the apex.
     pub fn push(&mut self, medium: Option<MediumId>) {
         self.media.push(medium);
     }
 
-    /// Returns true if media may affect these segments: media of the scene, or one that a camera
-    /// stands in.
+    /// Returns true if media may affect these segments: the scene has media, or a camera stands in
+    /// one.
     pub fn matter(&self, tracer: &Tracer) -> bool {
         tracer.scene().has_media() || self.media.iter().any(Option::is_some)
     }
 
-    /// Transmittance of surfaces and media together along each segment, after a `share` of the time
-    /// that the shutter is open, 0 to 1.
+    /// Transmittance of surfaces and media together along each segment, at a time given as a
+    /// `share` of the time that the shutter is open, 0 to 1.
     ///
     /// * `visibility`: transmittance of surfaces; where it is zero, media are not evaluated.
     pub fn passing(
@@ -79,7 +79,7 @@ impl Segments {
     }
 }
 
-/// A key for the pair of ends of a segment.
+/// Key of the two ends of a segment.
 fn key_of(place: Vec3, apex: Apex) -> u64 {
     let (Apex::Point(end) | Apex::Direction(end)) = apex;
     let pairs = [[place.x, place.y], [place.z, end.x], [end.y, end.z]];
@@ -87,8 +87,8 @@ fn key_of(place: Vec3, apex: Apex) -> u64 {
     pairs.into_iter().fold(0, |key, pair| rng::key(key, Purpose::Transmittance, word(pair)))
 }
 
-/// Transmittance of media along a segment that surfaces do not block, from a place whose side
-/// towards the end is in a medium, and the number of rays traced to find the interfaces.
+/// Transmittance of media along a segment that no surface blocks, and the number of rays traced to
+/// find the interfaces. `medium` is the medium at `place`, on its side towards the end.
 ///
 /// * `key`, `share`: as in [`Tracer::closest_hit_at`].
 pub fn along_segment(

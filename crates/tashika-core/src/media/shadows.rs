@@ -1,4 +1,4 @@
-//! Single shadow segments, each from a place to a light, and their transmittance.
+//! Transmittance along single shadow segments, each from a point to a light.
 
 use super::Segments;
 use crate::accel::{Apex, Glass, SegmentBatch, Tracer};
@@ -6,7 +6,7 @@ use crate::color::Rgb;
 use crate::math::Vec3;
 use crate::scene::MediumId;
 
-/// Shadow segments that are traced together, with the transmittance of surfaces and media.
+/// A set of shadow segments that are traced together, with the transmittance of surfaces and media.
 #[derive(Clone, Debug)]
 pub struct Shadows {
     batch: SegmentBatch,
@@ -26,20 +26,21 @@ impl Shadows {
         }
     }
 
-    /// Removes all segments but keeps the memory.
+    /// Removes all segments; keeps the allocated memory.
     pub fn clear(&mut self) {
         self.batch.clear();
         self.in_media.clear();
     }
 
-    /// Adds the segment from a place, whose side towards the light is in `medium`, to a light.
+    /// Adds the segment from a point to a light. `medium` is the medium at the point, on its side
+    /// towards the light.
     pub fn push(&mut self, (place, medium): (Vec3, Option<MediumId>), light: Apex) {
         self.batch.push_fan(light, [place]);
         self.in_media.push(medium);
     }
 
-    /// Transmittance along each segment, by channel in `[0, 1]`, in the order in which they were
-    /// added; in a scene where nothing moves.
+    /// Transmittance along each segment, by channel in `[0, 1]`, in the order in which the segments
+    /// were added. Nothing in the scene may move.
     pub fn trace(&mut self, tracer: &Tracer) -> &[Rgb] {
         tracer.visibility(&self.batch, &mut self.visibility);
         if self.in_media.matter(tracer) {

@@ -1,4 +1,4 @@
-//! Builds a light tree from the lights up, by joining clusters whose union is cheap.
+//! Builds a light tree bottom-up, by joining clusters whose union has a low cost.
 //!
 //! The cost of a cluster is that of Walter 2005, section 3.2:
 //!
@@ -7,18 +7,19 @@
 //!                                c: diagonal of the box of all lights (m); 0 for lights without normals
 //! ```
 //!
-//! Looking for the cheapest of all pairs takes quadratic time. Instead, clusters are listed along a
-//! space-filling curve. Each finds its cheapest partner within [`WINDOW`](super::partners::WINDOW)
-//! places, and all pairs that chose each other are joined at once: Daniel Meister, Jiří Bittner.
-//! "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction." IEEE TVCG
-//! 24(3), 2018, doi:10.1109/TVCG.2017.2669983. Directional lights are points of the unit sphere.
+//! Finding the cheapest of all pairs takes quadratic time. Instead, clusters are listed along a
+//! space-filling curve. Each cluster finds its cheapest partner within
+//! [`WINDOW`](super::partners::WINDOW) places of the list, and all pairs whose members chose each
+//! other are joined at once: Daniel Meister, Jiří Bittner. "Parallel Locally-Ordered Clustering for
+//! Bounding Volume Hierarchy Construction." IEEE TVCG 24(3), 2018, doi:10.1109/TVCG.2017.2669983.
+//! Directional lights are treated as points on the unit sphere.
 //!
 //! # Differences from the sources
-//! The curve (Morton order) visits coarse cells one by one and, in each, the faces of the cube of
-//! normals one by one: the two sides of a wall are then far apart in the list. Ties are broken so
-//! that equal lights pair up. Where hardly any clusters chose each other (as in rows of lights of
-//! growing intensity), clusters also join partners that chose another. So each pass joins at least
-//! a fixed share of the clusters, and the time is `O(n log n)` for any input.
+//! The curve (Morton order) visits coarse cells one by one. Within each it visits the faces of the
+//! cube of normals one by one, so that the two sides of a wall are far apart in the list. Ties are
+//! broken in such a way that equal lights form pairs. If only few clusters chose each other (as in
+//! rows of lights of growing intensity), clusters also join partners that chose another. Thus each
+//! pass joins at least a fixed share of the clusters, and the time is `O(n log n)` for any input.
 //!
 //! # Held to this by
 //! `tree::tests::trees` (structure, degenerate input, threads) and `tree::tests::quality`.
@@ -31,11 +32,12 @@ use super::partners::best_partners;
 use super::saoh::{Bounds6, Emission};
 use crate::math::Cone;
 
-/// Number of bits of a coordinate in Morton order.
+/// Number of bits per coordinate in the Morton order.
 const BITS: u32 = 20;
-/// Number of these bits that come before the face of the normal.
+/// Number of the leading bits per coordinate that come before the face of the normal.
 const COARSE_BITS: u32 = 2;
-/// Number of clusters for each pair that chose each other, above which others are joined too.
+/// If there are more clusters than this for each pair that chose each other, other clusters are
+/// joined, too.
 const FEW_PAIRS: usize = 16;
 
 /// A cluster of lights while the tree is built.
@@ -47,7 +49,7 @@ pub(super) struct Cluster {
     /// Cosine and sine of half the cone's half-angle.
     pub(super) half: [f32; 2],
     pub(super) luminance: f32,
-    /// Number of the item, or number of items plus the row of [`Joined`].
+    /// Index of the item; for joined clusters, the number of items plus the index in [`Joined`].
     id: u32,
 }
 
@@ -70,15 +72,15 @@ impl Cluster {
         }
     }
 
-    /// Walter's cost of both clusters joined; the same bits in either order.
+    /// Walter's cost of the union of two clusters; the same bits in either order.
     pub(super) fn cost(&self, other: &Self, c2: f32) -> f32 {
         let diagonal = (self.hi.max(other.hi) - self.lo.min(other.lo)).length_squared();
         let narrow = 1.0 - if c2 > 0.0 { self.cos_together(other) } else { 1.0 };
         (self.luminance + other.luminance) * (diagonal + c2 * narrow * narrow)
     }
 
-    /// Cosine of the half-angle `β = max(β_a, β_b, (δ + β_a + β_b) / 2)` of the cone around both,
-    /// with the angle `δ` between the axes.
+    /// Cosine of the half-angle `β = max(β_a, β_b, (δ + β_a + β_b) / 2)` of the cone around both
+    /// cones, where `δ` is the angle between their axes.
     fn cos_together(&self, other: &Self) -> f32 {
         let ([ca, sa], [cb, sb]) = (self.half, other.half);
         let dot = self.cone.axis.dot(other.cone.axis).clamp(-1.0, 1.0);
@@ -90,12 +92,12 @@ impl Cluster {
     }
 }
 
-/// Inner nodes in the order in which they were made: ids of the two clusters, and number of items
-/// of both.
+/// Inner nodes in the order of their creation: the ids of the two joined clusters, and the total
+/// number of items.
 type Joined = Vec<([u32; 2], u32)>;
 
-/// Sorts `items` into the tree `spans` (see [`build`](super::build)), whose first item has number
-/// `first`.
+/// Sorts `items` into the tree `spans` (see [`build`](super::build)); `first` is the index of the
+/// first item in the sorted order.
 pub(super) fn build(items: &mut [Item], spans: &mut [Span], first: u32, emission: &Emission) {
     let mut bounds = Bounds6::EMPTY;
     items.iter().for_each(|item| bounds.insert(item));
@@ -118,8 +120,8 @@ pub(super) fn build(items: &mut [Item], spans: &mut [Span], first: u32, emission
     flatten(items, spans, first, clusters[0].id, &joined);
 }
 
-/// Disjoint pairs of places to join, at least one. Each pair, and the list of pairs, is in
-/// ascending order.
+/// Returns disjoint pairs of positions to join, at least one. Each pair is in ascending order, and
+/// so is the list of pairs.
 fn pairs(clusters: &[Cluster], c2: f32) -> Vec<[u32; 2]> {
     let n = clusters.len();
     let best = best_partners(clusters, c2);
@@ -141,7 +143,7 @@ fn pairs(clusters: &[Cluster], c2: f32) -> Vec<[u32; 2]> {
     pairs
 }
 
-/// Joins the pairs of a list, each at the place of its first cluster.
+/// Joins the pairs of a list; the union takes the position of the pair's first cluster.
 fn join(clusters: &mut Vec<Cluster>, pairs: &[[u32; 2]], next_id: u32, directed: bool) {
     let joined: Vec<Cluster> = pairs
         .par_iter()
@@ -155,7 +157,7 @@ fn join(clusters: &mut Vec<Cluster>, pairs: &[[u32; 2]], next_id: u32, directed:
     }
     let mut gone = gone.into_iter();
     clusters.retain(|_| !gone.next().expect("one for each cluster"));
-    // Other parts of the build need the memory.
+    // Frees memory that other parts of the build need.
     clusters.shrink_to_fit();
 }
 
@@ -197,13 +199,13 @@ fn sort_along_curve(items: &mut [Item], bounds: &Bounds6) {
     items.copy_from_slice(&sorted);
 }
 
-/// Face of the cube around the origin through which a direction passes.
+/// Face of the axis-aligned cube around the origin through which a direction passes.
 fn face(direction: Vec3) -> u64 {
     let axis = direction.abs().max_position();
     2 * axis as u64 + u64::from(direction[axis] < 0.0)
 }
 
-/// Bits of a number of up to 21 bits, each followed by two zeros.
+/// Spreads the bits of a number of up to 21 bits: two zeros follow each bit.
 fn spread(x: u64) -> u64 {
     let x = (x | x << 32) & 0x001f_0000_0000_ffff;
     let x = (x | x << 16) & 0x001f_0000_ff00_00ff;
@@ -216,8 +218,8 @@ fn spread(x: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// In a row whose gaps grow, each light's best partner is the one before, so that only the
-    /// first two choose each other.
+    /// In a row of lights with growing gaps, each light's best partner is the one before it. Only
+    /// the first two lights choose each other, and still a share of the clusters is joined.
     #[test]
     fn every_pass_joins_a_share_of_the_clusters() {
         let row: Vec<Cluster> = (0..2000u32)

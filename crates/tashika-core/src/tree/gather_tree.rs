@@ -1,16 +1,17 @@
-//! The gather tree: a binary tree over the gather points of one pixel, or one tree for each instant
-//! of the points.
+//! The gather tree: a binary tree over the gather points of one pixel. If the points belong to
+//! several instants, there is one tree for each.
 //!
 //! Points are split in six dimensions (Walter 2006, section 4.1): position (m), and a direction
-//! scaled by the diagonal of the box around all points, so that a turn by one radian counts as much
-//! as the whole pixel's footprint. The direction is the shading normal for diffuse surfaces and the
-//! mirror direction for others; in media it is the direction of the incoming path, times the mean
-//! cosine of the phase function. A node is cut in the middle of its longest extent, and halved
-//! where that separates nothing or from a depth that only degenerate input reaches.
+//! that is scaled by the diagonal of the box around all points. Thus a rotation by one radian
+//! counts as much as the extent of the whole pixel's footprint. The direction is the shading normal
+//! for diffuse surfaces and the mirror direction for other surfaces. In media it is the direction
+//! of the incoming path, multiplied by the mean cosine of the phase function. A node is split in
+//! the middle of its longest extent. If all points would be on one side, or beyond a depth that
+//! only degenerate input reaches, it is split into halves of equal count.
 //!
-//! Every node has a bound of the material of its points: in a leaf that of its point, in other
-//! nodes the merged bounds of the children. Nodes are in depth-first order, and each is a range of
-//! the sorted points, as in the light tree.
+//! Every node has a bound of the material of its points: leaves have the bound of their point,
+//! other nodes the merged bounds of their children. Nodes are in depth-first order, and each node
+//! is a range of the sorted points, as in the light tree.
 //!
 //! # Held to this by
 //! `tree::tests::gather`.
@@ -20,7 +21,7 @@ use crate::bsdf::Bsdf;
 use crate::gather::GatherPoint;
 use crate::math::{Aabb, Vec3};
 
-/// Depth from which nodes are halved.
+/// Depth from which nodes are split into halves of equal count.
 const MAX_UNEVEN_DEPTH: u32 = 32;
 
 /// A cluster of gather points.
@@ -28,7 +29,7 @@ const MAX_UNEVEN_DEPTH: u32 = 32;
 pub struct GatherNode {
     /// Box around the positions (m).
     pub aabb: Aabb,
-    /// Sum of the largest channels of the weights; above zero.
+    /// Sum over the points of the largest channel of the weight; above zero.
     pub weight: f32,
     /// First point, in sorted order.
     pub first: u32,
@@ -42,17 +43,17 @@ pub struct GatherNode {
 #[derive(Clone, Debug)]
 pub struct GatherTree<B> {
     pub(super) nodes: Vec<GatherNode>,
-    /// Bounds of the nodes' materials, last node first.
+    /// Bounds of the nodes' materials, in reverse order of the nodes.
     materials: Vec<B>,
     pub(super) points: Vec<GatherPoint>,
     /// Index of each point in the input.
     sources: Vec<u32>,
     pub(super) sums: PrefixSums,
-    /// Numbers of the nodes without a parent, each after its instant, in the order of instants.
+    /// Instant and root of each tree, in the order of instants.
     roots: Vec<(u16, u32)>,
 }
 
-/// Position and scaled direction of a point.
+/// Position and scaled direction of a point, by which it is sorted.
 #[derive(Clone, Copy)]
 struct Item {
     key: [f32; 6],
@@ -60,9 +61,10 @@ struct Item {
 }
 
 impl<B: Clone> GatherTree<B> {
-    /// Builds the tree over those of `points` that have weight; others add nothing and are omitted.
+    /// Builds the tree over those of `points` whose weight is positive; other points contribute
+    /// nothing and are omitted.
     ///
-    /// * `bound_of`: bound of the material of one point; called once a point.
+    /// * `bound_of`: bound of the material of one point; called once per point.
     /// * `merge`: extends the first bound to the points of the second.
     pub fn build(
         points: &[GatherPoint],
@@ -90,7 +92,7 @@ impl<B: Clone> GatherTree<B> {
             count,
             children: (count > 1).then(|| [k as u32 + 1, k as u32 + 2 * spans[k + 1][1]]),
         }));
-        // In double precision until all are added up.
+        // Sums are in double precision until they are complete.
         let mut weights = vec![0.0f64; nodes.len()];
         let mut materials: Vec<B> = Vec::with_capacity(nodes.len());
         let last = nodes.len().saturating_sub(1);
@@ -116,19 +118,19 @@ impl<B: Clone> GatherTree<B> {
 }
 
 impl<B> GatherTree<B> {
-    /// All nodes, tree after tree, each with its root first and children after their parents; empty
-    /// if no point has weight.
+    /// All nodes, one tree after another. Each tree starts with its root, and parents come before
+    /// their children. Empty if no point has weight.
     pub fn nodes(&self) -> &[GatherNode] {
         &self.nodes
     }
 
-    /// Number of the root of the first tree, the only one where nothing moves; `None` if there are
-    /// no points.
+    /// Index of the root of the first tree, which is the only one if nothing moves; `None` if there
+    /// are no points.
     pub fn root(&self) -> Option<u32> {
         self.roots.first().map(|(_, root)| *root)
     }
 
-    /// Numbers of all roots, each with the number of its instant.
+    /// Roots of all trees, each with the number of its instant.
     pub fn roots(&self) -> &[(u16, u32)] {
         &self.roots
     }
@@ -138,12 +140,12 @@ impl<B> GatherTree<B> {
         &self.materials[self.nodes.len() - 1 - node as usize]
     }
 
-    /// The point at a place in the sorted order.
+    /// The point at an index in the sorted order.
     pub fn point(&self, sorted: u32) -> &GatherPoint {
         &self.points[sorted as usize]
     }
 
-    /// Index in the input of the point at a place in the sorted order.
+    /// Index in the input of the point at an index in the sorted order.
     pub fn source(&self, sorted: u32) -> u32 {
         self.sources[sorted as usize]
     }
@@ -153,15 +155,15 @@ impl<B> GatherTree<B> {
         &self.points
     }
 
-    /// Draws a point of a node by the uniform number `u` in `[0, 1)`, and returns its place in the
-    /// sorted order. Its probability is its weight over the node's.
+    /// Draws a point of a node by the uniform number `u` in `[0, 1)`, and returns its index in the
+    /// sorted order. The probability of a point is its weight divided by the node's.
     pub fn draw(&self, node: u32, u: f64) -> u32 {
         let node = &self.nodes[node as usize];
         self.sums.draw(node.first, node.count, u)
     }
 }
 
-/// Points with weight in the space that is split.
+/// Points that have weight, as items in the space that is split.
 fn items(points: &[GatherPoint]) -> Vec<Item> {
     let has_weight = |point: &GatherPoint| point.weight.max_channel() > 0.0;
     let positions = points.iter().filter(|point| has_weight(point)).map(|point| point.position);
@@ -170,7 +172,7 @@ fn items(points: &[GatherPoint]) -> Vec<Item> {
     for (point, of_point) in (0..).zip(points) {
         if has_weight(of_point) {
             let (p, d) = (of_point.position, direction(of_point));
-            // A pixel whose points coincide is split by direction alone.
+            // If the points of a pixel coincide, they are split by direction alone.
             let d = if scale > 0.0 { d * scale } else { d };
             items.push(Item { key: [p.x, p.y, p.z, d.x, d.y, d.z], point });
         }
@@ -181,7 +183,8 @@ fn items(points: &[GatherPoint]) -> Vec<Item> {
 /// Direction around which a point reflects or scatters.
 fn direction(point: &GatherPoint) -> Vec3 {
     if let Some(phase) = point.phase {
-        // Direction of its lobe; the weaker the lobe, the less the direction matters.
+        // The axis of the phase function's lobe. The weaker the lobe, the less the direction
+        // matters.
         return point.before() * phase.asymmetry;
     }
     match point.bsdf {
@@ -200,8 +203,8 @@ fn direction(point: &GatherPoint) -> Vec3 {
     }
 }
 
-/// Sorts items into a tree; `begin` is the place of the first item. Appends first item and number
-/// of items of each node, depth first.
+/// Sorts items into a tree, and appends the first item and the number of items of each node in
+/// depth-first order. `begin` is the index of the first item.
 fn sort(items: &mut [Item], begin: usize, spans: &mut Vec<[u32; 2]>) {
     spans.reserve((2 * items.len()).saturating_sub(1));
     let mut waiting = Vec::with_capacity(64);
@@ -218,8 +221,8 @@ fn sort(items: &mut [Item], begin: usize, spans: &mut Vec<[u32; 2]>) {
     }
 }
 
-/// Moves the items of the left child to the front and returns their number: at least one and not
-/// all.
+/// Moves the items of the left child to the front and returns their number, which is between 1 and
+/// `items.len() - 1`.
 fn split(items: &mut [Item], depth: u32) -> usize {
     let count = items.len();
     if count == 2 {

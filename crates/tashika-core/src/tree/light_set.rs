@@ -5,7 +5,8 @@ use std::sync::OnceLock;
 use super::{LightTree, LightTreeBuilder};
 use crate::vpl::{Provenance, VplSet};
 
-/// A set of VPLs and the tree over it, which is built on first use: the whole sum needs no tree.
+/// A set of VPLs and the tree over it. The tree is built on first use, since summing over all
+/// lights needs none.
 #[derive(Clone, Debug)]
 pub struct LightSet {
     set: VplSet,
@@ -28,7 +29,7 @@ impl LightSet {
         self.set.provenance()
     }
 
-    /// The tree over the set, of the default builder. The first call builds it, on the current
+    /// The tree over the set, built by the default builder. The first call builds it on the current
     /// thread pool.
     pub fn tree(&self) -> &LightTree {
         self.tree.get_or_init(|| LightTree::build(&self.set, LightTreeBuilder::default()))

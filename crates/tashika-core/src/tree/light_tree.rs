@@ -1,5 +1,4 @@
-//! The light tree: a binary tree over the lights, in which every node is a range of one sorted
-//! array.
+//! The light tree: a binary tree over the lights. Every node is a range of one sorted array.
 
 use std::collections::BinaryHeap;
 use std::ops::Range;
@@ -15,42 +14,42 @@ use crate::vpl::{LightRows, Vpl, VplSet};
 pub enum LightTreeBuilder {
     /// Top-down, by the surface area orientation heuristic (Conty Estévez, Kulla 2018).
     TopDown,
-    /// Bottom-up, always joining neighbours that are cheap by the metric of Walter 2005.
+    /// Bottom-up: joins neighbours whose union is cheap by the metric of Walter 2005.
     #[default]
     Agglomerative,
 }
 
-/// A cluster of lights: a node of one [`LightTree`], and valid for that tree only.
+/// A cluster of lights: a node of one [`LightTree`], valid only for that tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct LightCluster {
     /// First light, in sorted order.
     pub first: u32,
     /// Number of lights; one in a leaf.
     pub count: u32,
-    /// Number among all nodes: inner ones in depth-first order, then the leaves in the order of
-    /// their lights.
+    /// Index among all nodes: first the inner nodes in depth-first order, then the leaves in the
+    /// order of their lights.
     node: u32,
 }
 
 impl LightCluster {
-    /// Number among all clusters, below [`LightTree::clusters`].
+    /// Index among all clusters, less than [`LightTree::clusters`].
     pub fn number(&self) -> usize {
         self.node as usize
     }
 
-    /// The places of the cluster's lights in the sorted order.
+    /// Range of the cluster's lights in the sorted order.
     pub fn lights(&self) -> Range<usize> {
         self.first as usize..(self.first + self.count) as usize
     }
 
-    /// Returns true if the cluster has the light at a place in the sorted order.
+    /// Returns true if the cluster contains the light at an index in the sorted order.
     pub fn holds(&self, light: u32) -> bool {
-        // Numbers below the first wrap to numbers beyond the last.
+        // Differences below zero wrap to numbers above the count.
         light.wrapping_sub(self.first) < self.count
     }
 }
 
-/// Data of an inner node: one cache line.
+/// Data of an inner node, in one cache line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub(super) struct LightNode {
@@ -58,14 +57,15 @@ pub(super) struct LightNode {
     pub(super) bounds: LightBounds,
     /// Sum of the luminances of the intensities; above zero.
     pub(super) luminance: f64,
-    /// Number of lights of the first child.
+    /// Number of lights below the first child.
     pub(super) left: u32,
 }
 
-/// A tree over the lights of a set, all kinds of an instant under one root. Several instants have a
-/// tree each, side by side.
+/// A tree over the lights of a set. All lights of an instant are under one root; several instants
+/// have one tree each.
 ///
-/// Only nodes of several lights are stored: about 120 bytes a light in all, with the lights.
+/// Only nodes with several lights are stored. Nodes and lights together take about 120 bytes per
+/// light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightTree {
     pub(super) nodes: Vec<LightNode>,
@@ -78,10 +78,10 @@ pub struct LightTree {
 }
 
 impl LightTree {
-    /// Builds the tree over those lights of `set` that have luminance; others add nothing to any
-    /// image and are omitted.
+    /// Builds the tree over those lights of `set` whose luminance is positive; other lights
+    /// contribute nothing and are omitted.
     ///
-    /// Runs on the current thread pool; the result does not depend on the pool. The set must have
+    /// Runs on the current thread pool. The result does not depend on the pool. The set must have
     /// fewer than 2³¹ lights.
     pub fn build(set: &VplSet, builder: LightTreeBuilder) -> Self {
         assert!(set.len() < 1 << 31, "light trees have fewer than 2³¹ lights");
@@ -115,24 +115,24 @@ impl LightTree {
         Self { nodes, dropped: set.len() - lights.len(), lights, sums, roots, instants }
     }
 
-    /// The cluster of all lights of an instant; `None` if there are none.
+    /// Cluster of all lights of an instant; `None` if it has no lights.
     pub fn root_at(&self, instant: u16) -> Option<LightCluster> {
         self.roots.get(usize::from(instant)).copied().flatten()
     }
 
-    /// The cluster of all lights of the first instant, the only one where nothing moves; `None` if
-    /// there are none.
+    /// Cluster of all lights of the first instant, which is the only one if nothing moves; `None`
+    /// if it has no lights.
     pub fn root(&self) -> Option<LightCluster> {
         self.root_at(0)
     }
 
-    /// The clusters of all lights of an instant, in the order of their lights, each with the number
-    /// of the instant.
+    /// Cluster of all lights of each instant that has lights, with the number of the instant, in
+    /// order.
     pub fn roots(&self) -> impl DoubleEndedIterator<Item = (u16, LightCluster)> {
         (0..=u16::MAX).zip(&self.roots).filter_map(|(instant, root)| Some((instant, (*root)?)))
     }
 
-    /// Times to which the lights belong.
+    /// Times of the instants to which the lights belong.
     pub fn instants(&self) -> &Instants {
         &self.instants
     }
@@ -147,7 +147,7 @@ impl LightTree {
             let node = if count == 1 { self.nodes.len() as u32 + first } else { inner };
             LightCluster { first, count, node }
         };
-        // The first child's subtree has one inner node less than it has lights.
+        // The subtree of the first child has one inner node less than it has lights.
         Some([child(of.node + 1, of.first, left), child(of.node + left, of.first + left, of.count - left)])
     }
 
@@ -182,7 +182,8 @@ impl LightTree {
         self.nodes.len() + self.lights.len()
     }
 
-    /// All clusters, each followed by those in its first half, then by those in its second.
+    /// All clusters in depth-first order: each is followed by its first half, then by its second
+    /// half.
     pub fn depth_first(&self) -> impl Iterator<Item = LightCluster> {
         let mut waiting: Vec<LightCluster> = self.roots().map(|(_, root)| root).rev().collect();
         std::iter::from_fn(move || {
@@ -192,12 +193,12 @@ impl LightTree {
         })
     }
 
-    /// Up to `most` clusters, but at least one for each instant, that hold every light once, in the
-    /// order of the lights. The cluster of the greatest importance, which must not be negative, is
-    /// split first.
+    /// Returns up to `most` clusters, but at least one for each instant. They contain every light
+    /// once, and are in the order of the lights. The cluster of the largest importance is split
+    /// first; importance must not be negative.
     pub fn split(&self, most: usize, importance: impl Fn(&LightCluster) -> f64) -> Vec<LightCluster> {
         let mut chosen = Vec::new();
-        // Numbers that are not negative are in the order of their bits.
+        // The order of non-negative numbers is that of their bits.
         let entry = |cluster: LightCluster| (importance(&cluster).to_bits(), cluster);
         let mut waiting: BinaryHeap<_> = self.roots().map(|(_, root)| entry(root)).collect();
         while waiting.len() + chosen.len() < most {
@@ -212,7 +213,7 @@ impl LightTree {
         chosen
     }
 
-    /// The light at a place in the sorted order.
+    /// The light at an index in the sorted order.
     pub fn light(&self, sorted: u32) -> Vpl {
         self.lights.get(sorted as usize)
     }
@@ -222,13 +223,13 @@ impl LightTree {
         &self.lights
     }
 
-    /// Number of lights of the set that have no luminance and are not in the tree.
+    /// Number of lights of the set that were omitted because their luminance is zero.
     pub fn dropped(&self) -> usize {
         self.dropped
     }
 
-    /// Draws a light of a cluster by the uniform number `u` in `[0, 1)`, and returns its place in
-    /// the sorted order. Its probability is its luminance over the cluster's.
+    /// Draws a light of a cluster by the uniform number `u` in `[0, 1)`, and returns its index in
+    /// the sorted order. The probability of a light is its luminance divided by the cluster's.
     pub fn draw(&self, from: &LightCluster, u: f64) -> u32 {
         self.sums.draw(from.first, from.count, u)
     }

@@ -1,21 +1,22 @@
-//! Trees over lights and over gather points: clusters that are bounded as one, and drawn from as
-//! one.
+//! Trees over lights and over gather points. Their nodes are clusters, each with a common bound,
+//! from which members can be drawn.
 //!
 //! A pair of a light cluster `C` and a gather cluster `G` stands for
-//! `Σ_{j∈G} Σ_{i∈C} w_j M_ji G_ji V_ji I_i`; it is either sampled, with `i` and `j` drawn in
-//! proportion to `I_i` and `w_j`, or split into pairs of children. For this every node is a *range*
-//! of one sorted array: a draw is a short search in sums of weights, whatever the size of the node.
+//! `Σ_{j∈G} Σ_{i∈C} w_j M_ji G_ji V_ji I_i`. It is either sampled, with `i` and `j` drawn in
+//! proportion to `I_i` and `w_j`, or split into pairs of children. To support draws, every node is
+//! a *range* of one sorted array: a draw is a short search in sums of weights, independent of the
+//! size of the node.
 //!
-//! * [`LightTree`]: one for an image, over 1 to 10⁸ lights of all kinds, by one of two builders
+//! * [`LightTree`]: one per image, over 1 to 10⁸ lights of all kinds, built by one of two builders
 //!   ([`LightTreeBuilder`]).
 //! * [`LightSet`]: a set of lights with the tree over it.
-//! * [`GatherTree`]: one for a pixel, over 1 to 1024 points, with a bound of the material at each
+//! * [`GatherTree`]: one per pixel, over 1 to 1024 points, with a bound of the material at each
 //!   node.
 //!
 //! # Guarantee
-//! The properties that `validate()` of each checks hold for any input with finite positions; the
-//! tree is the same for any number of threads; no recursion is deeper than 100 calls. Lights and
-//! points of zero weight are omitted, so that every node has weight.
+//! The properties that the `validate()` method of each tree checks hold for any input with finite
+//! positions. The tree is the same for any number of threads. No recursion is deeper than 100
+//! calls. Lights and points of zero weight are omitted, so that every node has weight.
 //!
 //! # Held to this by
 //! `tree::tests`.

@@ -1,7 +1,7 @@
-//! Cheapest partner of each cluster of a list, among its neighbours in the list: eight candidates
-//! at a time.
+//! Finds the cheapest partner of each cluster among its neighbours in a list, eight candidates at a
+//! time.
 //!
-//! The arithmetic is that of [`Cluster::cost`], to the bit; held to it by the tests below.
+//! The arithmetic is that of [`Cluster::cost`], with identical bits. The tests below check this.
 
 use std::ops::Range;
 
@@ -10,17 +10,18 @@ use rayon::prelude::*;
 use super::agglomerative::Cluster;
 use crate::math::simd::{F32x8, Level, Vectors, WIDTH, Work, each};
 
-/// Number of places to each side in which a cluster looks for a partner. Higher values build better
-/// trees, and take longer in proportion.
+/// Number of list positions on each side that are searched for a partner. Larger windows build
+/// better trees, and the time is proportional to the size.
 pub(super) const WINDOW: usize = 11;
-/// Number of vectors that cover the window, the cluster itself included, and one place beyond.
+/// Number of vectors that cover the window, which includes the cluster itself, and one position
+/// beyond.
 const VECTORS: usize = (2 * WINDOW + 2) / WIDTH;
-/// Number of clusters that are one piece of parallel work.
+/// Number of clusters that one parallel task processes.
 const GRAIN: usize = 1024;
 
-/// Clusters, component by component: a piece of the list.
+/// A piece of the list of clusters, component by component.
 struct Columns {
-    /// Place of the first cluster in the list.
+    /// Index in the list of the first cluster of the piece.
     begin: usize,
     lo: [Vec<f32>; 3],
     hi: [Vec<f32>; 3],
@@ -48,7 +49,8 @@ impl Columns {
         }
     }
 
-    /// Costs of joining `i` with the eight clusters from `first` on; both are places in the list.
+    /// Costs of joining cluster `i` with each of the eight clusters from `first` on; both are
+    /// indices in the list.
     #[inline(always)]
     fn costs<F: F32x8>(&self, i: usize, first: usize, c2: f32) -> F {
         let (i, first) = (i - self.begin, first - self.begin);
@@ -75,7 +77,7 @@ impl Columns {
         luminance * (diagonal + F::splat(c2) * narrow * narrow)
     }
 
-    /// Finds the best partners of clusters whose whole window is inside the list.
+    /// Finds the best partners of clusters whose entire window is inside the list.
     #[inline(always)]
     fn inside<F: F32x8>(&self, first: usize, c2: f32, best: &mut [u32]) {
         for (i, best) in (first..).zip(best) {
@@ -89,19 +91,19 @@ impl Columns {
     }
 }
 
-/// Eight numbers of a column.
+/// Eight consecutive numbers of a column.
 #[inline(always)]
 fn eight<F: F32x8>(column: &[f32], first: usize) -> F {
     F::load_from(&column[first..])
 }
 
-/// The place of least cost. Among equals it is the place that differs in the lowest bit: two such
-/// clusters always choose each other.
+/// Index of the least cost. Among equal costs, the index that differs from `i` in the lowest bit is
+/// taken; two such clusters always choose each other.
 #[inline(always)]
 fn cheapest(i: usize, costs: impl Iterator<Item = (usize, f32)>) -> u32 {
     let mut best = (f32::INFINITY, usize::MAX);
     for (j, cost) in costs {
-        // All costs beyond the range of `f32` are equal.
+        // Costs that overflow `f32` count as equal.
         let cost = if cost < f32::MAX { cost } else { f32::MAX };
         if i != j && (cost < best.0 || (cost == best.0 && i ^ j < best.1)) {
             best = (cost, i ^ j);
@@ -110,8 +112,8 @@ fn cheapest(i: usize, costs: impl Iterator<Item = (usize, f32)>) -> u32 {
     (i ^ best.1) as u32
 }
 
-/// Best partner of each of at least two clusters, with the weight `c2` of differences between
-/// normals (m²).
+/// Best partner of each cluster; there must be at least two. `c2` is the weight of differences
+/// between normals (m²).
 pub(super) fn best_partners(clusters: &[Cluster], c2: f32) -> Vec<u32> {
     best_with(Level::best(), clusters, c2)
 }
@@ -123,7 +125,7 @@ fn best_with(level: Level, clusters: &[Cluster], c2: f32) -> Vec<u32> {
         cheapest(i, window.map(|j| (j, clusters[i].cost(&clusters[j], c2))))
     };
     let mut best = vec![0; n];
-    // One place beyond the window is read.
+    // The vectors read one position beyond the window.
     let inside = WINDOW..n.saturating_sub(WINDOW + 1).max(WINDOW);
     if inside.is_empty() {
         best.iter_mut().enumerate().for_each(|(i, best)| *best = scalar(i));
@@ -140,7 +142,7 @@ fn best_with(level: Level, clusters: &[Cluster], c2: f32) -> Vec<u32> {
     best
 }
 
-/// [`Columns::inside`] for a piece of the list.
+/// Arguments of [`Columns::inside`] for a piece of the list.
 struct Inside<'a> {
     columns: &'a Columns,
     first: usize,
@@ -172,7 +174,7 @@ mod tests {
             for c2 in [0.0, 50.0] {
                 let mut cluster = |id: u32| {
                     let d = warp::sphere(s.uniform_2()).normalize();
-                    // A coarse grid, so that costs are equal now and then.
+                    // Positions are on a coarse grid, so that equal costs occur.
                     let [x, y, z] = s.uniform_3().map(|x| (x * 8.0).floor());
                     let key = [x, y, z, d.x, d.y, d.z];
                     Cluster::of_item(&Item { key, luminance: 1.0 + s.below(3) as f32, light: id }, id)

@@ -1,35 +1,35 @@
-//! Sums of weights of any range of items, and draws from a range in proportion to them.
+//! Sums of weights over ranges of items, and draws from a range in proportion to weight.
 //!
 //! ```text
 //! weight of [a, b) = Σ_{a≤k<b} w_k        draw: the i in [a, b) with Σ_{a≤k<i} w_k ≤ u · weight < Σ_{a≤k≤i} w_k
 //! ```
 //!
-//! Items stand in blocks of [`BLOCK`]. The sum of all weights below each block is stored as the
-//! unevaluated sum of two `f64` (Higham 2002, section 4.3). The difference of two is then accurate
-//! to a few units of 2⁻⁵³ of *itself*, as long as it is above 2⁻¹⁰⁰ of the sum of all weights. With
-//! a single `f64`, the weights of dim lights beside the sun would be lost in the rounding of the
-//! sun's. Within a block, weights are added up on demand: they lie in one cache line, and the sums
-//! of a million items stay in the cache of a core.
+//! Items are grouped in blocks of [`BLOCK`]. The sum of all weights before each block is stored as
+//! the unevaluated sum of two `f64` (Higham 2002, section 4.3). The difference of two such sums is
+//! accurate to a few units of 2⁻⁵³ of the difference *itself*, as long as it is above 2⁻¹⁰⁰ of the
+//! sum of all weights. With a single `f64`, rounding of the sun's weight would swallow the weights
+//! of dim lights. Within a block, weights are added up on demand. They lie in one cache line, and
+//! the block sums of a million items fit into the cache of a core.
 //!
 //! # Guarantee
-//! An item of zero weight is never drawn from a range that holds an item with weight. Held to this
-//! by `tree::tests::drawing`.
+//! An item of zero weight is never drawn from a range that contains an item with weight. Held to
+//! this by `tree::tests::drawing`.
 
 use std::ops::Range;
 
 /// Number of items in a block.
 const BLOCK: usize = 16;
 
-/// Weights that are finite and not negative.
+/// Weights, and their sums by blocks. Weights must be finite and not negative.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PrefixSums {
     weights: Vec<f32>,
-    /// Sum of all weights below each block; the last, which may not be whole, has no successor.
+    /// Sum of all weights before each block. There is one more entry than there are full blocks.
     below: Vec<[f64; 2]>,
 }
 
-/// A range of items in parts: those of a block that begins before it, whole blocks, and those of a
-/// block that ends after it.
+/// A range of items, divided into the part before its first whole block, its whole blocks, and the
+/// part after them.
 struct Parts {
     head: Range<usize>,
     blocks: Range<usize>,
@@ -57,7 +57,7 @@ impl PrefixSums {
             sum = block.iter().fold(sum, |sum, weight| add(sum, f64::from(*weight)));
             below
         };
-        // The block after the last is empty if that one is whole.
+        // If the last block is full, an empty block follows, whose entry is the sum of all weights.
         let blocks = weights.chunks(BLOCK).chain(weights.len().is_multiple_of(BLOCK).then_some(&[][..]));
         Self { below: blocks.map(below_block).collect(), weights }
     }
@@ -72,13 +72,14 @@ impl PrefixSums {
         &self.weights
     }
 
-    /// Sum of the weights of `count` items from `first` on.
+    /// Sum of the weights of `count` items, starting at `first`.
     pub(super) fn weight(&self, first: u32, count: u32) -> f64 {
         let Parts { head, blocks, tail } = Parts::of(first, count);
         self.of_items(head) + self.of_blocks(&blocks) + self.of_items(tail)
     }
 
-    /// Draws the item among `count` from `first` that `u` in `[0, 1)` falls into.
+    /// Draws one of `count` items, starting at `first`: the one into whose share of the weight `u`
+    /// in `[0, 1)` falls.
     pub(super) fn draw(&self, first: u32, count: u32, u: f64) -> u32 {
         let Parts { head, blocks, tail } = Parts::of(first, count);
         let [of_head, of_blocks] = [self.of_items(head.clone()), self.of_blocks(&blocks)];
@@ -97,17 +98,17 @@ impl PrefixSums {
             return self.item_at(items, x).expect("a block that sums grow over has weight") as u32;
         }
         x -= of_blocks;
-        // Rounding can have led beyond the last item that has weight.
+        // Because of rounding, `x` may be beyond the last item that has weight.
         let or_before = || (first as usize..tail.start).rfind(|item| self.weights[*item] > 0.0);
         self.item_at(tail.clone(), x).or_else(or_before).unwrap_or(first as usize) as u32
     }
 
-    /// The item of a range in which the sum of weights reaches `x`, or the last item that has
-    /// weight; `None` if no item has.
+    /// The item of a range at which the running sum of weights exceeds `x`, or the last item that
+    /// has weight; `None` if no item has weight.
     fn item_at(&self, items: Range<usize>, x: f64) -> Option<usize> {
         let mut first = items.start;
         let mut sum = 0.0;
-        // In fours, as long as the sum stays below.
+        // Skips four items at a time while the sum stays at most `x`.
         for four in self.weights[items.clone()].chunks_exact(4) {
             let next = sum + sum_of(four);
             if next > x {
@@ -138,7 +139,7 @@ impl PrefixSums {
     }
 }
 
-/// Sum of a few numbers, two of which are added at a time.
+/// Sum of a few numbers; four numbers are added as two independent pairs.
 fn sum_of(weights: &[f32]) -> f64 {
     match *weights {
         [a, b, c, d] => (f64::from(a) + f64::from(b)) + (f64::from(c) + f64::from(d)),
@@ -146,10 +147,11 @@ fn sum_of(weights: &[f32]) -> f64 {
     }
 }
 
-/// Index of the last of ascending numbers for which `is_before` holds; it holds for the first.
+/// Index of the last of ascending numbers for which `is_before` is true; it must be true for the
+/// first.
 ///
-/// Searches in steps that double from a guess, then by halves: numbers near the guess are likely to
-/// be in the cache.
+/// Searches from a guess in doubling steps, and then by bisection. Numbers near the guess are
+/// likely to be in the cache.
 fn last_before<T>(numbers: &[T], guess: usize, is_before: impl Fn(&T) -> bool) -> usize {
     let guess = guess.min(numbers.len() - 1);
     let (mut low, mut high) = (guess, guess);
@@ -169,13 +171,14 @@ fn last_before<T>(numbers: &[T], guess: usize, is_before: impl Fn(&T) -> bool) -
     low + numbers[low + 1..high.min(numbers.len())].partition_point(is_before)
 }
 
-/// `sum + x`; the first number of the result is the rounded sum, the second its rounding error.
+/// Adds `x` to an unevaluated sum. The first number of the result is the rounded sum, the second
+/// its rounding error.
 fn add(sum: [f64; 2], x: f64) -> [f64; 2] {
     let [high, low] = two_sum(sum[0], x);
     two_sum(high, low + sum[1])
 }
 
-/// `a + b` without error, as the rounded sum and its rounding error.
+/// `a + b` without error: the rounded sum and its rounding error.
 fn two_sum(a: f64, b: f64) -> [f64; 2] {
     let sum = a + b;
     let b_in_sum = sum - a;

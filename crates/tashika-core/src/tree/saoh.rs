@@ -5,14 +5,14 @@
 //! M_Ω  = 2π (1 − cos θ_o) + π/2 (2 θ_w sin θ_o − cos(θ_o − 2 θ_w) − 2 θ_o sin θ_o + cos θ_o),   θ_w = min(θ_o + θ_e, π)
 //! ```
 //!
-//! (Conty Estévez, Kulla 2018, section 4.2), `θ_o` half-angle of the cone around the normals, `θ_e`
-//! half-angle around a normal into which a light shines.
+//! from Conty Estévez, Kulla 2018, section 4.2. `θ_o` is the half-angle of the cone around the
+//! normals, and `θ_e` the half-angle around its normal into which a light shines.
 //!
 //! # Differences from the source
-//! `θ_o` is taken from the box of the unit normals: with `h` half its diagonal, `sin θ_o = h` for
-//! `h ≤ 1` (exact for two normals), and from there linearly in `h²` to the whole sphere at
-//! `h² = 3`. Boxes are united with six comparisons where cones need trigonometry. Only costs are
-//! estimated in this way, never bounds.
+//! `θ_o` is estimated from the box of the unit normals. Let `h` be half its diagonal. For `h ≤ 1`,
+//! `sin θ_o = h` (exact for two normals); beyond, `cos θ_o` falls linearly in `h²` to the whole
+//! sphere at `h² = 3`. The union of two boxes takes six comparisons, whereas the union of cones
+//! needs trigonometry. The estimate is used only for costs, never for bounds.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -22,10 +22,10 @@ use crate::vpl::{Vpl, VplKind};
 
 /// Number of intervals of the table of `M_Ω`.
 const STEPS: usize = 256;
-/// Area of a line of unit length: lights in a row have no area, but shorter rows are better
-/// clusters. Too small to count where there is area.
+/// Area of a line of unit length. Lights in a row have no area, but shorter rows are better
+/// clusters. The value is too small to matter if there is area.
 const AREA_OF_LINES: f32 = 1e-6;
-/// Asymmetry above which clusters count a phase function as shining to one side.
+/// Asymmetry above which a phase function is treated as shining to one side.
 const LOBE: f32 = 0.1;
 /// Largest `h²` of a box of unit vectors.
 const MAX_SPREAD: f32 = 3.0;
@@ -33,13 +33,13 @@ const MAX_SPREAD: f32 = 3.0;
 /// `M_Ω` for one kind of light, tabulated over `h²`.
 pub(super) struct Emission {
     table: Vec<f32>,
-    /// True if the lights have directions apart from their positions.
+    /// True if the lights have directions in addition to their positions.
     pub(super) directed: bool,
 }
 
 impl Emission {
-    /// Emission of the lights of a kind; spots count with the widest cone, lights in media as if
-    /// they shone with a cosine.
+    /// Emission of the lights of a kind. All spots are treated as having the widest cone among
+    /// them, and lights in media as emitting with a cosine.
     pub(super) fn of_kind(kind: usize, lights: &[Vpl]) -> Self {
         let cos_emission = lights
             .iter()
@@ -48,7 +48,7 @@ impl Emission {
                 VplKind::Spot(falloff) => Some(falloff.cos_outer),
                 VplKind::Image(beam) => Some(beam.cos_outer),
                 VplKind::Oriented => Some(0.0),
-                // Only the half-space that a lobe shines into makes a difference.
+                // Only the half-space into which a lobe shines matters.
                 VplKind::Volume(phase) => (phase.asymmetry.abs() > LOBE).then_some(0.0),
                 VplKind::Omni | VplKind::Directional => None,
             })
@@ -85,7 +85,7 @@ fn solid_angle(spread: f32, emission: f32) -> f32 {
     2.0 * PI * (1.0 - cosine) + FRAC_PI_2 * rim
 }
 
-/// A box over positions (m) and unit directions.
+/// A box of positions (m) and unit directions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds6 {
     pub(super) lo: [f32; 6],
@@ -95,7 +95,7 @@ pub(super) struct Bounds6 {
 impl Bounds6 {
     pub(super) const EMPTY: Self = Self { lo: [f32::INFINITY; 6], hi: [f32::NEG_INFINITY; 6] };
 
-    /// Grows to hold an item.
+    /// Extends the box to contain an item.
     #[inline]
     pub(super) fn insert(&mut self, item: &Item) {
         for axis in 0..6 {
@@ -104,7 +104,7 @@ impl Bounds6 {
         }
     }
 
-    /// Grows to hold a box.
+    /// Extends the box to contain another box.
     #[inline]
     pub(super) fn unite(&mut self, other: &Self) {
         for axis in 0..6 {
@@ -124,7 +124,8 @@ impl Bounds6 {
     }
 }
 
-/// The smaller of two numbers, in one instruction; `f32::min` needs more for the sake of NaN.
+/// The smaller of two numbers, in one instruction; `f32::min` needs more instructions because of
+/// NaN.
 #[inline]
 fn least(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
@@ -141,8 +142,8 @@ mod tests {
 
     #[test]
     fn the_solid_angle_has_its_known_values() {
-        // A plane of cosine lights: π sr; lights whose normals go everywhere: 4π sr; a needle: 0
-        // sr.
+        // A plane of lights with a cosine: π sr. Lights whose normals point everywhere: 4π sr. A
+        // thin beam: 0 sr.
         assert!((solid_angle(0.0, FRAC_PI_2) - PI).abs() < 1e-5);
         assert!((solid_angle(MAX_SPREAD, FRAC_PI_2) - 4.0 * PI).abs() < 1e-4);
         assert!(solid_angle(0.0, 0.0).abs() < 1e-5);

@@ -1,6 +1,6 @@
-//! Builds a light tree from the root: Alejandro Conty Estévez, Christopher Kulla. "Importance
-//! Sampling of Many Lights with Adaptive Tree Splitting." Proc. ACM on Computer Graphics and
-//! Interactive Techniques 1(2), 2018, doi:10.1145/3233305; section 4.
+//! Builds a light tree top-down: Alejandro Conty Estévez, Christopher Kulla. "Importance Sampling
+//! of Many Lights with Adaptive Tree Splitting." Proc. ACM on Computer Graphics and Interactive
+//! Techniques 1(2), 2018, doi:10.1145/3233305; section 4.
 //!
 //! A node is split at the plane between bins that minimises
 //!
@@ -8,13 +8,14 @@
 //! k_r · (Φ_l M_A(l) M_Ω(l) + Φ_r M_A(r) M_Ω(r))        k_r = longest extent / extent along the axis (keeps clusters from growing thin)
 //! ```
 //!
-//! ([`saoh`](super::saoh)). `O(n log n)`: the depth is limited, since nodes below a limit are
-//! halved.
+//! ([`saoh`](super::saoh)). The time is `O(n log n)`, since the depth is limited: below a certain
+//! depth nodes are halved.
 //!
 //! # Differences from the source
-//! Planes across the directions of lights are tried as well as across their positions; a
-//! direction's full range counts as long as half the box's diagonal. Small nodes, and lights at one
-//! place, are split in the middle of their longest extent. Leaves hold one light each.
+//! Planes across the directions of lights are tried as well as planes across their positions. The
+//! full range of a direction counts as half the diagonal of the box. Small nodes, and nodes whose
+//! lights are at one position, are split in the middle of their longest extent. Each leaf contains
+//! one light.
 //!
 //! # Held to this by
 //! `tree::tests::trees` (structure, degenerate input, threads) and `tree::tests::quality`.
@@ -24,31 +25,31 @@ use rayon::prelude::*;
 use super::build::{Item, Span};
 use super::saoh::{Bounds6, Emission};
 
-/// Maximum number of bins of an axis.
+/// Maximum number of bins on an axis.
 const BINS: usize = 16;
-/// Number of bins of an axis in nodes of few items.
+/// Number of bins on an axis in nodes with few items.
 const FEW_BINS: usize = 8;
-/// Number of items from which [`BINS`] are worth their time.
+/// Number of items from which [`BINS`] bins are used.
 const MANY_ITEMS: usize = 256;
-/// Number of items up to which a node is split in the middle. Chosen: larger values build faster;
-/// the cost of the tree grows slowly.
+/// Largest number of items of a node that is split in the middle. Chosen: with larger values
+/// building is faster and the cost of the tree grows slowly.
 const SMALL: usize = 8;
-/// Share of the longest axis below which an axis is not tried.
+/// An axis is tried only if its length is at least this share of the longest axis.
 const SHORTEST: f32 = 0.25;
-/// Depth from which nodes are halved: at most 31 levels follow.
+/// Depth from which nodes are halved; at most 31 more levels follow.
 const MAX_UNEVEN_DEPTH: u32 = 64;
-/// Number of items above which the two sides of a node are built in parallel.
+/// Number of items above which the two children of a node are built in parallel.
 const PARALLEL_SIDES: usize = 1 << 12;
-/// Number of items that are binned as one piece of parallel work.
+/// Number of items that are binned as one parallel task.
 const CHUNK: usize = 1 << 15;
 
-/// Sorts `items` into the tree `spans` (see [`build`](super::build)), whose first item has number
-/// `first`.
+/// Sorts `items` into the tree `spans` (see [`build`](super::build)); `first` is the index of the
+/// first item in the sorted order.
 pub(super) fn build(items: &mut [Item], spans: &mut [Span], first: u32, emission: &Emission) {
     grow(items, spans, first, 0, emission);
 }
 
-/// Builds the node over `items` and the nodes below. Recursion ends when nodes are small; its depth
+/// Builds the node over `items` and its descendants. Recursion ends when nodes are small. Its depth
 /// is at most [`MAX_UNEVEN_DEPTH`] plus one for each bit of the number of items.
 fn grow(items: &mut [Item], spans: &mut [Span], first: u32, depth: u32, emission: &Emission) {
     if items.len() <= PARALLEL_SIDES {
@@ -77,8 +78,8 @@ fn grow_small(items: &mut [Item], spans: &mut [Span], first: u32, depth: u32, em
     }
 }
 
-/// Moves the items of the left child to the front and returns their number: at least one and not
-/// all.
+/// Moves the items of the left child to the front and returns their number, which is between 1 and
+/// `items.len() - 1`.
 #[inline(never)]
 fn split(items: &mut [Item], depth: u32, emission: &Emission) -> usize {
     let count = items.len();
@@ -107,8 +108,8 @@ fn split(items: &mut [Item], depth: u32, emission: &Emission) -> usize {
     count / 2
 }
 
-/// Extents along the axes of positions and directions, in units of the box's diagonal; the full
-/// range of a direction is [`DIRECTION_WEIGHT`] long.
+/// Lengths of the axes of positions and directions, in units of the box's diagonal. The full range
+/// of a direction has the length [`DIRECTION_WEIGHT`].
 fn lengths(bounds: &Bounds6, emission: &Emission) -> [f32; 6] {
     let extent = bounds.extent();
     let diagonal = bounds.diagonal();
@@ -120,23 +121,23 @@ fn lengths(bounds: &Bounds6, emission: &Emission) -> [f32; 6] {
     })
 }
 
-/// Length of a direction's full range in box diagonals.
+/// Length of the full range of a direction, in units of the box's diagonal.
 const DIRECTION_WEIGHT: f32 = 0.5;
 
 fn longest_axis(lengths: &[f32; 6]) -> usize {
     (1..6).fold(0, |best, axis| if lengths[axis] > lengths[best] { axis } else { best })
 }
 
-/// A plane between two bins of an axis.
+/// A plane between two bins on an axis.
 #[derive(Clone, Copy)]
 struct Plane {
     axis: usize,
     lo: f32,
     /// Bins per unit of length.
     scale: f32,
-    /// Number of the last bin.
+    /// Index of the last bin.
     last: usize,
-    /// Number of the last bin on the left.
+    /// Index of the last bin on the left side.
     bin: usize,
 }
 
@@ -156,7 +157,7 @@ impl Plane {
     }
 }
 
-/// Bounds and luminance of the items that fall between two planes.
+/// Bounds and luminance of the items in one bin.
 #[derive(Clone, Copy)]
 struct Bin {
     bounds: Bounds6,
@@ -172,7 +173,7 @@ impl Bin {
         self.luminance += other.luminance;
     }
 
-    /// Returns true if the bin holds no items: all items have luminance.
+    /// Returns true if the bin contains no items; every item has positive luminance.
     fn is_empty(&self) -> bool {
         self.luminance <= 0.0
     }
@@ -224,8 +225,8 @@ fn best_plane(items: &[Item], bounds: &Bounds6, lengths: &[f32; 6], emission: &E
     best.1
 }
 
-/// Bins of each axis. Large nodes are binned in pieces, whose sums are added in the order of
-/// pieces.
+/// Bins on each axis. The items of large nodes are binned in chunks, whose bins are merged in the
+/// order of the chunks.
 fn histogram(items: &[Item], axes: &[Plane]) -> Histogram {
     let mut sum = [[Bin::EMPTY; BINS]; 6];
     if items.len() <= CHUNK {
@@ -274,13 +275,13 @@ fn bounds_of(items: &[Item]) -> Bounds6 {
     items.par_chunks(CHUNK).map(of_chunk).reduce(|| Bounds6::EMPTY, unite)
 }
 
-/// Moves the items that are `left` to the front and returns their number; without branches, which
-/// would be mispredicted half the time.
+/// Moves the items for which `left` is true to the front and returns their number. There are no
+/// branches, since half of them would be mispredicted.
 fn partition(items: &mut [Item], left: impl Fn(&Item) -> bool) -> usize {
     let mut count = 0;
     for i in 0..items.len() {
         let is_left = left(&items[i]);
-        // An item that does not go left changes places with another that does not.
+        // If item `i` belongs to the right, the swap exchanges two items of the right.
         items.swap(count, i);
         count += usize::from(is_left);
     }

@@ -1,8 +1,9 @@
-//! Validation of trees from the outside: the properties that every reader of a tree relies on.
+//! Validation of trees: checks the properties that all readers of a tree rely on.
 //!
-//! For each node: its range is that of its children, one after the other, both of which have items;
-//! its sums are those of its children; its bounds hold its children's bounds and every single light
-//! or point below. `O(n log n)` for trees of logarithmic depth.
+//! For each node: its range consists of the ranges of its two children, one after the other, and
+//! neither is empty. Its sums are the sums of its children's. Its bounds contain the children's
+//! bounds and every single light or point below. The time is `O(n log n)` for trees of logarithmic
+//! depth.
 
 use super::build;
 use super::gather_tree::GatherTree;
@@ -12,14 +13,14 @@ use crate::bounds::{LightBounds, LightShape};
 use crate::math::{Aabb, Cone};
 use crate::vpl::{Vpl, VplKind};
 
-/// Allowed relative error of a sum of two: few units of `f64`'s rounding.
+/// Allowed relative error of the sum of two numbers: a few roundings of `f64`.
 const SUM_ERROR: f64 = 1e-14;
-/// Share of all weight that sums may lose: 2⁻¹⁰⁰.
+/// Share of the total weight that sums may lose to rounding: 2⁻¹⁰⁰.
 const SMALLEST_SHARE: f64 = 1.0 / (1u128 << 100) as f64;
 /// Allowed error of a cosine computed in `f64` when cones are compared.
 const COSINE_ERROR: f64 = 1e-12;
 
-/// The shape of a node of either tree.
+/// Structure of a node of either tree.
 #[derive(Clone, Copy)]
 struct Shape {
     first: u32,
@@ -110,14 +111,16 @@ impl<B> GatherTree<B> {
     }
 }
 
-/// Checks ranges of nodes in depth-first order over `items` items, in a tree below each root.
+/// Checks the ranges of nodes in depth-first order over `items` items; there is one tree below each
+/// root.
 fn validate_shape(
     nodes: impl Iterator<Item = Shape>,
     roots: impl Iterator<Item = u32>,
     items: usize,
 ) -> Result<(), String> {
     let all: Vec<Shape> = nodes.collect();
-    // Next nodes in depth-first order: number, first item, and number of items by the parent.
+    // Nodes that come next in depth-first order: their index, first item, and number of items
+    // according to their parent.
     let mut waiting: Vec<(u32, u32, u32)> = Vec::new();
     let (mut expected, mut end) = (0, 0);
     for root in roots {
@@ -173,7 +176,7 @@ fn validate_sums(sums: &PrefixSums, weights: impl ExactSizeIterator<Item = f32>)
     Ok(())
 }
 
-/// Returns true if bounds hold a light.
+/// Returns true if bounds contain a light.
 fn holds(bounds: &LightBounds, light: &Vpl) -> bool {
     let direction = light.direction;
     let in_shape = match (bounds.shape, light.kind) {
@@ -195,7 +198,7 @@ fn holds(bounds: &LightBounds, light: &Vpl) -> bool {
     in_shape && (light.kind == VplKind::Directional || bounds.aabb.contains(light.position))
 }
 
-/// Returns true if the bounds of a cluster hold those of its half.
+/// Returns true if the bounds of a cluster contain those of one of its halves.
 fn nests(parent: &LightBounds, child: &LightBounds) -> bool {
     let (outer, inner) = (parent.aabb, child.aabb);
     let box_nests = outer.union(inner) == outer;
@@ -217,7 +220,8 @@ fn nests(parent: &LightBounds, child: &LightBounds) -> bool {
         }
 }
 
-/// Returns true if `∠(axes) + β_inner ≤ β_outer`, to within the rounding of cosines.
+/// Returns true if the angle between the axes plus the half-angle of `inner` is at most that of
+/// `outer`, up to the rounding of cosines.
 fn cone_nests(outer: Cone, inner: Cone) -> bool {
     if outer.cos <= -1.0 || inner.is_empty() {
         return true;

@@ -9,31 +9,33 @@ use crate::math::Aabb;
 use crate::math::elementary::powf;
 use crate::rng::{Purpose, Stream};
 
-/// Limit of the `1/d²` of a VPL near a receiver: a VPL represents a patch of surface, not a point.
+/// Limit of the factor `1/d²` of a VPL near a receiver, which is needed because a VPL represents a
+/// patch of surface, not a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Clamp {
-    /// From the spacing of the VPLs, so that it vanishes as their number grows: twice the radius of
-    /// the disk that a VPL represents. At that distance, a VPL of a uniformly bright wall adds at
-    /// most a quarter of the light of the whole wall. If it is larger, twice the radius of the ball
-    /// that a VPL in a medium represents. For the ball, only VPLs in the box around all surfaces
-    /// count, since unbounded fog has most of its VPLs out of view.
+    /// Chosen from the spacing of the VPLs, so that it vanishes as their number grows: twice the
+    /// radius of the disk that a VPL on a surface represents. At that distance, a VPL of a
+    /// uniformly bright wall adds at most a quarter of the light of the whole wall. If VPLs in
+    /// media give a larger distance, that one is used: twice the radius of the ball that such a VPL
+    /// represents. It is computed only from VPLs in the box around all surfaces, since most VPLs of
+    /// unbounded fog are out of view.
     #[default]
     Auto,
-    /// No clamp: unbiased, with bright spots where VPLs touch surfaces.
+    /// No clamp: unbiased, with bright spots where VPLs are close to surfaces.
     Off,
     /// A given distance (m), above zero.
     Distance(f32),
 }
 
-/// Number of VPLs whose nearest neighbour is looked up.
+/// Number of VPLs whose nearest neighbour is searched.
 const PROBES: usize = 512;
-/// Number of VPLs among which neighbours are looked up.
+/// Number of VPLs among which neighbours are searched.
 const CANDIDATES: usize = 1 << 16;
-/// Ratio of the clamp distance to the median distance of nearest neighbours. For a random set of
-/// density `λ` on a surface the median is `√(ln 2 / πλ)` and the radius of the disk of area `1/λ`
-/// is `√(1/πλ)`; the clamp is two such radii.
+/// Ratio of the clamp distance to the median distance of nearest neighbours. For random points of
+/// density `λ` on a surface, the median is `√(ln 2 / πλ)`, and the radius of the disk of area `1/λ`
+/// is `√(1/πλ)`. The clamp distance is two such radii.
 const CLAMP_PER_MEDIAN: f32 = 2.0 * 1.201_122;
-/// This ratio in a volume, where median and radius are cube roots, of `3 ln 2 / 4πλ` and of
+/// The ratio in a volume, where median and radius are the cube roots of `3 ln 2 / 4πλ` and of
 /// `3 / 4πλ`.
 const CLAMP_PER_MEDIAN_IN_VOLUMES: f32 = 2.0 * 1.129_997;
 
@@ -51,8 +53,8 @@ impl Clamp {
         }
     }
 
-    /// Returns the distance (m) for a set of lights, of a scene whose surfaces are in the given
-    /// box; zero for no clamp.
+    /// Returns the distance (m) for the lights of a scene whose surfaces are in the box `surfaces`;
+    /// zero means no clamp.
     pub(crate) fn distance(&self, lights: &[Vpl], surfaces: &Aabb, seed: u64) -> f32 {
         match *self {
             Self::Off => 0.0,
@@ -71,10 +73,10 @@ impl Clamp {
     }
 }
 
-/// Returns the median distance (m) from a place to its nearest neighbour, estimated on subsets;
-/// `None` for fewer than two places.
+/// Returns the median distance (m) from a point to its nearest neighbour, estimated from subsets;
+/// `None` for fewer than two points.
 ///
-/// * `dimensions`: 2 for places on surfaces, 3 for places in volumes.
+/// * `dimensions`: 2 for points on surfaces, 3 for points in volumes.
 fn median_spacing(mut candidates: Vec<Vec3>, dimensions: u32, seed: u64) -> Option<f32> {
     let n = candidates.len();
     if n < 2 {
@@ -137,8 +139,8 @@ mod tests {
             let far: Vec<Vpl> = far.filter(|l| !room.contains(l.position)).collect();
             assert!(far.len() > 2 * n);
             let found = Clamp::Auto.distance(&[fog(n), far].concat(), &room, 3);
-            // The median of 512 distances has a relative standard error of about 2 %; balls at the
-            // border reach beyond the fog.
+            // The relative standard error of the median of 512 distances is about 2 %. In addition,
+            // balls at the border reach beyond the fog.
             assert!((found / expected - 1.0).abs() < 0.12, "{n}: {found} for {expected}");
             let of_both = Clamp::Auto.distance(&[fog(n), wall(n)].concat(), &room, 3);
             let of_fog = Clamp::Auto.distance(&fog(n), &room, 3);
@@ -152,7 +154,7 @@ mod tests {
         for n in [2_000, 50_000, 200_000] {
             let expected = 2.0 * (6.0 / (std::f32::consts::PI * n as f32)).sqrt();
             let found = Clamp::Auto.distance(&wall(n), &nowhere, 3);
-            // The median of 512 distances has a relative standard error of about 3 %.
+            // The relative standard error of the median of 512 distances is about 3 %.
             assert!((found / expected - 1.0).abs() < 0.12, "{n}: {found} for {expected}");
         }
         assert_eq!(Clamp::Auto.distance(&wall(1), &nowhere, 3), 0.0);

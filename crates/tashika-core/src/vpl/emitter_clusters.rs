@@ -1,8 +1,9 @@
-//! Clusters of emitters that are near each other and face approximately the same way.
+//! Clusters of emitters that are close to each other and face approximately the same way.
 //!
 //! The sources of an [`EmitterSampler`] (triangles, points, spots, directions) are divided by
-//! halving: always the cluster of the greatest probability, at the coordinate of position or
-//! direction that varies most. The environment is divided into blocks of directions.
+//! repeated halving. Each step halves the cluster of the largest probability, along the coordinate
+//! of position or direction with the largest variance. The environment is divided into blocks of
+//! directions.
 
 use std::collections::BinaryHeap;
 
@@ -17,7 +18,8 @@ const OF_SOURCES: usize = 128;
 /// Maximum number of blocks of the environment.
 const OF_ENVIRONMENT: usize = 512;
 
-/// Clusters of an [`EmitterSampler`]. Every call must pass the same sampler, of the same scene.
+/// Clusters of an [`EmitterSampler`]. All methods must be given the sampler that the clusters were
+/// made from.
 #[derive(Clone, Debug)]
 pub struct EmitterClusters {
     of_sources: Vec<Sources>,
@@ -26,7 +28,7 @@ pub struct EmitterClusters {
     environment: Option<Blocks>,
 }
 
-/// Cluster of sources, and the distribution within it.
+/// A cluster of sources, and the distribution over them.
 #[derive(Clone, Debug)]
 struct Sources {
     sources: Vec<u32>,
@@ -50,7 +52,7 @@ struct Placed {
 }
 
 impl EmitterClusters {
-    /// Divides the sources of a sampler; there are no clusters if nothing shines.
+    /// Divides the sources of a sampler into clusters. There are none if no source shines.
     pub fn new(emitters: &EmitterSampler<'_>) -> Self {
         let radius = emitters.sphere().1.max(f32::MIN_POSITIVE);
         let [mut near, mut far] = [(); 2].map(|()| Vec::new());
@@ -106,7 +108,7 @@ impl EmitterClusters {
         }
     }
 
-    /// Returns the cluster of a triangle that emits.
+    /// Returns the cluster of an emitting triangle.
     pub fn of_triangle(
         &self,
         emitters: &EmitterSampler<'_>,
@@ -123,7 +125,7 @@ impl EmitterClusters {
         Some(self.of_sources.len() + blocks.of(emitters.environment()?, direction))
     }
 
-    /// Draws a sample as [`EmitterSampler::sample`] does, and returns it with its cluster.
+    /// Draws a sample like [`EmitterSampler::sample`], and returns it with its cluster.
     pub fn sample(&self, emitters: &EmitterSampler<'_>, u: f64, v: [f32; 2]) -> Option<(usize, LightSample)> {
         let (source, sample) = emitters.sample_source(u, v)?;
         let cluster = match self.cluster_of[source] {
@@ -134,7 +136,7 @@ impl EmitterClusters {
     }
 
     /// Draws a sample from one cluster, whose probability must be above zero. The density of the
-    /// sample, and the divisor of its intensity, are those of the whole sampler.
+    /// sample, and the density by which its intensity is divided, are those of the whole sampler.
     pub fn sample_from(
         &self,
         emitters: &EmitterSampler<'_>,
@@ -156,10 +158,10 @@ impl EmitterClusters {
     }
 }
 
-/// Halves groups of sources until there are [`OF_SOURCES`], or none can be halved.
+/// Halves groups of sources until there are [`OF_SOURCES`] clusters, or none can be halved.
 fn divide(groups: [Vec<Placed>; 2]) -> Vec<Vec<Placed>> {
     let mut clusters: Vec<Vec<Placed>> = groups.into_iter().filter(|group| !group.is_empty()).collect();
-    // Numbers that are not negative are in the order of their bits.
+    // The order of non-negative numbers is that of their bits.
     let often = |cluster: &[Placed]| cluster.iter().map(|placed| placed.probability).sum::<f64>().to_bits();
     let mut waiting: BinaryHeap<(u64, usize)> = clusters.iter().map(|c| often(c)).zip(0..).collect();
     while clusters.len() < OF_SOURCES {
@@ -172,7 +174,8 @@ fn divide(groups: [Vec<Placed>; 2]) -> Vec<Vec<Placed>> {
     clusters
 }
 
-/// Splits off half of the probability of a cluster; `None` if its sources are all in one place.
+/// Splits off half of a cluster by probability; `None` if all its sources have the same position
+/// and direction.
 fn halve(cluster: &mut Vec<Placed>) -> Option<Vec<Placed>> {
     let variance = |axis: usize| {
         let mut moments = Moments::default();

@@ -1,4 +1,4 @@
-//! Samples of points and directions on the scene's emitters, in proportion to power.
+//! Samples of points and directions on the scene's emitters, drawn in proportion to power.
 
 use std::collections::BTreeMap;
 use std::f32::consts::PI;
@@ -13,24 +13,24 @@ use crate::scene::{AimedMap, Emitter, Environment, InstanceId, LightId, Scene};
 use crate::stats::Discrete;
 use crate::warp;
 
-/// Light drawn from the emitters: an unbiased estimate, by one VPL, of all light that they emit.
+/// Light drawn from the emitters: one VPL that is an unbiased estimate of all light that they emit.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSample {
     /// The light; its intensity is already divided by the density.
     pub light: Vpl,
-    /// Density: per area (m⁻²) on surfaces, per solid angle (sr⁻¹) for the environment; `None`
-    /// where no ray can arrive by chance.
+    /// Density: per area (m⁻²) on surfaces, per solid angle (sr⁻¹) for the environment; `None` if
+    /// the probability that a ray hits the emitter is zero.
     pub pdf: Option<f32>,
 }
 
 /// Approximate position and direction of a source.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum About {
-    /// Position, and unit direction; zero for all directions.
+    /// Position, and unit direction; the latter is zero for light in all directions.
     Near(Vec3, Vec3),
     /// Direction of light from infinity.
     Far(Vec3),
-    /// Light from all directions of infinity.
+    /// Light from infinity, from all directions.
     Everywhere,
 }
 
@@ -51,11 +51,11 @@ pub struct EmitterSampler<'s> {
     tracer: &'s Tracer,
     scene: &'s Scene,
     sources: Vec<Source>,
-    /// Weights of `sources`, which are drawn in proportion to them.
+    /// Weights of `sources`; probabilities are proportional to them.
     weights: Vec<f64>,
-    /// Distribution over `sources`; `None` if nothing shines.
+    /// Distribution over `sources`; `None` if no source shines.
     all: Option<Discrete>,
-    /// Distribution over `sources` that are neither points nor single directions.
+    /// Distribution over the `sources` that are neither points nor single directions.
     extended: Option<Discrete>,
     /// First source of each emissive instance.
     first: BTreeMap<InstanceId, usize>,
@@ -64,8 +64,8 @@ pub struct EmitterSampler<'s> {
     radius: f32,
 }
 
-/// Places in a triangle at which a textured emission is looked up to estimate its power: corners,
-/// centre and midpoints.
+/// Barycentric positions in a triangle at which a textured emission is looked up to estimate its
+/// power: corners, centre and midpoints of the edges.
 const PROBES: [[f32; 3]; 7] = [
     [1.0, 0.0, 0.0],
     [0.0, 1.0, 0.0],
@@ -76,9 +76,9 @@ const PROBES: [[f32; 3]; 7] = [
     [0.5, 0.0, 0.5],
 ];
 
-/// Least luminance from which the weight of a triangle is computed, as a share of the luminance of
-/// its mesh's brightest triangle (or of the texture's factor if all are dark): a texture may shine
-/// between the probes.
+/// Least luminance that is assumed for the weight of a triangle, as a share of the luminance of the
+/// brightest triangle of its mesh (or of the texture's factor if all are dark). It is not zero
+/// because a texture may shine between the probes.
 const DARK_TRIANGLE_SHARE: f32 = 0.02;
 
 impl<'s> EmitterSampler<'s> {
@@ -155,9 +155,9 @@ impl<'s> EmitterSampler<'s> {
         sampler
     }
 
-    /// Returns the sampler with these weights for the two kinds of emitters: emitters in the scene,
-    /// and light from infinity. Within a kind, emitters are drawn in proportion to power. Both
-    /// weights must be at least 0; a kind without emitters is not drawn.
+    /// Returns the sampler with the given weights of the two kinds of emitters: first emitters in
+    /// the scene, then light from infinity. Within a kind, emitters are drawn in proportion to
+    /// power. Both weights must be at least 0; a kind without emitters is never drawn.
     #[must_use]
     pub fn weighted(mut self, kinds: [f64; 2]) -> Self {
         let kind = |source: &Source| match source {
@@ -178,11 +178,11 @@ impl<'s> EmitterSampler<'s> {
         self
     }
 
-    /// Returns the sampler with a least probability of `share / n` for each emitter, however weak.
-    /// The `n` emitters are meshes that emit, points, spots, single directions and an environment;
-    /// a weak one may be all that lights some corner.
+    /// Returns the sampler with a probability of at least `share / n` for each of the `n` emitters,
+    /// however weak. Emitters are emissive meshes, points, spots, single directions and an
+    /// environment. A weak emitter may be the only one that lights some corner.
     ///
-    /// * `share`: share of the draws that is spread evenly, in `[0, 1]`.
+    /// * `share`: share of the draws that is distributed equally over the emitters, in `[0, 1]`.
     #[must_use]
     pub fn with_share_for_each(mut self, share: f64) -> Self {
         let mut starts: Vec<usize> = self.first.values().copied().collect();
@@ -213,7 +213,7 @@ impl<'s> EmitterSampler<'s> {
         self.all = Discrete::new(self.weights.iter().copied());
     }
 
-    /// Returns true if nothing shines.
+    /// Returns true if no source shines.
     pub fn is_empty(&self) -> bool {
         self.all.is_none()
     }
@@ -223,8 +223,8 @@ impl<'s> EmitterSampler<'s> {
         (self.center, self.radius)
     }
 
-    /// Draws a sample from all emitters; `u` chooses the emitter, `v` the place on it. `None` if
-    /// nothing shines.
+    /// Draws a sample from all emitters; `u` selects the emitter, `v` the position on it. `None` if
+    /// no source shines.
     pub fn sample(&self, u: f64, v: [f32; 2]) -> Option<LightSample> {
         self.sample_source(u, v).map(|(_, sample)| sample)
     }
@@ -237,7 +237,7 @@ impl<'s> EmitterSampler<'s> {
         Some((source, self.draw_from_at(share, source, probability, rest, v)))
     }
 
-    /// Returns the light that a source is, or is a part of.
+    /// Returns the light to which a source belongs.
     pub fn light_of(&self, source: usize) -> LightId {
         match self.sources[source] {
             Source::Triangle { instance, .. } => LightId::Instance(instance),
@@ -249,35 +249,34 @@ impl<'s> EmitterSampler<'s> {
         }
     }
 
-    /// Draws a sample as [`sample`](Self::sample) does, and returns it with the number of its
-    /// source.
+    /// Draws a sample like [`sample`](Self::sample), and returns it with the number of its source.
     pub(super) fn sample_source(&self, u: f64, v: [f32; 2]) -> Option<(usize, LightSample)> {
         self.sample_at(Instants::STILL, u, v)
     }
 
-    /// Draws a sample from surfaces and the environment only.
+    /// Draws a sample from emitting surfaces and the environment only.
     pub fn sample_extended(&self, u: f64, v: [f32; 2]) -> Option<LightSample> {
         self.sample_extended_at(Instants::STILL, u, v)
     }
 
-    /// Draws a sample from surfaces and the environment only, at a time as in
+    /// Draws a sample from emitting surfaces and the environment only, at a time as in
     /// [`sample_at`](Self::sample_at).
     pub fn sample_extended_at(&self, share: f32, u: f64, v: [f32; 2]) -> Option<LightSample> {
         let (source, probability, rest) = self.extended.as_ref()?.sample(u);
         Some(self.draw_from_at(share, source, probability, rest, v))
     }
 
-    /// Returns true if anything shines that is neither a point nor a single direction.
+    /// Returns true if any source shines that is neither a point nor a single direction.
     pub fn has_extended(&self) -> bool {
         self.extended.is_some()
     }
 
-    /// Returns the maps by which emitters with an image shine.
+    /// Returns the intensity maps of emitters with an image.
     pub fn maps(&self) -> &[AimedMap] {
         self.scene.intensity_maps()
     }
 
-    /// Returns the points, spots, images and directional lights: each is exactly one VPL.
+    /// Returns the points, spots, images and directional lights. Each of them is exactly one VPL.
     pub fn punctual(&self) -> impl Iterator<Item = Vpl> + '_ {
         self.tracer.emitters().map(|emitter| punctual(&emitter))
     }
@@ -302,7 +301,8 @@ impl<'s> EmitterSampler<'s> {
         }
     }
 
-    /// Returns the area of a triangle (m²): `still`, unless it moves.
+    /// Returns the area of a triangle at a time (m²); this is `still` if the triangle does not
+    /// move.
     fn area_at(&self, share: f32, instance: InstanceId, triangle: u32, still: f32) -> f32 {
         match self.scene.motion_of(instance) {
             None => still,
@@ -319,8 +319,8 @@ impl<'s> EmitterSampler<'s> {
         }
     }
 
-    /// Returns the probability with which [`EmitterSampler::sample`] draws from each source: a
-    /// triangle that emits, a point, a spot, a single direction, the environment.
+    /// Returns the probability with which [`EmitterSampler::sample`] draws each source: an emitting
+    /// triangle, a point, a spot, a single direction, or the environment.
     pub(super) fn probabilities(&self) -> impl Iterator<Item = f64> + '_ {
         self.all.iter().flat_map(|all| (0..all.len()).map(|i| all.probability(i)))
     }
@@ -341,7 +341,7 @@ impl<'s> EmitterSampler<'s> {
         }
     }
 
-    /// Returns the source of a triangle of an emitting instance.
+    /// Returns the source of a triangle of an emissive instance.
     pub(super) fn source_of(&self, instance: InstanceId, triangle: u32) -> Option<usize> {
         self.first.get(&instance).map(|first| first + triangle as usize)
     }
@@ -350,8 +350,8 @@ impl<'s> EmitterSampler<'s> {
         self.scene.environment()
     }
 
-    /// Draws a sample from one source that was chosen with the given probability; `rest` may choose
-    /// a side, `v` the place.
+    /// Draws a sample from one source that was selected with the given probability. `rest` selects
+    /// the side of a triangle, `v` the position.
     pub(super) fn draw_from(&self, source: usize, probability: f64, rest: f64, v: [f32; 2]) -> LightSample {
         self.draw_from_at(Instants::STILL, source, probability, rest, v)
     }
@@ -371,7 +371,7 @@ impl<'s> EmitterSampler<'s> {
                 let area = self.area_at(share, instance, triangle, area);
                 let p = self.scene.surface_point_at(share, instance, triangle, b);
                 let is_unseen = self.scene.shines_unseen(instance);
-                // A ray meets a partly transparent surface with the probability of its opacity.
+                // The probability that a ray meets a partly transparent surface is its opacity.
                 let opacity = if is_unseen { 1.0 } else { self.scene.opacity(instance, triangle, b) };
                 let back = two_sided && rest < 0.5;
                 let normal = if back { -p.geometric_normal } else { p.geometric_normal };
@@ -398,8 +398,8 @@ impl<'s> EmitterSampler<'s> {
     }
 }
 
-/// Returns the mean area of a moving triangle (m²), which may have no area at one time and shine at
-/// others; `None` if it does not move.
+/// Returns the mean area of a moving triangle (m²); `None` if it does not move. A triangle may have
+/// no area at one time and shine at others.
 fn mean_area(scene: &Scene, instance: InstanceId, triangle: u32) -> Option<f32> {
     scene.motion_of(instance)?;
     let times = [0.0, Instants::STILL, 1.0];
@@ -407,15 +407,14 @@ fn mean_area(scene: &Scene, instance: InstanceId, triangle: u32) -> Option<f32> 
     Some(sum / times.len() as f32)
 }
 
-/// Returns the area of a triangle (m²), computed in double precision: the fourth power of a length
-/// leaves the range of `f32`, so that the area would be zero below 10⁻¹² m and infinite above 10⁹
-/// m.
+/// Returns the area of a triangle (m²), computed in double precision. The fourth power of a length
+/// leaves the range of `f32`: the area would be zero below 10⁻¹² m and infinite above 10⁹ m.
 fn area(w: [Vec3; 3]) -> f32 {
     let [e1, e2] = [w[1] - w[0], w[2] - w[0]].map(Vec3::as_dvec3);
     (0.5 * e1.cross(e2).length()) as f32
 }
 
-/// Returns light of the environment from a unit direction that was drawn with a density (sr⁻¹).
+/// Returns light of the environment from a unit direction that was drawn with density `pdf` (sr⁻¹).
 pub(super) fn towards_environment(e: &Environment, towards: Vec3, pdf: f32) -> LightSample {
     let intensity = if pdf > 0.0 { e.radiance(towards) / pdf } else { Rgb::BLACK };
     let light = Vpl { position: Vec3::ZERO, direction: -towards, intensity, kind: VplKind::Directional };

@@ -1,12 +1,12 @@
-//! Guides of emission: densities by which light paths and direct VPLs are drawn where they matter
-//! to a picture.
+//! Guides of emission: densities that place light paths and direct VPLs where they matter to a
+//! picture.
 //!
-//! Emission is drawn from uniform numbers. Three numbers choose the emitter and the place on it, as
-//! [`EmitterSampler::sample`] takes them. For a light path, two more choose the direction, or the
-//! point of the disk through which light from infinity enters, as [`Vpl::emit`] takes them. A guide
-//! is a density over these numbers. VPLs are drawn by the density and divided by it, so their
-//! expectation does not change: a set is unbiased for any guide that does not depend on the set's
-//! own random numbers. Held to this by `vpl::tests`.
+//! Emission is drawn from uniform numbers. Three numbers select the emitter and the position on it,
+//! as used by [`EmitterSampler::sample`]. For a light path, two more select the direction, or for
+//! light from infinity the point of the disk through which it enters, as used by [`Vpl::emit`]. A
+//! guide is a density over these numbers. VPLs are drawn with this density and divided by it, so
+//! their expectation does not change. A set is therefore unbiased for any guide that does not
+//! depend on the set's random numbers. Held to this by `vpl::tests`.
 
 use super::{EmitterSampler, LightSample, Origin, Vpl};
 use crate::color::Rgb;
@@ -21,11 +21,11 @@ pub(super) struct Emitted {
     pub(super) flux: Rgb,
     /// Kind of emitter. A ray from infinity begins at the sphere around the scene.
     pub(super) origin: Origin,
-    /// Numbers by which the ray was drawn.
+    /// Numbers from which the ray was drawn.
     pub(super) numbers: [f32; 5],
 }
 
-/// Densities over the numbers by which emission is drawn; uniform if not learned.
+/// Densities over the numbers from which emission is drawn; uniform if nothing was learned.
 #[derive(Clone, Debug, Default)]
 pub struct LightGuide {
     direct: Option<AdaptiveDensity<3>>,
@@ -33,8 +33,8 @@ pub struct LightGuide {
 }
 
 impl LightGuide {
-    /// Learns both densities from the contributions of places and rays of emission to a picture, as
-    /// functions of the numbers by which these are drawn.
+    /// Learns both densities from contributions to a picture: those of positions on emitters and
+    /// those of emitted rays, as functions of the numbers from which these are drawn.
     pub fn learn(direct: Vec<Weighted<3>>, emission: Vec<Weighted<5>>) -> Self {
         Self {
             direct: Some(AdaptiveDensity::learn(direct)),
@@ -42,12 +42,12 @@ impl LightGuide {
         }
     }
 
-    /// Learns the density of rays of emission alone; places of emission are drawn uniformly.
+    /// Learns only the density of emitted rays; positions of direct VPLs are drawn uniformly.
     pub fn learn_emission(emission: Vec<Weighted<5>>) -> Self {
         Self { direct: None, emission: Some(AdaptiveDensity::learn(emission)) }
     }
 
-    /// Returns the numbers of cells of the densities of places and of rays.
+    /// Returns the number of cells of the density of positions, and of the density of rays.
     pub fn cells(&self) -> [usize; 2] {
         [
             self.direct.as_ref().map_or(1, AdaptiveDensity::cells),
@@ -55,8 +55,8 @@ impl LightGuide {
         ]
     }
 
-    /// Draws a light on or towards the emitters that have an extent. `share` is the time as a share
-    /// of the shutter interval; `u` in `[0, 1)` is a stratified number.
+    /// Draws a direct VPL on the emitters that have an extent, or towards them. `share` is the time
+    /// as a share of the shutter interval; `u` in `[0, 1)` is a stratified number.
     pub(super) fn place(
         &self,
         emitters: &EmitterSampler<'_>,
@@ -73,8 +73,8 @@ impl LightGuide {
         Some(light)
     }
 
-    /// Draws a ray of emission, and the flux that it represents. `share` is the time as a share of
-    /// the shutter interval; `u` in `[0, 1)` is a stratified number.
+    /// Draws an emitted ray and the flux that it represents. `share` is the time as a share of the
+    /// shutter interval; `u` in `[0, 1)` is a stratified number.
     pub(super) fn ray(
         &self,
         emitters: &EmitterSampler<'_>,

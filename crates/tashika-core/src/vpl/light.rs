@@ -20,22 +20,21 @@ pub enum VplKind {
     Oriented,
     /// Cone around its axis: intensity `I · falloff(cos φ)`.
     Spot(Falloff),
-    /// Map of the scene around its axis: intensity `I · t(ω)`, with `t` at most 1.
+    /// Intensity map of the scene around its axis: intensity `I · t(ω)`, with `t` at most 1.
     Image(Beam),
-    /// From infinity: irradiance `I` on a surface that faces it.
+    /// Parallel light from infinity: irradiance `I` on a surface orthogonal to it.
     Directional,
-    /// Phase function `p` of the medium around it, relative to the direction in which light
-    /// arrived: intensity `I · 4π p(cos φ)`, whose mean over all directions is `I`.
+    /// Phase function `p` of the surrounding medium, relative to the direction in which light
+    /// arrived: intensity `I · 4π p(cos φ)`. The mean over all directions is `I`.
     Volume(HenyeyGreenstein),
 }
 
 impl VplKind {
-    /// Number of kinds, with spots and images as one.
+    /// Number of kinds; spots and images count as one.
     pub const COUNT: usize = 5;
 
-    /// Returns the number of the kind, from zero: the order in which trees separate lights. Spots
-    /// and images are of one kind: all shine in cones, at most as brightly as their intensity
-    /// states.
+    /// Returns the index of the kind, from zero. Trees separate lights in this order. Spots and
+    /// images are one kind: all emit within cones, with at most their nominal intensity.
     pub fn number(&self) -> usize {
         match self {
             Self::Omni => 0,
@@ -50,10 +49,11 @@ impl VplKind {
 /// A virtual point light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vpl {
-    /// Position (m), already moved off the surface it lies on. Zero for directional lights.
+    /// Position (m), already moved off the surface on which the light lies. Zero for directional
+    /// lights.
     pub position: Vec3,
-    /// Unit normal or axis; the direction in which directional light travels, or in which light
-    /// arrived at a place in a medium. Zero for omni lights.
+    /// Unit normal or axis. For directional lights, the direction in which light travels; in media,
+    /// the direction in which it arrived. Zero for omni lights.
     pub direction: Vec3,
     /// Intensity `I` (W·sr⁻¹); irradiance (W·m⁻²) for directional lights.
     pub intensity: Rgb,
@@ -63,7 +63,7 @@ pub struct Vpl {
 
 impl Vpl {
     /// Returns true if the light is valid: finite numbers, intensities of at least 0, a unit
-    /// direction (zero for omni lights), an inner cone inside the outer.
+    /// direction (zero for omni lights), and an inner cone inside the outer cone.
     pub fn is_sound(&self) -> bool {
         let directed = match self.kind {
             VplKind::Omni => self.direction == Vec3::ZERO,
@@ -80,7 +80,7 @@ impl Vpl {
         self.position.is_finite() && self.intensity.is_valid() && directed
     }
 
-    /// Returns the end that all segments to this light share.
+    /// Returns the apex of segments to this light, the end that they have in common.
     pub fn apex(&self) -> crate::accel::Apex {
         match self.kind {
             VplKind::Directional => crate::accel::Apex::Direction(-self.direction),
@@ -88,8 +88,8 @@ impl Vpl {
         }
     }
 
-    /// Draws a ray of the light. Returns the ray and the flux that it carries (W): intensity over
-    /// the density of the direction.
+    /// Draws a ray of the light. Returns the ray and the flux that it represents (W): intensity
+    /// divided by the density of the direction.
     ///
     /// Directional light enters through a disk that covers the sphere around the scene (`center`,
     /// `radius`, m); `maps` are the scene's.
@@ -121,7 +121,8 @@ impl Vpl {
         }
     }
 
-    /// Returns the numbers from which [`Vpl::emit`] makes the ray of this light through a point.
+    /// Returns the numbers `u` for which [`Vpl::emit`] returns the ray of this light through a
+    /// point.
     pub fn emission_through(&self, point: Vec3, center: Vec3, radius: f32, maps: &[AimedMap]) -> [f32; 2] {
         let local = |v: Vec3| Frame::about(self.direction).to_local(v);
         let towards = (point - self.position).normalize_or_zero();

@@ -1,7 +1,7 @@
 //! Virtual point lights: a finite set of lights that represents all light in the scene.
 //!
-//! A [`VplSet`] is traced from the emitters (Keller 1997) or loaded from a file; all methods share
-//! it. Its [`Provenance`] records where it came from.
+//! A [`VplSet`] is traced from the emitters (Keller 1997) or loaded from a file, and is shared by
+//! all methods. Its [`Provenance`] records its origin.
 
 mod carried;
 mod caustic;
@@ -43,7 +43,7 @@ use serde::{Deserialize, Serialize};
 /// Origin and parameters of a set of VPLs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
-    /// Name of the scene in which the set was traced.
+    /// Name of the scene for which the set was traced.
     pub scene: String,
     /// Seed of the light paths.
     pub seed: u64,
@@ -51,16 +51,16 @@ pub struct Provenance {
     pub requested: u64,
     /// Number of VPLs on or towards emitters.
     pub direct: u64,
-    /// Number of VPLs left by light paths, on surfaces and in media.
+    /// Number of VPLs created by light paths, on surfaces and in media.
     pub indirect: u64,
     /// Number of light paths that were traced.
     pub paths: u64,
-    /// Maximum length of light paths, in surfaces met.
+    /// Maximum number of surfaces on a light path.
     pub max_depth: u32,
     /// Distance below which the geometric term no longer grows (m); zero for no clamp.
     pub clamp_distance: f32,
-    /// Share of glossy lobes in the flux that surfaces reflect. Light paths carry this flux on to
-    /// further surfaces; VPLs have cosine lobes only, and do not send it to receivers.
+    /// Share of glossy lobes in the flux that surfaces reflect. Light paths carry this flux to
+    /// further surfaces. VPLs on surfaces have only cosine lobes and do not send it to receivers.
     pub glossy_share: f32,
     /// Origin of the positions, in the coordinates of the scene's file (m): see
     /// [`Scene::origin`].
@@ -72,25 +72,25 @@ fn is_zero(place: &[f64; 3]) -> bool {
     *place == [0.0; 3]
 }
 
-/// Finite set of lights: one set for one time, or a set for each of several [`Instants`].
+/// Finite set of lights, for one time or for each of several [`Instants`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct VplSet {
     lights: Vec<Vpl>,
     instants: Instants,
-    /// End of the lights of each instant.
+    /// Index after the last light of each instant.
     ends: Vec<usize>,
     provenance: Provenance,
 }
 
 impl VplSet {
-    /// Makes a set of lights that were made elsewhere, of a scene without motion.
+    /// Creates a set from existing lights, for a scene without motion.
     pub fn new(lights: Vec<Vpl>, provenance: Provenance) -> Self {
         Self { ends: vec![lights.len()], lights, instants: Instants::default(), provenance }
     }
 
-    /// Makes a set of lights that were made elsewhere, stored instant by instant. `counts` has the
-    /// number of lights of each instant. `None` if there are not as many counts as instants, or
-    /// their sum is not the number of lights.
+    /// Creates a set from existing lights that are stored instant by instant. `counts` contains the
+    /// number of lights of each instant. `None` if the number of counts differs from the number of
+    /// instants, or if their sum differs from the number of lights.
     pub fn at_instants(
         lights: Vec<Vpl>,
         instants: Instants,
@@ -111,8 +111,8 @@ impl VplSet {
         })
     }
 
-    /// Returns the lights, instant by instant. Neighbours within an instant are near each other in
-    /// space.
+    /// Returns the lights, instant by instant. Within an instant, consecutive lights are close to
+    /// each other in space.
     pub fn lights(&self) -> &[Vpl] {
         &self.lights
     }
@@ -138,7 +138,8 @@ impl VplSet {
         self.provenance.origin.into()
     }
 
-    /// Returns the lights with positions relative to another point of the file (m).
+    /// Returns the lights with positions relative to another origin, given in the coordinates of
+    /// the scene's file (m).
     #[must_use]
     pub fn relative_to(mut self, origin: DVec3) -> Self {
         let way = self.origin() - origin;
@@ -159,11 +160,11 @@ impl VplSet {
         self
     }
 
-    /// Checks that a scene has the intensity maps of these lights: a set from a file may belong to
-    /// another scene.
+    /// Checks that a scene contains the intensity maps that these lights use, since a set from a
+    /// file may belong to another scene.
     ///
     /// # Errors
-    /// Names the light whose map the scene does not have.
+    /// Names the light whose map is not in the scene.
     pub fn validate_for(&self, scene: &Scene) -> Result<()> {
         let maps = scene.intensity_maps();
         let is_of_another = |light: &Vpl| match light.kind {

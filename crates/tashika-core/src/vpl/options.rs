@@ -8,18 +8,19 @@ use crate::math::Instants;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Emission {
     /// In proportion to power. Light from infinity has the power of all light that enters the
-    /// sphere around the scene, most of which may miss the visible part.
+    /// sphere around the scene, most of which may miss the visible part of the scene.
     #[default]
     ByPower,
-    /// By the light that reaches surfaces. A pilot measures the share of emitters in the scene and
-    /// of light from infinity; within each kind, emitters are drawn by power. Where few light paths
-    /// leave VPLs, for example on metals, the set falls short of the requested number sooner.
+    /// In proportion to the light that reaches surfaces. A pilot measures this share for emitters
+    /// in the scene and for light from infinity; within each kind, emitters are drawn by power. The
+    /// number of light paths is limited more strictly: if few of them create VPLs, for example on
+    /// metals, the set falls short of the requested number sooner.
     ByUse,
 }
 
 impl Emission {
-    /// Returns the maximum number of light paths for each requested VPL: where nearly all light
-    /// misses the scene, the set stays smaller.
+    /// Returns the maximum number of light paths per requested VPL. If nearly all light misses the
+    /// scene, the set therefore stays smaller.
     pub(super) fn max_paths_per_vpl(self) -> u64 {
         match self {
             Self::ByPower => 256,
@@ -31,25 +32,25 @@ impl Emission {
 /// Options for a set of VPLs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VplOptions {
-    /// Number of VPLs, to within a few percent; 1 to 10⁸. Higher: less noise and less clamping.
-    /// Default: 5000.
+    /// Number of VPLs, met to within a few percent; 1 to 10⁸. More VPLs give less noise and less
+    /// clamping. Default: 5000.
     pub count: u64,
     /// Seed of the light paths.
     pub seed: u64,
-    /// Maximum length of light paths, in surfaces met; 0 to 1000. Zero: direct light only.
+    /// Maximum number of surfaces on a light path; 0 to 1000. At zero there is only direct light.
     /// Scattering in media does not count. Default: 64.
     pub max_depth: u32,
-    /// Share of the VPLs on emitting surfaces and towards the environment, 0 to 1: at 0 their
-    /// direct light is omitted, at 1 all indirect light. Default: 0.25.
+    /// Share of the VPLs on emitting surfaces and towards the environment, 0 to 1. At 0 the direct
+    /// light of these emitters is omitted, at 1 all indirect light. Default: 0.25.
     pub direct_share: f32,
     /// Distribution of light paths and direct VPLs over the emitters. Default: by power.
     pub emission: Emission,
-    /// Distance below which the geometric term no longer grows; with several instants, the mean of
-    /// the distances at all instants.
+    /// Distance below which the geometric term no longer grows. With several instants, the mean of
+    /// the distances of all instants is used.
     pub clamp: Clamp,
-    /// Number of instants at which the scene is sampled, if anything in it moves while the shutter
-    /// is open; 1 to 1024. Higher: moving objects leave fewer separate images of themselves, and
-    /// cuts begin with more pairs. Default: 32.
+    /// Number of instants at which the scene is sampled if anything moves while the shutter is
+    /// open; 1 to 1024. With more instants, the separate images of moving objects are less visible,
+    /// and cuts start with more pairs. Default: 32.
     pub instants: u32,
 }
 

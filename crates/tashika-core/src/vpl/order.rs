@@ -1,11 +1,11 @@
-//! Order of lights in which neighbours are near each other.
+//! Order of lights in which consecutive lights are close to each other.
 
 use rayon::prelude::*;
 
 use super::{Vpl, VplKind};
 use crate::math::Aabb;
 
-/// Sorts lights by kind, then along a Z-order curve through `bounds`; directional lights along a
+/// Sorts lights by kind, then along a Z-order curve through `bounds`. Directional lights follow a
 /// curve through their directions.
 pub(super) fn sort_by_place(lights: &mut [Vpl], bounds: Aabb) {
     let size = bounds.size().max_element().max(f32::MIN_POSITIVE);
@@ -21,7 +21,8 @@ pub(super) fn sort_by_place(lights: &mut [Vpl], bounds: Aabb) {
     };
     let mut places: Vec<_> = lights.par_iter().map(code).zip(0..lights.len() as u32).collect();
     places.par_sort_unstable();
-    // In place, since a second list of lights would take most of the memory in use.
+    // The permutation is applied in place, since a second list of lights would need most of the
+    // memory in use.
     let mut from: Vec<u32> = places.into_iter().map(|(_, from)| from).collect();
     for first in 0..lights.len() {
         let moved = lights[first];
@@ -38,7 +39,7 @@ pub(super) fn sort_by_place(lights: &mut [Vpl], bounds: Aabb) {
     }
 }
 
-/// Returns 20 bits of each coordinate in `[0, 1]`, interleaved.
+/// Interleaves 20 bits of each of three coordinates in `[0, 1]`.
 fn morton(unit: [f32; 3]) -> u64 {
     let spread = |v: f32| {
         let mut x = (v.clamp(0.0, 1.0) * ((1 << 20) - 1) as f32) as u64;

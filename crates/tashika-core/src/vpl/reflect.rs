@@ -1,5 +1,5 @@
-//! Interaction of a light path with a surface: the VPL that the path leaves, and its continuation.
-//! The purpose of both is in [`trace`](super::trace).
+//! Interaction of a light path with a surface: the VPL that the path creates there, and its
+//! continuation. [`trace`](super::trace) describes the purpose of both.
 
 use std::f32::consts::PI;
 
@@ -15,10 +15,10 @@ use crate::rng::Stream;
 use crate::scene::SurfacePoint;
 use crate::warp;
 
-/// Leaves a VPL of the flux that a part of a surface reflects, or transmits, diffusely.
+/// Creates a VPL for the flux that a part of a surface diffusely reflects or transmits.
 ///
-/// * `flux`: flux in proportion to the basic radiance that viewers see ([`Scattered::basic`]).
-/// * `way`, `caustic`: way of the flux, and its arrival if it came over specular surfaces only.
+/// * `flux`: flux, scaled to the basic radiance that viewers see ([`Scattered::basic`]).
+/// * `way`, `caustic`: the way of the flux, and its arrival if it came only over specular surfaces.
 pub(super) fn leave(
     point: &SurfacePoint,
     bsdf: &Bsdf,
@@ -40,21 +40,21 @@ pub(super) fn leave(
     trail.push(Vpl { position, direction: normal, intensity, kind: VplKind::Oriented }, way);
 }
 
-/// Continuation of a light path after a surface.
+/// Continuation of a light path beyond a surface.
 pub(super) struct Scattered {
-    /// Unit direction into which the path continues.
+    /// Unit direction in which the path continues.
     pub(super) direction: Vec3,
     /// Factor by which the flux is multiplied.
     pub(super) factor: Rgb,
-    /// Specular lobe of the continuation, if it is specular.
+    /// Specular lobe that the path follows; `None` if the continuation is not specular.
     pub(super) specular: Option<Lobe>,
-    /// Ratio of basic radiance to flux after the surface, relative to the ratio before.
+    /// Factor by which the ratio of basic radiance to flux changes at the surface.
     pub(super) basic: f64,
 }
 
-/// Returns [`Scattered::basic`]: `1/η²` into glass of index `η`, its inverse out of the glass.
-/// Viewers see *basic* radiance, `L/η²` (Nicodemus 1963), while flux does not change
-/// ([`crate::bsdf::Glass`]).
+/// Returns [`Scattered::basic`]: `1/η²` for light that enters glass of index `η`, and the inverse
+/// for light that leaves it. Viewers see *basic* radiance, `L/η²` (Nicodemus 1963), whereas flux
+/// does not change ([`crate::bsdf::Glass`]).
 fn basic_after(bsdf: &Bsdf, lobe: Lobe, is_entering: bool) -> f64 {
     match bsdf {
         Bsdf::Glass(glass) if lobe == Lobe::SpecularTransmission => glass.squared_ratio(!is_entering),
@@ -62,7 +62,7 @@ fn basic_after(bsdf: &Bsdf, lobe: Lobe, is_entering: bool) -> f64 {
     }
 }
 
-/// Draws the continuation at a part of a surface, from all of its scattering.
+/// Draws the continuation of a path at a part of a surface, from its complete scattering.
 pub(super) fn goes_on(
     point: &SurfacePoint,
     bsdf: &Bsdf,
@@ -77,10 +77,11 @@ pub(super) fn goes_on(
     }
 }
 
-/// Draws the continuation at a mirror or glass.
+/// Draws the continuation of a path at a mirror or glass.
 fn reflected_or_bent(point: &SurfacePoint, bsdf: &Bsdf, incoming: Vec3, s: &mut Stream) -> Option<Scattered> {
     let (ng, ns) = (point.geometric_normal, point.shading_normal);
-    // Light is reflected only if both normals are on the side from which it arrives.
+    // Light is reflected or refracted only if both normals are on the same side as the arriving
+    // light.
     let (cos_ng, cos_ns) = (ng.dot(incoming), ns.dot(incoming));
     if cos_ng * cos_ns <= 0.0 {
         return None;
@@ -98,20 +99,20 @@ fn reflected_or_bent(point: &SurfacePoint, bsdf: &Bsdf, incoming: Vec3, s: &mut 
     })
 }
 
-/// Share of directions that are drawn by the cosine with the geometric normal where the shading
-/// normal differs.
+/// Share of directions that are drawn by the cosine with the geometric normal if the shading normal
+/// differs from it.
 const BY_GEOMETRY: f32 = 0.5;
 
-/// Draws the continuation at any other surface, by the kernel as seen by a viewer in the new
-/// direction,
+/// Draws the continuation of a path at any other surface. The kernel is that of a viewer in the new
+/// direction:
 ///
 /// ```text
 /// Φ' = Φ f(ω', ω) |n_s·ω| |n_g·ω'| / (|n_g·ω| p(ω'))
 /// ```
 ///
 /// (Veach 1997, section 5.3; `n_s` as [seen from](SurfacePoint::normals_seen_from) `ω'`).
-/// Directions are drawn around the shading normal *and* around the geometric one: directions that
-/// only one of the two faces carry light as well.
+/// Directions are drawn around both the shading normal *and* the geometric normal, since directions
+/// in front of only one of the two carry light as well.
 fn scattered(
     point: &SurfacePoint,
     bsdf: &Bsdf,
@@ -120,7 +121,7 @@ fn scattered(
     s: &mut Stream,
 ) -> Option<Scattered> {
     let (ng, ns) = point.normals_towards(incoming);
-    // Transmitted light leaves as reflected light would, mirrored to the other side of the surface.
+    // Transmitted light is handled as reflected light, mirrored to the other side of the surface.
     let mirrored = Vec3::new(1.0, 1.0, if through { -1.0 } else { 1.0 });
     let by_geometry = Frame::about(if through { -ng } else { ng });
     let by_shading = point.frame(ns);
@@ -161,9 +162,10 @@ mod tests {
     use crate::scene::{InstanceId, TurnedAway};
     use crate::stats::Moments;
 
-    /// The light that is scattered into a part of the directions is the integral of the kernel over
-    /// that part, whatever the directions are drawn from. This holds behind the shading normal too,
-    /// for light that arrives in front of it or behind it, and for light through the surface.
+    /// Compares the light scattered into part of the directions with the integral of the kernel
+    /// over that part. Both agree regardless of the sampling density. The parts are the directions
+    /// in front of and behind the shading normal; light arrives in front of it or behind it, and is
+    /// reflected or transmitted.
     #[test]
     fn scattered_light_is_what_viewers_see() {
         let ns = Vec3::new(0.8, 0.0, 0.6);

@@ -1,4 +1,4 @@
-//! Route of light to a VPL: the kind of emitter, and the way from there.
+//! Route of light to a VPL: the kind of its emitter, and the way from there.
 
 use super::VplKind;
 
@@ -17,7 +17,7 @@ impl Origin {
     /// Number of kinds.
     pub const COUNT: usize = 3;
 
-    /// Returns the kind of emitter that emits by a light of the given kind.
+    /// Returns the kind of emitter that corresponds to a kind of light.
     pub(super) fn of(kind: VplKind) -> Self {
         match kind {
             VplKind::Oriented | VplKind::Volume(_) => Self::Surface,
@@ -32,9 +32,9 @@ impl Origin {
 pub enum Way {
     /// Along a straight line, perhaps through thin panes.
     Straight,
-    /// Over specular surfaces only, at least one of which changed its direction.
+    /// Only over specular surfaces, at least one of which changed the direction of the light.
     Specular,
-    /// Over at least one surface or medium that scatters light.
+    /// Over at least one surface or medium that scattered the light.
     Scattered,
 }
 

@@ -1,4 +1,4 @@
-//! Storage of lights, which are read one by one or several as vectors.
+//! Storage of lights, which can be read one by one or as vectors of several.
 
 use std::ops::Range;
 
@@ -12,11 +12,11 @@ use crate::math::simd::MOST_LANES;
 /// Number of values that every light has: position, direction, intensity.
 const NUMBERS: usize = 9;
 
-/// Several lights, value by value: positions, directions, intensities; zeros in unused lanes.
+/// Several lights, one array for each value: position, direction, intensity. Unused lanes are zero.
 pub(crate) type Columns = [[f32; MOST_LANES]; NUMBERS];
 
-/// Lights, instant by instant and, within an instant, kind by kind. Each has a row of 36 bytes: a
-/// light that is drawn among millions takes one or two cache lines.
+/// Lights, sorted by instant and, within an instant, by kind. Each light has a row of 36 bytes, so
+/// that reading a random light takes one or two cache lines.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightRows {
     rows: Vec<[f32; NUMBERS]>,
@@ -28,22 +28,22 @@ pub struct LightRows {
     phases: Vec<HenyeyGreenstein>,
 }
 
-/// Ranges of the kinds of lights of an instant.
+/// Ranges of the kinds of lights within an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Kinds {
-    /// End of each kind, by [number](VplKind::number).
+    /// Index after the last light of each kind, by [number](VplKind::number).
     ends: [usize; VplKind::COUNT],
-    /// Place of a spot or image less the place of its cone.
+    /// Index of a spot or image minus the index of its cone.
     before_cones: usize,
-    /// Place of a light in a medium less the place of its phase function.
+    /// Index of a light in a medium minus the index of its phase function.
     before_phases: usize,
 }
 
 impl LightRows {
-    /// Stores lights of one instant, in the order of the [numbers](VplKind::number) of their kinds.
+    /// Stores the lights of one instant, sorted by the [numbers](VplKind::number) of their kinds.
     ///
     /// # Panics
-    /// If the lights are in another order.
+    /// If the lights are not sorted.
     pub fn new(lights: impl ExactSizeIterator<Item = Vpl>) -> Self {
         let mut rows = Self::with_capacity(lights.len());
         rows.push_instant(lights);
@@ -55,7 +55,7 @@ impl LightRows {
         Self { rows: Vec::with_capacity(lights), ..Self::default() }
     }
 
-    /// Adds the lights of the next instant, in the order that [`Self::new`] requires.
+    /// Adds the lights of the next instant, sorted like those of [`Self::new`].
     pub fn push_instant(&mut self, lights: impl Iterator<Item = Vpl>) {
         let Self { rows, cones, phases, .. } = self;
         let mut ends = [rows.len(); VplKind::COUNT];
@@ -76,8 +76,8 @@ impl LightRows {
             }
         }
         let [_, oriented, _, directional, _] = ends;
-        // Neither difference is negative: each earlier cone or phase function belongs to an earlier
-        // light.
+        // Neither difference is negative, since each earlier cone or phase function belongs to an
+        // earlier light.
         let kinds =
             Kinds { ends, before_cones: oriented - cones_before, before_phases: directional - phases_before };
         self.kinds.push(kinds);
@@ -110,7 +110,7 @@ impl LightRows {
         (0..self.len()).map(|light| self.get(light))
     }
 
-    /// Returns the luminances of the intensities of some lights, in order.
+    /// Returns the luminances of the intensities of a range of lights, in order.
     pub fn luminances(&self, lights: Range<usize>) -> impl ExactSizeIterator<Item = f32> {
         self.rows[lights].iter().map(|row| Rgb::new(row[6], row[7], row[8]).luminance())
     }
@@ -122,8 +122,8 @@ impl LightRows {
             + self.phases.capacity() * size_of::<HenyeyGreenstein>()
     }
 
-    /// Returns the parts of a range of one instant that have lights of one kind, each with the kind
-    /// of its first light.
+    /// Divides a range of lights of one instant into parts with lights of one kind. Each part is
+    /// returned with the kind of its first light.
     pub(crate) fn runs(&self, lights: Range<usize>) -> impl Iterator<Item = (VplKind, Range<usize>)> {
         let mut first = lights.start;
         self.kinds_about(first).ends.into_iter().filter_map(move |end| {
@@ -133,7 +133,7 @@ impl LightRows {
         })
     }
 
-    /// Returns the first [`MOST_LANES`] lights of a range.
+    /// Returns the first [`MOST_LANES`] lights of a range as columns.
     #[inline(always)]
     pub(crate) fn columns(&self, lights: Range<usize>) -> Columns {
         let mut columns = [[0.0; MOST_LANES]; NUMBERS];
@@ -175,7 +175,7 @@ mod tests {
     use crate::rng::{Purpose, Stream};
     use crate::scene::{Beam, Falloff, FalloffShape};
 
-    /// Returns `counts` lights, by kind, in the required order.
+    /// Returns lights in the required order; `counts` is the number of each kind.
     fn lights(counts: [usize; VplKind::COUNT]) -> Vec<Vpl> {
         let mut s = Stream::new(1, Purpose::Test, 0);
         let mut light = |kind| {

@@ -1,4 +1,4 @@
-//! Tests of the emitter sampler against closed forms, and of VPL sets against their options.
+//! Tests of the emitter sampler against closed forms, and of VPL sets for various options.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::stats::Moments;
 
 const RADIANCE: f32 = 3.0;
 
-/// A lamp of two triangles, 2 m × 3 m and 2 m × 1 m, and whatever `more` adds.
+/// A lamp of two triangles, 2 m × 3 m and 2 m × 1 m, and the objects that `more` adds.
 fn scene(two_sided: bool, opacity: f32, more: impl FnOnce(&mut SceneBuilder)) -> Tracer {
     let mut b = SceneBuilder::new("lamp", Location::default());
     let mut material = Material::new("lamp", Surface::Lambert { reflectance: Rgb::gray(0.5).into() });
@@ -53,8 +53,8 @@ fn assert_mean(m: &Moments, expected: f64) {
     assert!(error < 0.1 * expected, "sharp: {error} of {expected}");
 }
 
-/// A lamp that is turned inside out has no area in the middle of the shutter interval, and shines
-/// before and after.
+/// A lamp is turned inside out while the shutter is open. It has no area in the middle of the
+/// interval, shines before and after, and is drawn.
 #[test]
 fn lamps_without_area_in_the_middle_are_drawn() {
     let mut b = SceneBuilder::new("lamp", Location::default());
@@ -75,7 +75,7 @@ fn lamps_without_area_in_the_middle_are_drawn() {
     }
 }
 
-/// Lights with invalid numbers, directions or cones are not sound.
+/// Lights with invalid numbers, directions or cones are reported as not sound.
 #[test]
 fn lights_that_cannot_be_are_told_apart() {
     let sound =
@@ -98,8 +98,8 @@ fn lights_that_cannot_be_are_told_apart() {
     assert!(cone(0.9, 0.5).is_sound() && !cone(0.5, 0.9).is_sound() && !cone(1.5, 0.5).is_sound());
 }
 
-/// One sample represents all emitters: its mean intensity is `L A` a side for surfaces, `∫ L dω`
-/// for the sky, `I` for points.
+/// One sample represents all emitters. Its mean intensity is `L A` per side for surfaces, `∫ L dω`
+/// for the sky, and `I` for points.
 #[test]
 fn sampled_intensities_add_up_to_the_emitters() {
     let area = 4.0 * f64::from(RADIANCE);
@@ -121,8 +121,8 @@ fn sampled_intensities_add_up_to_the_emitters() {
     assert_mean(&mean_intensity(&lit, VplKind::Directional), whole);
 }
 
-/// One of three emitters has nearly all power: each is drawn with its share, and draws stay
-/// unbiased.
+/// One of three emitters has nearly all power. With a share of 0.3 for weak emitters, they are
+/// drawn with probabilities 0.1, 0.8 and 0.1, and draws remain unbiased.
 #[test]
 fn a_weak_emitter_is_drawn_as_often_as_its_share_says() {
     let scene = scene(false, 1.0, |b| {
@@ -141,11 +141,11 @@ fn a_weak_emitter_is_drawn_as_often_as_its_share_says() {
             m.push(if light.kind == kind { f64::from(light.intensity.luminance()) } else { 0.0 });
         }
     }
-    // The triangles divide their share by power.
+    // The triangles of an emitter divide its share by power.
     let drawn = [4.0 * f64::from(RADIANCE), 1e6, 1e-6].into_iter().zip([0.1, 0.8, 0.1]);
     for (m, (intensity, share)) in of_kind.iter().zip(drawn) {
         assert_mean(m, intensity);
-        // A draw that is `i/p` with probability `p`, and else zero, has the variance
+        // A draw that is `i/p` with probability `p` and otherwise zero has the variance
         // `i² (1/p − 1)`.
         let found = 1.0 / (1.0 + m.variance() / (intensity * intensity));
         assert!((found / share - 1.0).abs() < 0.1, "drawn with {found} for {share}");
@@ -178,14 +178,14 @@ fn sets_have_about_the_number_that_was_asked_for() {
     for count in [1000, 10_000, 100_000] {
         let set = VplSet::trace(&tracer, &VplOptions { count, ..VplOptions::default() }).unwrap();
         let ratio = set.len() as f64 / count as f64;
-        // The pilot of 4096 paths estimates the mean to 2 %; the set itself adds its own spread.
+        // The pilot of 4096 paths estimates the mean to 2 %; the set has an additional spread.
         assert!((ratio - 1.0).abs() < 0.12, "{} for {count}", set.len());
         assert_eq!(set.len() as u64, set.provenance().direct + set.provenance().indirect);
         assert!((set.provenance().direct as f64 / count as f64 - 0.25).abs() < 0.01);
     }
 }
 
-/// As many point lights as requested VPLs must not displace indirect light.
+/// As many point lights as requested VPLs. They do not displace indirect light.
 #[test]
 fn many_point_lights_leave_room_for_indirect_light() {
     let tracer = scene(false, 1.0, |b| {
@@ -226,7 +226,7 @@ fn received(set: &VplSet) -> [f64; 2] {
     sums
 }
 
-/// Whatever a guide has learned, the light of sets is the same on average.
+/// Sets with different guides have the same light on average.
 #[test]
 fn guides_change_where_vpls_are_and_not_what_they_give() {
     let tracer = scene(true, 1.0, |b| {
@@ -241,7 +241,7 @@ fn guides_change_where_vpls_are_and_not_what_they_give() {
         let mesh = b.add_mesh(mesh, white.unwrap()).unwrap();
         b.add_instance(mesh, Affine3A::IDENTITY).unwrap();
     });
-    // Half of the lamp, and rays in a twentieth of all directions.
+    // The guide learns half of the lamp, and rays in a twentieth of all directions.
     let mut s = Stream::new(6, Purpose::Test, 0);
     let direct = (0..2000).map(|_| ([0.5 * s.uniform(), s.uniform(), s.uniform()], 1.0)).collect();
     let mut s = Stream::new(7, Purpose::Test, 0);
@@ -266,11 +266,11 @@ fn guides_change_where_vpls_are_and_not_what_they_give() {
     }
 }
 
-/// A pilot that met nothing does not prove that there is no indirect light: paths are traced
-/// nevertheless.
+/// The pilot meets no surface. Light paths are traced nevertheless, since there may be indirect
+/// light.
 #[test]
 fn light_that_no_pilot_meets_is_not_dropped() {
-    // A plate of a hand's width, a thousand kilometres from the lamp.
+    // A plate as wide as a hand, a thousand kilometres from the lamp.
     let tracer = scene(false, 1.0, |b| {
         let white =
             b.add_material(Material::new("plate", Surface::Lambert { reflectance: Rgb::gray(0.8).into() }));
@@ -284,8 +284,8 @@ fn light_that_no_pilot_meets_is_not_dropped() {
     assert_eq!((set.provenance().indirect, set.provenance().paths), (0, 750));
 }
 
-/// Each cluster is drawn with its stated probability, by the densities of the sampler. Draws from
-/// all clusters, weighted by these probabilities, estimate all emitters.
+/// Each cluster is drawn with its stated probability and with the densities of the sampler. Draws
+/// from all clusters, weighted by these probabilities, estimate all emitters.
 #[test]
 fn clusters_of_emitters_are_what_the_sampler_draws_from() {
     let mut pixels = vec![[0.1, 0.2, 0.1]; 64 * 32];

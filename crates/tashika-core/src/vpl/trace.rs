@@ -1,26 +1,26 @@
-//! Light tracing: from the emitters over the surfaces and through media, leaving a VPL wherever
-//! light is reflected diffusely or scattered.
+//! Light tracing: light paths run from the emitters over surfaces and through media, and create a
+//! VPL wherever light is diffusely reflected or scattered.
 //!
 //! # Computation
-//! *Direct* VPLs: every point, spot and directional emitter is exactly one VPL; surfaces and the
-//! environment are sampled in proportion to power. *Indirect* VPLs: `P` light paths start on
-//! emitters. Where a path of flux `Φ` (W) meets a surface of diffuse reflectance `ρ`, it leaves an
-//! oriented VPL of intensity
+//! *Direct* VPLs: every point, spot and directional emitter is exactly one VPL; emitting surfaces
+//! and the environment are sampled in proportion to power. *Indirect* VPLs: `P` light paths start
+//! on emitters. Where a path of flux `Φ` (W) meets a surface of diffuse reflectance `ρ`, it creates
+//! an oriented VPL of intensity
 //!
 //! ```text
 //! I = Φ ρ / (π P) · |n_s·ω| / |n_g·ω|        W·sr⁻¹
 //! ```
 //!
-//! with the shading normal `n_s`, the geometric normal `n_g`, and the direction `ω` towards the
-//! light that arrives (Veach 1997, section 5.3). The path continues by sampling the *whole* BSDF,
-//! as a viewer in the path's new direction would see it, with Russian roulette by the flux that is
-//! left. The expected sum over the VPLs, unclamped, is the light transported by all paths whose
-//! last surface before the receiver reflects diffusely, or whose last vertex before the receiver is
-//! in a medium. Surfaces whose diffuse part depends on the outgoing direction (coats) leave a VPL
-//! of the same flux with a plain cosine lobe. Inside glass of index `η` VPLs have the intensity
+//! Here `n_s` is the shading normal, `n_g` the geometric normal, and `ω` the direction from which
+//! the light arrives (Veach 1997, section 5.3). The path continues by sampling the *whole* BSDF, as
+//! a viewer in the path's new direction would see it, with Russian roulette by the remaining flux.
+//! The expected sum over the VPLs, without clamp, is the light transported by all paths whose last
+//! surface before the receiver reflects diffusely, or whose last vertex before the receiver is in a
+//! medium. On surfaces whose diffuse part depends on the outgoing direction (coats), the VPL has
+//! the same flux and a plain cosine lobe. Inside glass of index `η` the intensity of VPLs is
 //! `I/η²`, which is how viewers outside see them.
 //!
-//! Where a path of flux `Φ` is scattered in a medium, it leaves a VPL that shines by the phase
+//! Where a path of flux `Φ` is scattered in a medium, it creates a VPL that emits by the phase
 //! function `p` of the medium around the direction `ω` in which the light arrived,
 //!
 //! ```text
@@ -30,18 +30,18 @@
 //! and continues in a direction drawn from `p` ([`walk`](super::walk)).
 //!
 //! # Time
-//! If anything moves while the shutter is open, each of several [`Instants`] has a set of its own,
-//! with its share of the VPLs. This set represents all light at that time.
+//! If anything moves while the shutter is open, each of several [`Instants`] has a separate set
+//! with an equal share of the VPLs. Each such set represents all light at its time.
 //!
 //! # Number
-//! Stopping at a given number of VPLs would bias the set: a long last path would be cut more often
-//! than a short one. So an independent pilot counts the VPLs that a path leaves, and `P` is fixed
-//! from this count before tracing. The set then has the requested number to within a few percent,
-//! if more than half of it is sampled: points, spots and directional emitters are one VPL each,
-//! however many.
+//! Stopping at a given number of VPLs would bias the set, since a long last path would be cut more
+//! often than a short one. Instead, an independent pilot counts the VPLs that a path creates, and
+//! `P` is fixed from this count before tracing. The number of VPLs is then the requested one to
+//! within a few percent, provided that more than half of them are sampled: points, spots and
+//! directional emitters are one VPL each, regardless of their number.
 //!
 //! # Guarantee
-//! The set is a function of scene and options; threads do not enter. It is unbiased except for
+//! The set depends only on the scene and the options, not on threads. It is unbiased except for
 //! paths longer than `max_depth`. Held to this by `vpl::tests` and `furnace`.
 
 use rayon::prelude::*;
@@ -59,13 +59,13 @@ use crate::stats::Weighted;
 
 /// Number of light paths of the first pilot.
 const PILOT_PATHS: u64 = 4096;
-/// Number of VPLs from which a pilot estimates the mean per path to about 6 %.
+/// Number of VPLs from which a pilot estimates the mean number per path to about 6 %.
 const PILOT_LIGHTS: usize = 256;
-/// Number of light paths of the last pilot: it misses surfaces that fewer than one path in 250,000
+/// Number of light paths of the last pilot. It misses surfaces that fewer than one in 250,000 paths
 /// meets.
 const MAX_PILOT_PATHS: u64 = PILOT_PATHS * 8 * 8;
 
-/// Maximum number of passes of light paths that look for caustics.
+/// Maximum number of passes of light paths that search for caustics.
 const MOST_PASSES: u64 = 4;
 
 impl VplSet {
@@ -73,7 +73,7 @@ impl VplSet {
     /// pool.
     ///
     /// # Errors
-    /// Options out of range; cameras that do not agree on the medium [outside](Outside) of all
+    /// Options out of range, or cameras that disagree on the medium [outside](Outside) of all
     /// interfaces.
     pub fn trace(tracer: &Tracer, options: &VplOptions) -> Result<Self> {
         Ok(LightTracer::new(tracer, options)?.trace(options.seed))
@@ -87,7 +87,7 @@ pub struct LightTracer<'s> {
     options: VplOptions,
     emitters: EmitterSampler<'s>,
     guide: LightGuide,
-    /// Mean number of VPLs that a light path leaves, from a pilot.
+    /// Mean number of VPLs that a light path creates, estimated by a pilot.
     per_path: f64,
 }
 
@@ -118,8 +118,8 @@ impl<'s> LightTracer<'s> {
         Self { per_path: guided.lights_per_path(), ..guided }
     }
 
-    /// Returns the light tracer with another clamp, which is stored in the provenance and changes
-    /// no light.
+    /// Returns the light tracer with another clamp. The clamp is stored in the provenance and does
+    /// not change the lights.
     #[must_use]
     pub fn clamped(self, clamp: Clamp) -> Self {
         Self { options: VplOptions { clamp, ..self.options }, ..self }
@@ -135,7 +135,7 @@ impl<'s> LightTracer<'s> {
         &self.emitters
     }
 
-    /// Traces the set of this seed, in parallel on the current thread pool.
+    /// Traces the set of a seed, in parallel on the current thread pool.
     pub fn trace(&self, seed: u64) -> VplSet {
         self.sets(seed, |count, moment| {
             let mut direct: Vec<Vpl> = self.emitters.punctual().collect();
@@ -145,7 +145,7 @@ impl<'s> LightTracer<'s> {
         })
     }
 
-    /// Traces the set of this seed without direct VPLs, in parallel on the current thread pool.
+    /// Traces the set of a seed without direct VPLs, in parallel on the current thread pool.
     pub fn trace_indirect(&self, seed: u64) -> VplSet {
         self.sets(seed, |count, moment| {
             let paths = self.paths(count, count);
@@ -153,7 +153,7 @@ impl<'s> LightTracer<'s> {
         })
     }
 
-    /// Returns the times of sets of this seed.
+    /// Returns the times of the sets of a seed.
     fn instants(&self, seed: u64) -> Instants {
         if self.tracer.scene().moves() {
             let mut stream = Stream::new(seed, Purpose::Shutter, 0);
@@ -165,7 +165,7 @@ impl<'s> LightTracer<'s> {
 
     /// Returns the set of all instants.
     ///
-    /// * `at`: returns direct VPLs, trail and number of light paths of one instant, for
+    /// * `at`: returns the direct VPLs, the trail and the number of light paths of one instant, for
     ///   approximately the given number of VPLs.
     fn sets(&self, seed: u64, at: impl Fn(u64, Moment) -> (Vec<Vpl>, Trail, u64)) -> VplSet {
         let Self { tracer, options, .. } = self;
@@ -208,9 +208,9 @@ impl<'s> LightTracer<'s> {
         VplSet::at_instants(all, instants, &counts, provenance).expect("lights were counted")
     }
 
-    /// Returns the VPLs of a set of approximately `count`, grouped by the random numbers that draw
-    /// them: a direct VPL is a group of its own, the VPLs of a light path are one group. Points,
-    /// spots and directional emitters, which are in every set, are not included.
+    /// Returns the VPLs of a set of approximately `count` VPLs, grouped by the random numbers from
+    /// which they are drawn. A direct VPL is a separate group; the VPLs of a light path form one
+    /// group. Points, spots and directional emitters, which are in every set, are not included.
     pub fn drawn_together(&self, count: u64, seed: u64) -> Vec<Vec<Vpl>> {
         let moment = Moment { seed, share: Instants::STILL };
         let (direct, trail, _) = self.draw(count, moment, self.emitters.punctual().count() as u64);
@@ -239,9 +239,9 @@ impl<'s> LightTracer<'s> {
         (0..count).into_par_iter().filter_map(light).collect()
     }
 
-    /// Traces `paths` light paths in each of up to four passes. Another pass follows if fewer than
-    /// `enough` caustic photons, but some, were found that draws from the emitters miss; its
-    /// emission is guided to these photons. Runs on the current thread pool.
+    /// Traces up to four passes of `paths` light paths each. A further pass follows if the passes
+    /// so far found some, but fewer than `enough`, caustic photons that draws from the emitters
+    /// miss. Its emission is guided to these photons. Runs on the current thread pool.
     pub fn arrived_light(&self, paths: u64, enough: usize, seed: u64) -> ArrivedLight {
         let moment = Moment { seed, share: Instants::STILL };
         let mut all = self.follow(moment, Purpose::LightPath, paths);
@@ -257,9 +257,9 @@ impl<'s> LightTracer<'s> {
         ArrivedLight { caustics, routes: all.routes(), lights: all.lights }
     }
 
-    /// Traces `paths` light paths by this guide. Returns the numbers by which the emission of each
-    /// path was drawn, with the sum of `worth` over the VPLs of the path, if the sum is not zero.
-    /// Runs on the current thread pool.
+    /// Traces `paths` light paths with a guide. For each path, sums `worth` over its VPLs. If the
+    /// sum is positive, returns it with the numbers from which the path's emission was drawn. Runs
+    /// on the current thread pool.
     pub fn worth_of_emission(
         &self,
         guide: &LightGuide,
@@ -278,15 +278,15 @@ impl<'s> LightTracer<'s> {
         trail.numbers.iter().zip(&trail.counts).filter_map(of_path).collect()
     }
 
-    /// Returns direct VPLs, the trail of the light paths and their number, for a set that also has
-    /// `punctual` points, spots and directional emitters.
+    /// Returns direct VPLs, the trail of the light paths, and the number of these, for a set that
+    /// also contains `punctual` points, spots and directional emitters.
     fn draw(&self, count: u64, moment: Moment, punctual: u64) -> (Vec<Vpl>, Trail, u64) {
         let Self { options, emitters, .. } = self;
-        // At least half of the count goes to sampled VPLs, however many emitters are points.
+        // At least half of the count is sampled, however many punctual emitters there are.
         let rest = count.saturating_sub(punctual).max(count.div_ceil(2));
         let has_extended = emitters.has_extended();
         let share = f64::from(options.direct_share);
-        // Neither kind of light is omitted however small the count, unless the share demands it.
+        // Neither kind of VPL is omitted, however small the count, unless the share demands it.
         let mut direct =
             if has_extended && share > 0.0 { ((rest as f64 * share).round() as u64).max(1) } else { 0 };
         let paths = self.paths(count, rest - direct);
@@ -296,9 +296,9 @@ impl<'s> LightTracer<'s> {
         (self.on_emitters_at(moment, direct), self.follow(moment, Purpose::LightPath, paths), paths)
     }
 
-    /// Returns the number of light paths that leave approximately `wanted` VPLs. It is at least one
-    /// where there may be indirect light, since a pilot that met nothing does not prove that there
-    /// is none.
+    /// Returns the number of light paths that create approximately `wanted` VPLs. It is at least
+    /// one if there may be indirect light: a pilot that met no surface does not prove that there is
+    /// none.
     fn paths(&self, count: u64, wanted: u64) -> u64 {
         let options = &self.options;
         if options.max_depth == 0 || options.direct_share >= 1.0 || self.emitters.is_empty() {
@@ -309,14 +309,14 @@ impl<'s> LightTracer<'s> {
         (paths.round() as u64).max(1).min(most)
     }
 
-    /// Returns the mean number of VPLs that a light path leaves, from a pilot that grows until the
-    /// mean is precise enough.
+    /// Returns the mean number of VPLs that a light path creates. The pilot grows until the mean is
+    /// precise enough.
     fn lights_per_path(&self) -> f64 {
         let options = &self.options;
         if options.max_depth == 0 {
             return 0.0;
         }
-        // A pilot of more paths than will be traced would be wasted.
+        // The pilot need not have more paths than will be traced.
         let most = options.count.saturating_mul(options.emission.max_paths_per_vpl()).min(MAX_PILOT_PATHS);
         let mut paths = PILOT_PATHS;
         loop {
@@ -348,15 +348,15 @@ struct Moment {
     share: f32,
 }
 
-/// Least share of the light paths for each kind of emitters.
+/// Least share of the light paths for each kind of emitter.
 const LEAST_SHARE: f64 = 0.05;
 
-/// Share of the draws that is spread evenly over the emitters.
+/// Share of the draws that is distributed equally over the emitters.
 const SHARE_FOR_EACH: f64 = 0.1;
 
 impl<'s> EmitterSampler<'s> {
-    /// Creates a sampler that draws each kind of emitters in proportion to the flux that a pilot's
-    /// paths bring to surfaces, and gives each emitter a share ([`Emission::ByUse`]).
+    /// Creates a sampler for [`Emission::ByUse`]. It draws each kind of emitter in proportion to
+    /// the flux that a pilot's paths bring to surfaces, and gives each emitter a minimum share.
     pub fn by_use(tracer: &'s Tracer, options: &VplOptions) -> Self {
         let reflected = |kinds: [f64; 2]| {
             let emitters = EmitterSampler::new(tracer).weighted(kinds);

@@ -1,12 +1,12 @@
-//! Light paths: from the emitters over the surfaces and through media, leaving a VPL wherever light
-//! is reflected diffusely or scattered. [`trace`](super::trace) has their purpose and guarantee.
+//! Light paths from the emitters over surfaces and through media, which create a VPL wherever light
+//! is diffusely reflected or scattered. For purpose and guarantee see [`trace`](super::trace).
 //!
-//! A path may be scattered by a medium on its way to each surface ([`Leg::fly`]). There it leaves a
-//! VPL of the scattered light, and continues by the phase function. It begins in the medium that
+//! A medium may scatter a path on its way to each surface ([`Leg::fly`]). The path then creates a
+//! VPL of the scattered light and continues by the phase function. It starts in the medium that
 //! [`Outside`] finds; from there on, interfaces determine the medium. Surfaces that are only
-//! boundaries of media are passed. Neither scattering in media nor passing a boundary counts as a
-//! surface: paths in media are ended by Russian roulette by the flux that is left, with a cap near
-//! one.
+//! boundaries of media do not affect the direction. Neither scattering in media nor passing a
+//! boundary counts as a surface. Paths in media end by Russian roulette by the remaining flux, with
+//! a survival probability capped near one.
 //!
 //! # Held to this by
 //! `vpl::tests`, and the suite's `furnace`, `volume_lights` and `moving_lights`.
@@ -26,21 +26,21 @@ use crate::media::{Leg, MAX_SURVIVAL_IN_MEDIUM, MOST_PASSED, Outside};
 use crate::rng::{self, Purpose, Stream};
 use crate::scene::Part;
 
-/// Light paths traced as one piece of parallel work.
+/// Number of light paths that one parallel task traces.
 const CHUNK: u64 = 1024;
 
-/// Inputs that light paths share.
+/// Inputs common to all light paths of a set.
 #[derive(Clone, Copy)]
 pub(super) struct LightPaths<'a> {
     pub(super) tracer: &'a Tracer,
     pub(super) emitters: &'a EmitterSampler<'a>,
     pub(super) guide: &'a LightGuide,
-    /// Maximum number of surfaces that a path meets.
+    /// Maximum number of surfaces that a path interacts with.
     pub(super) max_depth: u32,
     pub(super) seed: u64,
     /// Time of the paths as a share of the shutter interval, 0 to 1.
     pub(super) share: f32,
-    /// True to store the numbers of each path in the trail.
+    /// True if the numbers of each path are stored in the trail.
     pub(super) keeps_numbers: bool,
 }
 
@@ -54,11 +54,11 @@ pub(super) struct Trail {
     pub(super) counts: Vec<u32>,
     /// Emitter of each path.
     origins: Vec<Origin>,
-    /// Numbers by which the emission of each path was drawn.
+    /// Numbers from which the emission of each path was drawn.
     pub(super) numbers: Vec<[f32; 5]>,
-    /// Arrivals over specular surfaces only, in the order of the VPLs that they leave.
+    /// Arrivals over specular surfaces only, in the order of the VPLs created there.
     pub(super) caustics: Vec<Arrival>,
-    /// Flux that VPLs send out (W, luminance).
+    /// Flux that the VPLs emit (W, luminance).
     pub(super) diffuse: f64,
     /// Flux that surfaces other than mirrors and glass reflect (W, luminance).
     pub(super) reflected: f64,
@@ -78,7 +78,7 @@ impl Trail {
         origins.zip(&self.ways).map(|(origin, way)| Route { origin, way: *way }).collect()
     }
 
-    /// Joins this trail with the next.
+    /// Appends the next trail to this one.
     pub(super) fn followed_by(mut self, next: Self) -> Self {
         let before = self.lights.len() as u32;
         self.caustics.extend(next.caustics.into_iter().map(|arrival| arrival.after(before)));
@@ -93,7 +93,7 @@ impl Trail {
     }
 }
 
-/// Path as it leaves an emitter.
+/// A path as it starts at an emitter.
 struct Begun {
     leg: Leg,
     /// Flux of the path (W).
@@ -111,7 +111,7 @@ impl LightPaths<'_> {
                 let mut trail = Trail::default();
                 for i in chunk * CHUNK..((chunk + 1) * CHUNK).min(paths) {
                     let mut s = Stream::new(self.seed, purpose, i);
-                    // Stratified over the emitters.
+                    // Paths are stratified over the emitters.
                     let u = (i as f64 + s.uniform_f64()) / paths as f64;
                     if let Some(mut emitted) = self.guide.ray(self.emitters, self.share, u, &mut s) {
                         let key = rng::key(self.seed, purpose, i);
@@ -128,13 +128,13 @@ impl LightPaths<'_> {
                 trail
             })
             .collect();
-        // In the order of the paths, whichever thread traced them.
+        // The order is that of the paths, regardless of the threads that traced them.
         let lights = chunks.iter().map(|t| t.lights.len()).sum();
         let all = Trail { lights: Vec::with_capacity(lights), ..Trail::default() };
         chunks.into_iter().fold(all, Trail::followed_by)
     }
 
-    /// Begins a path in its first medium. Media outside attenuate light from infinity.
+    /// Determines the first medium of a path. The medium outside attenuates light from infinity.
     fn begun(&self, emitted: Emitted, outside: Option<Outside>, key: u64, s: &mut Stream) -> Begun {
         let Emitted { ray, flux, origin, .. } = emitted;
         let chain = SpecularChain::from_emitter(&emitted);
@@ -152,17 +152,19 @@ impl LightPaths<'_> {
         }
     }
 
-    /// Follows one path, and leaves its VPLs in the trail.
+    /// Follows one path, and adds its VPLs to the trail.
     fn walk(&self, begun: Begun, key: u64, s: &mut Stream, trail: &mut Trail) {
         let Begun { mut leg, mut flux, chain } = begun;
         let scene = self.tracer.scene();
-        // Ratio of basic radiance to flux along the path; exactly 1 again outside of all glass.
+        // Ratio of basic radiance to flux along the path. Outside of all glass it returns to
+        // exactly 1.
         let mut basic = 1.0_f64;
         let mut caustic = Some(chain);
-        // Surfaces met; vertices at surfaces and in media; boundaries passed since the last vertex.
+        // Number of surfaces met; of vertices on surfaces and in media; and of boundaries passed
+        // since the last vertex.
         let (mut depth, mut turned, mut passed) = (0, 0_u32, 0);
         while !flux.is_black() {
-            // One key for each straight line, so that holes are the same along it.
+            // Each straight part of the path has one key, so that it sees consistent holes.
             let key = key.wrapping_add(u64::from(turned));
             let hit = self.tracer.closest_hit_at(&leg.ray, key, self.share);
             let (left, scattering) = leg.fly(scene, hit.as_ref(), flux, s);
@@ -227,7 +229,7 @@ impl LightPaths<'_> {
     }
 }
 
-/// Returns the way of light after a chain of specular surfaces; without a chain, light was
+/// Returns the way of light after a chain of specular surfaces. `None` means that the light was
 /// scattered.
 fn way(chain: Option<&SpecularChain>) -> Way {
     match chain {

@@ -1,42 +1,42 @@
-//! Texels that the directions of a box or of a cone fall into.
+//! Texels that contain a direction of a box or of a cone.
 //!
-//! A vector `d` with its longest component `x = d_a > 0` falls into column `[s, t]` if
-//! `s x ≤ d_b ≤ t x`. In a box, `d_b` is any number of `[lo, hi]`, so the column is met for the `x`
-//! with
+//! Let `x = d_a > 0` be the longest component of a vector `d`. The vector falls into column
+//! `[s, t]` if `s x ≤ d_b ≤ t x`. In a box, `d_b` can be any number in `[lo, hi]`, so the column is
+//! met for those `x` that satisfy
 //!
 //! ```text
 //! s x ≤ hi  and  t x ≥ lo:    an interval X_u of x
 //! ```
 //!
-//! and a row likewise for an interval `X_v`, with `d_b` and `d_c` independent of each other for a
-//! given `x`. A texel is met if and only if `X_u`, `X_v` and the box's own `[lo_a, hi_a]` have a
-//! common `x`: this is the perspective image of the box, texel by texel; the product of the ranges
-//! of `u` and of `v` would be its bounding rectangle.
+//! Likewise a row is met for an interval `X_v`, since for a given `x` the components `d_b` and
+//! `d_c` are independent. A texel is met if and only if `X_u`, `X_v` and the range `[lo_a, hi_a]`
+//! of the box have a common `x`. The result is the exact perspective image of the box, texel by
+//! texel; the product of the ranges of `u` and of `v` would be its bounding rectangle.
 //!
-//! For a cone: the texels met by the smallest box around its unit vectors, less those whose
-//! bounding cones are apart from the cone.
+//! The texels of a cone are those of the smallest box around its unit vectors, except texels whose
+//! bounding cones do not intersect the cone.
 //!
 //! # Guarantee
-//! Every direction falls into a texel that is covered, except for vectors none of whose components
-//! is longer than [`SHORTEST`]. The edges are moved outwards by more than the rounding of the
-//! products here. Tested below.
+//! Every direction falls into a covered texel, except for vectors whose components are all at most
+//! [`SHORTEST`] in magnitude. The edges of texels are moved outwards by more than the rounding of
+//! the products here. Tested below.
 
 use super::faces::Faces;
 use super::texel::Texel;
 use crate::bounds::Towards;
 use crate::math::{Aabb, Cone, Vec3};
 
-/// Longest component of vectors that are ignored: `2⁻⁶¹`, less than 10⁻¹⁷ / √3 (m).
+/// Vectors whose longest component is at most this are ignored: `2⁻⁶¹`, less than 10⁻¹⁷ / √3 (m).
 ///
-/// Otherwise a flat box through the origin would cover everything: the origin, which is no
-/// direction, lies on all edges.
+/// Without this limit a flat box through the origin would cover all texels, since the origin, which
+/// has no direction, lies on all edges.
 const SHORTEST: f32 = 1.0 / (1u64 << 61) as f32;
 
-/// Amount by which quantities computed from a cone are moved outwards: more than their rounding,
-/// about `10 · 2⁻²⁴`.
+/// Amount by which quantities computed from a cone are moved outwards. It exceeds their rounding
+/// error of about `10 · 2⁻²⁴`.
 const CONE_ROUNDING: f32 = 1e-6;
 
-/// The largest of the texels that a direction of `towards` falls into.
+/// Returns the largest of the texels that contain a direction of `towards`.
 pub fn upper<const N: usize>(towards: &Towards, texels: &[[[Texel; N]; N]; 6]) -> Texel {
     let (vectors, cone) = match towards {
         Towards::Box(vectors) => (*vectors, None),
@@ -69,14 +69,15 @@ pub fn upper<const N: usize>(towards: &Towards, texels: &[[[Texel; N]; N]; 6]) -
     upper.into_iter().fold(Texel::ZERO, Texel::max)
 }
 
-/// The part of a box that projects onto one face: the intervals in which columns and rows are met.
+/// The part of a box that projects onto one face, as the intervals in which columns and rows are
+/// met.
 struct Face<const N: usize> {
     columns: Intervals<N>,
     rows: Intervals<N>,
 }
 
-/// The intervals of the component along the face in which the columns, or the rows, are met. Empty
-/// where `lo > hi`.
+/// For each column, or each row, the interval of the component along the face's axis in which it is
+/// met. Empty if `lo > hi`.
 struct Intervals<const N: usize> {
     lo: [f32; N],
     hi: [f32; N],
@@ -102,7 +103,7 @@ impl<const N: usize> Face<N> {
         self.rows.lo[v] > self.rows.hi[v]
     }
 
-    /// Texels of a row that are met.
+    /// Returns for each texel of a row whether it is met.
     #[inline]
     fn row(&self, v: usize) -> [bool; N] {
         let (lo, hi) = (self.rows.lo[v], self.rows.hi[v]);
@@ -111,15 +112,15 @@ impl<const N: usize> Face<N> {
 }
 
 impl<const N: usize> Intervals<N> {
-    /// * `along`: range of the component along the face, above zero.
+    /// * `along`: range of the component along the axis of the face, above zero.
     /// * `across`: range of the component that is divided by it.
     #[inline]
     fn of(along: [f32; 2], across: [f32; 2]) -> Self {
         let mut intervals = Self { lo: [0.0; N], hi: [0.0; N] };
         for k in 0..N {
             let (below, above) = (Faces::<N>::BELOW[k], Faces::<N>::ABOVE[k]);
-            // s x ≤ hi and t x ≥ lo: each bounds x from below or from above, by the sign of the
-            // edge.
+            // s x ≤ hi and t x ≥ lo each bound x from below or from above, depending on the sign of
+            // the edge.
             let (from_s, from_t) = (across[1] * below, across[0] * above);
             intervals.lo[k] = along[0].max(if below < 0.0 { from_s } else { 0.0 }).max(if above > 0.0 {
                 from_t
@@ -140,18 +141,18 @@ fn box_of(cone: &Cone) -> Aabb {
         return Aabb::EMPTY;
     }
     let sin = sin_of(cone.cos);
-    // Largest cosine of a direction of the cone with an axis at cosine z: cos(θ − β), or 1 if the
-    // axis is in the cone.
+    // Largest cosine between a direction of the cone and a coordinate axis, where z is the cosine
+    // between that axis and the cone's: cos(θ − β), or 1 if the coordinate axis is in the cone.
     let farthest = |z: f32| if z >= cone.cos { 1.0 } else { z * cone.cos + sin_of(z) * sin };
     let of_axis = |v: Vec3| Vec3::new(farthest(v.x), farthest(v.y), farthest(v.z)) + CONE_ROUNDING;
     Aabb { lo: -of_axis(-cone.axis), hi: of_axis(cone.axis) }
 }
 
-/// Returns true if the cones have a direction in common, or nearly; `texel` has less than a right
-/// angle.
+/// Returns true if the cones have a common direction, or nearly. The half-angle of `texel` must be
+/// less than a right angle.
 fn meets(cone: &Cone, texel: &Cone) -> bool {
     let (sin, texel_sin) = (sin_of(cone.cos), sin_of(texel.cos));
-    // Angles that sum to more than a half turn reach every axis.
+    // If the half-angles sum to more than π, the cones intersect for any axes.
     let reaches_all = sin * texel.cos + cone.cos * texel_sin < 0.0;
     reaches_all || cone.axis.dot(texel.axis) >= cone.cos * texel.cos - sin * texel_sin - CONE_ROUNDING
 }
@@ -174,7 +175,7 @@ mod tests {
     /// Texels by face, row and column.
     type Set = [[[bool; N]; N]; 6];
 
-    /// Texels that are read, found by setting each alone.
+    /// Texels that `upper` reads: each is set alone.
     fn covered(towards: &Towards) -> Set {
         let mut texels = [[[Texel::ZERO; N]; N]; 6];
         let one = Texel::at_least(1.0);
@@ -194,8 +195,8 @@ mod tests {
         set.as_flattened().as_flattened().iter().filter(|&&met| met).count()
     }
 
-    /// Texels, edges included, that hold the direction of `d`. Edges are multiples of 1/4: in `f64`
-    /// the products are exact.
+    /// Texels that contain the direction of `d`, edges included. Edges are multiples of 1/4, so the
+    /// products are exact in `f64`.
     fn texels_of(d: Vec3) -> Vec<(usize, usize, usize)> {
         let d = d.as_dvec3();
         let mut found = Vec::new();
@@ -214,8 +215,8 @@ mod tests {
         found
     }
 
-    /// A box of any size and kind: apart from the origin, around it, touching it, flat, on edges
-    /// and corners of the cube.
+    /// A box of random size and position: it may be apart from the origin, contain or touch it, be
+    /// flat, or lie on edges and corners of the cube.
     fn random_box(s: &mut Stream) -> Aabb {
         let mut center = warp::sphere(s.uniform_2()) * powf(10.0, 24.0 * s.uniform() - 14.0);
         match s.below(6) {
@@ -239,7 +240,7 @@ mod tests {
         Aabb { lo: center - half, hi: center + half }
     }
 
-    /// A vector of a box: a corner, a point of an edge, of a face, or inside.
+    /// A vector of a box: a corner, or a point on an edge, on a face, or inside.
     fn member(b: &Aabb, s: &mut Stream) -> Vec3 {
         let [x, y, z] = std::array::from_fn(|axis| match s.below(4) {
             0 => b.lo[axis],
@@ -249,7 +250,7 @@ mod tests {
         Vec3::new(x, y, z)
     }
 
-    /// Unit vector as `contribution` computes it.
+    /// Unit vector with the rounding of `contribution`.
     fn unit(d: Vec3) -> Vec3 {
         d / d.length_squared().sqrt().max(f32::MIN_POSITIVE)
     }
@@ -275,7 +276,7 @@ mod tests {
         }
     }
 
-    /// Returns true if the ray from the origin along `d` meets the box, in `f64`.
+    /// Returns true if the ray from the origin along `d` meets the box; computed in `f64`.
     fn ray_meets(b: &Aabb, d: DVec3) -> bool {
         let (mut near, mut far) = (f64::from(SHORTEST), f64::INFINITY);
         for axis in 0..3 {
@@ -293,8 +294,8 @@ mod tests {
         near <= far
     }
 
-    /// Texels in which a ray on a grid of `RAYS × RAYS` satisfies `meets`; the grid holds edges and
-    /// corners.
+    /// Texels in which some ray satisfies `meets`. Each texel has a grid of `RAYS × RAYS` rays,
+    /// which includes its edges and corners.
     fn met_by_rays(meets: impl Fn(DVec3) -> bool) -> Set {
         const RAYS: usize = 33;
         std::array::from_fn(|face| {
@@ -314,7 +315,8 @@ mod tests {
         })
     }
 
-    /// Number of texels in both sets, and in the first only; none may be in the second alone.
+    /// Returns the number of texels in both sets and the number in `covered` alone. No texel may be
+    /// in `met` alone.
     fn compare(covered: &Set, met: &Set, what: &Towards) -> [usize; 2] {
         let mut counts = [0; 2];
         for face in 0..6usize {
@@ -329,8 +331,8 @@ mod tests {
         counts
     }
 
-    /// Compares with ray tracing. A texel in whose corner the box has a part smaller than the
-    /// grid's step may be covered and not met.
+    /// Compares with ray tracing. A texel may be covered without being met if the box has only a
+    /// part smaller than the grid's step in one of its corners.
     #[test]
     fn hardly_a_texel_is_covered_that_no_direction_of_the_box_falls_into() {
         let mut s = Stream::new(2, Purpose::Test, 1);
@@ -348,7 +350,7 @@ mod tests {
         assert!(counts[0] > 2000 && counts[1] * 100 < counts[0], "{counts:?}");
     }
 
-    /// A single direction falls into one texel, or into those that meet at its edge.
+    /// A single direction covers its texel, or all texels that meet at its edge or corner.
     #[test]
     fn a_single_direction_covers_one_texel() {
         let mut s = Stream::new(2, Purpose::Test, 2);
@@ -356,15 +358,15 @@ mod tests {
             let d = warp::sphere(s.uniform_2());
             for towards in [Towards::Box(Aabb { lo: d, hi: d }), Towards::Cone(Cone::of(d))] {
                 let set = covered(&towards);
-                // Within 4·10⁻⁶ of an edge the next texel is covered, too: a probability of 10⁻⁴ a
-                // direction.
+                // If the direction is within 4·10⁻⁶ of an edge, the texel beyond is covered, too.
+                // The probability of this is 10⁻⁴ for each direction.
                 let (face, v, u) = texels_of(d)[0];
                 assert!(set[face][v][u] && count(&set) <= 4, "{d:?} {}", count(&set));
             }
         }
         let counts = |d: Vec3| count(&covered(&Towards::Box(Aabb { lo: d, hi: d })));
-        // The middle of a texel, of an edge between two, a corner of four; an edge and a corner of
-        // the cube.
+        // The centre of a texel, an edge between two, and a corner of four; then an edge and a
+        // corner of the cube.
         assert_eq!(counts(Vec3::new(8.0, 1.0, 1.0)), 1);
         assert_eq!(counts(Vec3::new(8.0, 2.0, 1.0)), 2);
         assert_eq!(counts(Vec3::new(-8.0, 0.0, 2.0)), 4);
@@ -372,14 +374,14 @@ mod tests {
         assert_eq!(counts(Vec3::new(1.0, -1.0, 1.0)), 3);
     }
 
-    /// A flat box through the origin: directions in its plane, and no others.
+    /// A flat box through the origin covers the texels of directions in its plane, and no others.
     #[test]
     fn a_flat_box_through_the_origin_covers_a_ring() {
         let flat = Aabb { lo: Vec3::new(-1.0, -2.0, 0.0), hi: Vec3::new(3.0, 1.0, 0.0) };
         // Two rows of texels on each of four faces.
         assert_eq!(count(&covered(&Towards::Box(flat))), 4 * 2 * N);
         let touching = Aabb { lo: Vec3::ZERO, hi: Vec3::ONE };
-        // A quarter of each of three faces, and the texels that share its edges.
+        // A quarter of each of three faces, and the neighbouring texels that share an edge with it.
         assert_eq!(count(&covered(&Towards::Box(touching))), 3 * (N / 2 + 1) * (N / 2 + 1));
     }
 

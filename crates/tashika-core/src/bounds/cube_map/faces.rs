@@ -1,31 +1,31 @@
-//! The texels of a cube as sets of directions.
+//! Texels of a cube as sets of directions.
 //!
-//! Face `2a` points along the axis `a`, face `2a + 1` against it. With `b = a + 1` and `c = a + 2`
-//! (modulo 3) a vector `d` on the face, that is with the longest component along it, has the
-//! coordinates
+//! Face `2a` points along the axis `a`, face `2a + 1` in the opposite direction. Let `b = a + 1`
+//! and `c = a + 2` (modulo 3). A vector `d` belongs to the face if its longest component is along
+//! the axis of the face. It then has the coordinates
 //!
 //! ```text
 //! u = d_b / |d_a|,    v = d_c / |d_a|        both in [−1, 1]
 //! ```
 //!
-//! Texel `(v, u)` of `N × N` holds `u` in `[−1 + 2u/N, −1 + 2(u+1)/N]`, and `v` alike. A direction
-//! on an edge belongs to both sides.
+//! Texel `(v, u)` of `N × N` contains the directions with `u` in `[−1 + 2u/N, −1 + 2(u+1)/N]`, and
+//! likewise for `v`. A direction on an edge belongs to the texels on both sides.
 //!
 //! # Guarantee
-//! The bounding cone of a texel holds every direction within [`WIDENING`] radians of it.
-//! [`Faces::BELOW`] and [`Faces::ABOVE`] are outside the edges by that much in `u`. Tested below.
+//! The bounding cone of a texel contains every direction within [`WIDENING`] radians of the texel.
+//! [`Faces::BELOW`] and [`Faces::ABOVE`] are outside the edges by that amount in `u`. Tested below.
 
 use crate::math::{Cone, Vec3};
 
-/// Amount by which bounding cones are wider than their texels (rad) and edges are moved.
+/// Amount by which bounding cones are wider than their texels (rad) and by which edges are moved.
 ///
-/// `contribution` computes a unit vector by dividing three differences by one length: each
-/// component is off by `2⁻²⁴` of itself, the direction by no more radians. This is sixteen times
-/// that.
+/// `contribution` computes a unit vector by dividing three differences by one length. The relative
+/// error of each component is `2⁻²⁴`, so the direction is off by at most that many radians.
+/// `WIDENING` is sixteen times that.
 const WIDENING: f64 = 1.0 / (1 << 20) as f64;
 
-/// A row of texels of the face along the third axis: bounding cones, `u` along the first axis and
-/// `v` along the second.
+/// Bounding cones of a row of texels of the face along the third axis; `u` is along the first axis
+/// and `v` along the second.
 #[derive(Clone, Copy)]
 pub struct Row<const N: usize> {
     /// First components of the unit axes.
@@ -42,11 +42,11 @@ pub struct Row<const N: usize> {
 pub struct Faces<const N: usize>;
 
 impl<const N: usize> Faces<N> {
-    /// `1 / u` at the lower edge of each column, the edge moved down.
+    /// `1 / u` at the lower edge of each column, after the edge is moved down.
     pub const BELOW: [f32; N] = Self::reciprocal_edges(0, -WIDENING);
-    /// `1 / u` at the upper edge of each column, the edge moved up.
+    /// `1 / u` at the upper edge of each column, after the edge is moved up.
     pub const ABOVE: [f32; N] = Self::reciprocal_edges(1, WIDENING);
-    /// Bounding cones of the face along the third axis.
+    /// Bounding cones of all texels of the face along the third axis.
     pub const ROWS: [Row<N>; N] = Self::rows();
 
     /// The bounding cone of a texel.
@@ -62,8 +62,9 @@ impl<const N: usize> Faces<N> {
         Cone { axis, cos: row.cos[u] }
     }
 
-    /// Components of `w` along `u`, `v` and the face's normal: their scalar products with the axes
-    /// of [`Faces::ROWS`] are those of `w` with the axes of the face.
+    /// Components of `w` along the `u`, `v` and normal directions of a face. Scalar products of the
+    /// result with the axes in [`Faces::ROWS`] equal those of `w` with the axes of the face's
+    /// bounding cones.
     pub fn turned(face: usize, w: Vec3) -> Vec3 {
         let side = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
         match face / 2 {
@@ -81,7 +82,7 @@ impl<const N: usize> Faces<N> {
         let mut reciprocals = [0.0; N];
         let mut k = 0;
         while k < N {
-            // An edge at zero is moved to `moved`.
+            // An edge at zero becomes `moved`, so nothing is divided by zero.
             reciprocals[k] = (1.0 / (Self::edge(k + side) + moved)) as f32;
             k += 1;
         }
@@ -103,9 +104,9 @@ impl<const N: usize> Faces<N> {
         rows
     }
 
-    /// The axis is the mean of the unit vectors to the corners, the angle the largest to a corner:
-    /// a cone of less than a right angle meets a plane in a convex set, so it holds the texel if it
-    /// holds the corners.
+    /// The axis is the mean of the unit vectors to the corners; the half-angle is the largest angle
+    /// between the axis and a corner. A cone of less than a right angle intersects a plane in a
+    /// convex set, so it contains the texel if it contains the corners.
     const fn bounding_cone(u: usize, v: usize) -> ([f32; 3], f32) {
         let corners = [
             unit([Self::edge(u), Self::edge(v), 1.0]),
@@ -134,18 +135,18 @@ impl<const N: usize> Faces<N> {
     }
 }
 
-/// The vector over its length.
+/// Divides a vector by its length.
 const fn unit(v: [f64; 3]) -> [f64; 3] {
     let length = root(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
     [v[0] / length, v[1] / length, v[2] / length]
 }
 
-/// The square root of a number from 10⁻⁶ to 16, by Newton's iteration: constants cannot call
-/// `sqrt`.
+/// Square root of a number from 10⁻⁶ to 16, by Newton's iteration, since constant functions cannot
+/// call `sqrt`.
 const fn root(square: f64) -> f64 {
     let mut root = 0.5 * (1.0 + square);
     let mut k = 0;
-    // From above; each step at least halves the error, and squares it once it is small.
+    // Converges from above. Each step at least halves the error, and squares it once it is small.
     while k < 20 {
         root = 0.5 * (root + square / root);
         k += 1;
@@ -159,8 +160,8 @@ mod tests {
     use crate::math::elementary::acos;
     use crate::rng::{Purpose, Stream};
 
-    /// Cones hold the directions of their texels, at corners and inside, moved by [`WIDENING`], and
-    /// are no wider than needed.
+    /// Random directions of each texel, corners included, are moved outwards by [`WIDENING`]. The
+    /// bounding cone contains them and is no wider than needed.
     fn cones_hold_their_texels<const N: usize>() {
         let mut s = Stream::new(3, Purpose::Test, N as u64);
         for face in 0..6usize {
@@ -195,8 +196,8 @@ mod tests {
             }
         }
         let widest = Faces::<N>::ROWS.iter().flat_map(|row| row.cos).map(acos).fold(0.0, f32::max);
-        // The largest texels are those in the middle of a face: half a diagonal of √2 · 2/N at
-        // distance 1.
+        // The largest texels are those in the middle of a face. Their half-angle is half a diagonal
+        // of √2 · 2/N at distance 1.
         assert!(widest < 1.01 * std::f32::consts::SQRT_2 / N as f32, "{widest}");
     }
 

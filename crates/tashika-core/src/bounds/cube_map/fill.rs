@@ -1,21 +1,22 @@
-//! The texels of one gather point: upper bounds of its BRDF over each texel's bounding cone.
+//! Fills the texels of one gather point with upper bounds of its BRDF over each texel's bounding
+//! cone.
 //!
 //! ```text
 //! f_r        ≤ diffuse + ρ (n + 2)/2π cosⁿα     or   diffuse + F D G₂ / (4 c_o c_i), each factor at its largest      (sr⁻¹)
 //! lobe · c_i ≤           ρ (n + 2)/2π cosⁿα c_i or             F D G₂ / (4 c_o)
 //! ```
 //!
-//! and a coat is added.
+//! The bound of a coat is added to each.
 //!
-//! These are the bounds of [`Reflector::upper_brdf`] and [`Reflector::upper_brdf_cos`], for
-//! hundreds of cones at once: the angles of a row of texels are one operation
-//! ([`spans`](super::spans)), and work that depends on the point alone is done once. This is many
-//! times faster, and the bounds are hardly larger. They would be larger where half vectors are near
-//! the normal, at the peak of lobes of facets; these texels are bounded one by one.
+//! These are the bounds of [`Reflector::upper_brdf`] and [`Reflector::upper_brdf_cos`], adapted to
+//! hundreds of cones at once: the angles of a row of texels are computed together
+//! ([`spans`](super::spans)), and quantities that depend only on the point are computed once. This
+//! is many times faster, and the bounds are hardly larger. They would be much larger where half
+//! vectors are near the normal, at the peak of facet lobes; these texels are bounded one by one.
 //!
 //! # Guarantee
-//! At least the largest channel as `contribution` computes it, for every direction of the texel.
-//! Zero where the texel is certainly below the plane of either normal.
+//! A texel is at least the largest channel as `contribution` computes it, for every direction of
+//! the texel. It is zero if the texel is certainly below the plane of either normal.
 //!
 //! # Held to this by
 //! The tests below, `bounds::tests::cube_map`.
@@ -35,28 +36,29 @@ use crate::bounds::lobes::{Lobe, Parts, phong, round_up};
 use crate::bsdf::{FacetModel, MIN_COSINE, Microfacets};
 use crate::math::Cone;
 
-/// Number of steps between the cosines of incidence at which reflectances are stored,
-/// `(k / KNOTS)²`. Higher values make `F` tighter and cost time. Chosen: the ratio of neighbours is
-/// below 1.25 for dielectrics of an index above 1.3 and for Schlick's `F` with `F₀` above 0.04.
+/// Reflectances are stored at the cosines of incidence `(k / KNOTS)²`. With more of them `F` is
+/// tighter and filling takes longer. Chosen so that the ratio of neighbouring values is below 1.25
+/// for dielectrics of an index above 1.3 and for Schlick's `F` with `F₀` above 0.04.
 const KNOTS: usize = 32;
 
-/// Number of upper limits of the cosine with the normal for which the diffuse part is stored:
-/// `(k + 1) / STEPS`. Matters for coats, which let less light in at grazing angles.
+/// The diffuse part is bounded separately for this many upper limits of the cosine with the normal,
+/// `(k + 1) / STEPS`. This matters for coated surfaces, whose coats transmit less light at grazing
+/// angles.
 const STEPS: usize = 8;
 
-/// Phong lobes that are fainter than `e⁻²⁴` of their peak are bounded by that value: most texels of
-/// a sharp lobe need no logarithm.
+/// Negated exponent of a limit: a Phong lobe that is fainter than `e⁻²⁴` of its peak is bounded by
+/// that value. Thus most texels of a sharp lobe need no logarithm.
 const FAINT_POWER: f64 = 24.0;
 
 /// Upper bound of `e⁻²⁴`.
 const FAINT: f64 = 3.8e-11;
 
-/// Half vectors are near the peak if they are within `α` of the normal, or within this angle (rad)
-/// if `α` is larger. Chosen: higher values cost time, and there the product of separate maxima is
-/// hardly larger than the maximum of the product.
+/// A texel's half vectors are near the peak of the lobe if they are within `α` of the normal, or
+/// within this angle (rad) if `α` is larger. Chosen: a larger angle costs time, and beyond this one
+/// the product of separate maxima is hardly larger than the maximum of the product.
 const WIDEST_PEAK: f32 = 0.1;
 
-/// Quantity that texels bound.
+/// Quantity of which the texels are upper bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bounded {
     /// `f_r`.
@@ -65,7 +67,7 @@ pub enum Bounded {
     LobeCosine,
 }
 
-/// Data from which the texels of one point are computed.
+/// Quantities of one point from which its texels are computed.
 struct Source {
     bounded: Bounded,
     /// Gather point whose texels are filled.
@@ -75,15 +77,15 @@ struct Source {
     diffuse: [f64; STEPS],
     lobe: Lobe,
     coat: Option<Coats>,
-    /// Upper bounds of `F`; zeros if there are no facets.
+    /// Upper bounds of `F` at the knots; zeros if there are no facets.
     reflected: [f64; KNOTS + 1],
-    /// Model of the reflection at facets.
+    /// Model of reflection at the facets.
     kind: FacetKind,
-    /// The facets; of roughness 1 if there are none.
+    /// Distribution and roughness of the facets; GGX of roughness 1 if there are none.
     facets: Microfacets,
 }
 
-/// Fills the texels of a point, which must be zero.
+/// Fills the texels of a point. All of them must be zero before.
 pub fn fill<const N: usize>(texels: &mut [[[Texel; N]; N]; 6], point: &Reflector, bounded: Bounded) {
     const { assert!(N >= 2 && N <= 16, "half-angles of texels are not between 1/20 and a right angle") };
     let Some(source) = Source::of(point, bounded) else { return };
@@ -140,7 +142,7 @@ impl Source {
         matches!(self.lobe, Lobe::None) && self.coat.is_none()
     }
 
-    /// Upper bound of a coat over a texel that reaches above the horizon.
+    /// Upper bound of the coat over a texel that is partly above the horizon.
     fn upper_coat<const N: usize>(
         &self,
         coat: &Coats,
@@ -155,8 +157,8 @@ impl Source {
         coat.upper_at_once(half(spans, u), spans.cos_incidence[u].into(), self.cos_o.into(), light)
     }
 
-    /// Upper bounds of the lobe over the texels of a row that reach above the horizon; zero for the
-    /// others.
+    /// Upper bounds of the lobe over the texels of a row. Texels entirely below the horizon get
+    /// zero.
     fn lobes<const N: usize>(&self, horizon: &Horizon<N>, spans: &Spans<N>) -> [f64; N] {
         let facets = match self.lobe {
             Lobe::None => return [0.0; N],
@@ -168,8 +170,8 @@ impl Source {
             Lobe::None => 0.0,
             Lobe::Phong { scale, exponent } => {
                 let [sin, cos] = spans.from_mirror.map(|lanes| f64::from(lanes[u]));
-                // cosⁿ ≤ exp(−n (1 − cos)). The slack of the angle outweighs the rounding of 1 −
-                // cos.
+                // cosⁿ ≤ exp(−n (1 − cos)). The slack of the angle is larger than the rounding
+                // error of 1 − cos.
                 let faint = exponent * (1.0 - cos) > FAINT_POWER && cos > 0.01;
                 let power = if faint {
                     (exponent + 2.0) * FAINT
@@ -188,7 +190,7 @@ impl Source {
         })
     }
 
-    /// Upper bounds of `D G₂ / (4 c_o c_i)`, or of that times `c_i`, as in `bounds::lobes::facets`.
+    /// Upper bounds of `D G₂ / (4 c_o c_i)`, or of `D G₂ / (4 c_o)`, as in `bounds::lobes::facets`.
     fn facets<const N: usize>(&self, horizon: &Horizon<N>, spans: &Spans<N>) -> [f64; N] {
         let kind = self.kind;
         if kind == FacetKind::Model(FacetModel::Ggx) && self.facets.is_even() {
@@ -210,8 +212,8 @@ impl Source {
         })
     }
 
-    /// [`Source::facets`] for GGX facets that are correlated by height and equally rough in all
-    /// directions, for a row at once.
+    /// [`Source::facets`] for a whole row at once, for GGX facets with height-correlated masking
+    /// and equal roughness in all directions.
     fn correlated<const N: usize>(&self, horizon: &Horizon<N>, spans: &Spans<N>) -> [f32; N] {
         let alpha = self.facets.widest();
         let alpha2 = alpha * alpha;
@@ -229,7 +231,7 @@ impl Source {
         })
     }
 
-    /// Returns true if `D` is near its peak at the least angle of the half vector.
+    /// Returns true if `D` is near its peak for the half vector closest to the normal.
     fn near_peak(&self, half_sin: f32) -> bool {
         let of_lobe = match self.lobe {
             Lobe::None | Lobe::Phong { .. } => 0.0,
@@ -239,7 +241,7 @@ impl Source {
         half_sin < of_lobe.max(of_coat).min(WIDEST_PEAK)
     }
 
-    /// The bound over a single cone: slower, and tighter near the peak of facets.
+    /// Bound over a single cone: slower, and tighter near the peak of facet lobes.
     fn upper_alone(&self, cone: &Cone) -> f32 {
         match self.bounded {
             Bounded::Brdf => self.point.upper_brdf(cone),
@@ -248,7 +250,7 @@ impl Source {
     }
 }
 
-/// The least angle of the half vector with the normal.
+/// Least angle between half vector and normal over the texel.
 fn half<const N: usize>(spans: &Spans<N>, u: usize) -> Angle {
     let sin = f64::from(spans.half_sin[u]);
     Angle { sin, cos: (1.0 - sin * sin).max(0.0).sqrt() }
@@ -281,8 +283,8 @@ mod tests {
         bsdf
     }
 
-    /// Checks that every texel is a bound of its directions, for random points of these kinds.
-    /// Returns the quotients of texels by the bounds of their cones, sorted.
+    /// Checks that every texel bounds the values of its directions, for random points of these
+    /// kinds. Returns the sorted ratios of each texel to the bound of its cone.
     fn texels_are_bounds<const N: usize>(
         kinds: &[Kind],
         bounded: Bounded,
@@ -296,7 +298,7 @@ mod tests {
                 let whole = random_point(*kind, &mut s);
                 let (part, channel) = match bounded {
                     Bounded::Brdf => (whole, 0),
-                    // A lobe under sheen is attenuated by it, and sheen is in the diffuse part.
+                    // Sheen attenuates the lobe below it, and sheen counts as diffuse.
                     Bounded::LobeCosine if matches!(whole.bsdf, Bsdf::Layered(b) if b.sheen.is_there()) => {
                         continue;
                     }
@@ -332,13 +334,13 @@ mod tests {
         quotients[((quotients.len() - 1) as f64 * share) as usize]
     }
 
-    // The limits are the measured values plus a tenth of their excess over 1. The 16 bits of a
-    // texel account for 0.2 %. The rest comes from steps of `F` and, at the borders of sharp lobes,
-    // from the slack.
+    // The limits are the measured values plus a tenth of their excess over 1. Storage in 16 bits
+    // accounts for 0.2 %. The rest comes from steps of `F` and, at the borders of sharp lobes, from
+    // the slack.
 
     #[test]
     fn texels_are_bounds_and_hardly_larger_than_those_of_single_cones() {
-        // The diffuse part of the last kind is steep towards the horizon.
+        // The diffuse part of the last kind falls steeply towards the horizon.
         let (others, fading) = KINDS.split_at(KINDS.len() - 1);
         assert_eq!(fading, [Kind::AshikhminShirley]);
         for (kinds, limits) in [(others, [1.003, 1.023]), (fading, [1.03, 1.26])] {

@@ -1,24 +1,24 @@
 //! Upper bounds of the BRDF on a cube of directions, merged up the gather tree.
 //!
-//! Each texel `T` of a cube of `6 × N × N` texels holds, over the gather points `j` of a cluster
-//! and the light directions `ω_i` of the texel's bounding cone,
+//! Each texel `T` of a cube with `6 × N × N` texels stores an upper bound over the gather points
+//! `j` of a cluster and the light directions `ω_i` of the texel's bounding cone:
 //!
 //! ```text
 //! U_T ≥ max_j max_ω_i f_r,j(ω_o,j, ω_i)                 (sr⁻¹, largest channel)
 //! M   ≤ max_{T met by D} U_T · max cos⁺∠(D, normals)    (sr⁻¹)
 //! ```
 //!
-//! where `D` holds all vectors from the points to the lights, and `normals` is a cone around the
+//! Here `D` contains all vectors from the points to the lights, and `normals` is a cone around the
 //! shading normals. Two clusters are merged texel by texel. The cube is aligned with the world's
-//! axes, so that the texels of all points are the same sets of directions.
+//! axes, so that a texel stands for the same directions at all points.
 //!
 //! # Guarantee
 //! [`UpperMaterial::upper_material`] is at least the largest channel of `M` as `contribution`
 //! computes it in `f32`, for every point merged and every light in `towards`.
 //!
 //! # Assumption
-//! A light and a point are either at the same place or at least 10⁻¹⁷ m apart. (Closer, the square
-//! of their distance underflows, and `contribution` computes no unit vector.)
+//! A light and a point are either at the same place or at least 10⁻¹⁷ m apart. At smaller distances
+//! the square of the distance underflows, and `contribution` computes no unit vector.
 //!
 //! # Source
 //! Iwasaki 2019, "Error Estimation for Many-Light Rendering of Glossy Materials": a cube map of the
@@ -26,20 +26,20 @@
 //! onto the cube.
 //!
 //! # Differences from the source
-//! * The projected box is that of all differences of the two clusters. The box of the lights alone,
-//!   seen from one point, is no bound once the points are apart.
-//! * The texels that are read are exactly those that a direction of the box falls into
-//!   ([`coverage`]); the source does not state how it finds them. A pyramid of maxima would read
-//!   four texels a face at most, but its bounds of wide boxes are many times larger, and rows of
-//!   texels are read nearly as fast.
+//! * The projected box is the box of all differences between the positions of the two clusters. The
+//!   box of the lights alone, seen from one point, gives no bound if the points are apart.
+//! * The texels that are read are exactly those that contain a direction of the box ([`coverage`]);
+//!   the source does not state how it finds them. A pyramid of maxima would read at most four
+//!   texels per face. However, its bounds of wide boxes are many times larger, and rows of texels
+//!   are read nearly as fast.
 //! * The source states neither resolution nor format. Here `N = 8` by default, and a texel is 16
 //!   bits wide ([`texel`]).
 //! * The source bounds Phong lobes. Here every [`Bsdf`](crate::bsdf::Bsdf) is bounded ([`fill`]).
-//! * `FOLDED` is an alternative of our own: the texels hold the lobe *times* the cosine, and the
-//!   diffuse part is two numbers beside them, `M ≤ min(K max cos⁺, K_c) + max U_T`. GGX lobes
-//!   without the cosine grow towards the horizon, so that their product with the largest cosine of
-//!   a cluster can be many times too large; a diffuse part times the largest cosine of a texel is a
-//!   little too large.
+//! * `FOLDED` is an alternative of our own. The texels store the lobe *times* the cosine. The
+//!   diffuse part is stored in two separate numbers, `M ≤ min(K max cos⁺, K_c) + max U_T`. Without
+//!   the cosine, GGX lobes grow towards the horizon, so their product with the largest cosine of a
+//!   cluster can be many times too large. For the diffuse part, the product with the largest cosine
+//!   is only slightly too large.
 //!
 //! # Held to this by
 //! `bounds::tests::cube_map`, and the tests beside each part.
@@ -57,15 +57,17 @@ use crate::math::{Cone, UNIT_ROUNDOFF};
 use fill::Bounded;
 use texel::Texel;
 
-/// Relative excess that is allowed for over the product of a bound and a cosine.
+/// Relative excess of the computed value over the product of a bound and a cosine that is allowed
+/// for.
 ///
-/// [`Towards::upper_cos`] is at most 1, which a cosine computed in `f32` exceeds by up to 10
-/// roundings: four of the length of the direction, three of the normal's, three of the scalar
-/// product. The other roundings are those of a sum and of products in `contribution` and here.
+/// [`Towards::upper_cos`] is at most 1, but a cosine computed in `f32` can exceed 1 by up to 10
+/// roundings: four of the length of the direction, three of the length of the normal, three of the
+/// scalar product. The remaining roundings are those of a sum and of products in `contribution` and
+/// here.
 const ROUNDING: f32 = 16.0 * UNIT_ROUNDOFF;
 
-/// Upper bounds of the BRDF by direction, on a cube of `6 N²` texels; `M` is at most the largest
-/// texel that a light falls into, times the largest cosine (Iwasaki 2019).
+/// Upper bounds of the BRDF by direction, on a cube of `6 N²` texels. `M` is at most the largest
+/// texel that contains a direction to a light, times the largest cosine (Iwasaki 2019).
 ///
 /// * `N`: texels along an edge, 2 to 16. Higher values bound sharp lobes better and cost memory
 ///   (`12 N²` bytes) and time.
@@ -75,7 +77,7 @@ const ROUNDING: f32 = 16.0 * UNIT_ROUNDOFF;
 pub struct UpperCubeMap<const N: usize = 8, const FOLDED: bool = false> {
     /// Shading normals, on the sides of the viewers.
     normals: Cone,
-    /// Largest diffuse part outside of the texels, without and with the cosine (sr⁻¹).
+    /// Largest diffuse part that is not in the texels, without and with the cosine (sr⁻¹).
     diffuse: [f32; 2],
     /// `texels[face][v][u]` (sr⁻¹).
     texels: Box<[[[Texel; N]; N]; 6]>,
@@ -86,7 +88,7 @@ impl<const N: usize, const FOLDED: bool> UpperMaterial for UpperCubeMap<N, FOLDE
         let mut map =
             Self { normals: Cone::EMPTY, diffuse: [0.0; 2], texels: Box::new([[[Texel::ZERO; N]; N]; 6]) };
         let cos_o = point.wo.z.abs();
-        // Seen from within the surface, nothing is reflected.
+        // Nothing is reflected if the viewer is in the plane of the surface.
         if cos_o > MIN_COSINE {
             map.normals = Cone::of(point.normal());
             let bounded = if FOLDED { Bounded::LobeCosine } else { Bounded::Brdf };
@@ -156,7 +158,7 @@ mod tests {
         assert!(maps.iter().all(|m| all.normals.contains(m.normals.axis)));
     }
 
-    /// The bound towards a direction reads the texel that the direction falls into, and no other.
+    /// The bound for a single direction reads the texel that contains this direction, and no other.
     #[test]
     fn a_bound_is_a_texel_times_a_cosine() {
         let mut s = Stream::new(1, Purpose::Test, 1);

@@ -1,7 +1,6 @@
 //! Extremes of the angles that a BRDF depends on, over a row of texels at once.
 //!
-//! With the axis `a` and half-angle `β` of a texel's bounding cone, the reasoning is that of
-//! `bounds::spans`:
+//! Let `a` be the axis and `β` the half-angle of a texel's bounding cone. As in `bounds::spans`,
 //!
 //! ```text
 //! θ_n − β ≤ ∠(ω_i, n) ≤ θ_n + β,   ∠(ω_i, m) ≥ θ_m − β,   ∠(ω_i, ω_o) ≤ min(θ_o + β, ∠(n, ω_o) + π/2)
@@ -9,17 +8,18 @@
 //! ```
 //!
 //! for the normal `n`, the mirror direction `m`, the half vector `h`, and `θ` the angle between `a`
-//! and the direction in its index. In `f32` and without branches, so that the compiler turns a row
-//! into vector instructions.
+//! and the direction in its index. The computation uses `f32` and no branches, so that the compiler
+//! vectorises a row.
 //!
 //! # Rounding
-//! Scalar products are off by [`COSINE`]. A difference of angles is cut off at zero, or its larger
-//! angle is at least the half-angle of a texel, so that its sine is at least 1/20 and the angle off
-//! by at most `20 COSINE`. Every texel is taken [`SLACK`] wider, which is ten times that. In
-//! `∠(ω_o + a, n) − arcsin(2 sin(β/2) / ‖ω_o + a‖)` the first angle is off by at most `50 COSINE`
-//! and the second larger by at least `0.9 SLACK / 2`, nearly twice that. The rest covers the turns
-//! of directions in `contribution` ([`TURN`]). Small differences are stored as sines, since a
-//! cosine near 1 does not distinguish them from zero.
+//! Scalar products are off by at most [`COSINE`]. A difference of angles is either cut off at zero,
+//! or its larger angle is at least the half-angle of a texel. In the latter case its sine is at
+//! least 1/20, and the angle is off by at most `20 COSINE`. Every texel is widened by [`SLACK`],
+//! which is ten times that. In `∠(ω_o + a, n) − arcsin(2 sin(β/2) / ‖ω_o + a‖)` the error of the
+//! first angle is at most `50 COSINE`. The widening increases the second angle by at least
+//! `0.9 SLACK / 2`, nearly twice that error. The rest of the slack covers the rotation of
+//! directions by rounding in `contribution` ([`TURN`]). Small differences are stored as sines,
+//! since a cosine near 1 does not distinguish them from zero.
 //!
 //! # Held to this by
 //! The tests below and those of `fill`.
@@ -29,19 +29,19 @@ use crate::bounds::Reflector;
 use crate::bsdf::MIN_COSINE;
 use crate::math::Vec3;
 
-/// Error of scalar products here: directions are of unit length, and turned by frames, to 10⁻⁶;
-/// products are rounded by `3 · 2⁻²⁴`.
+/// Error of scalar products here. Directions are of unit length to 10⁻⁶, also after transformation
+/// by frames; products are rounded by `3 · 2⁻²⁴`.
 const COSINE: f32 = 2e-6;
 
-/// `√(2 COSINE)`: the largest error of a sine taken from a cosine.
+/// `√(2 COSINE)`: the largest error of a sine that is computed from a cosine.
 const SINE: f32 = 2e-3;
 
-/// Largest turn of directions in `contribution` (rad) and error of half sums of unit vectors, with
-/// room.
+/// Upper bound, with some room, of two errors: the rotation of directions by rounding in
+/// `contribution` (rad), and the error of half sums of unit vectors.
 const TURN: f32 = 1e-5;
 
-/// Widening of the half-angles of texels (rad). Chosen: enough for the roundings, and less than a
-/// hundredth of a texel.
+/// Widening of the half-angles of texels (rad). Chosen large enough for the roundings, and less
+/// than a hundredth of a texel.
 const SLACK: f32 = 4e-4;
 
 /// Cosine of incidence below which the rounding of two directions (3·10⁻⁶) may turn the half vector
@@ -57,22 +57,22 @@ pub struct Directions {
     mirror: Vec3,
     /// Scalar product of the normal and the viewer's direction.
     viewer_along_normal: f32,
-    /// Least cosine of incidence of light above the horizon:
+    /// Least cosine of incidence of light above the horizon,
     /// `cos ½(θ + π/2) = cos θ / √(2 (1 + sin θ))` for `θ = ∠(n, ω_o)`.
     horizon_incidence: f32,
 }
 
-/// Position of the texels of a row relative to the planes of the normals.
+/// Position of the texels of a row relative to the planes of the two normals.
 pub struct Horizon<const N: usize> {
-    /// True if the texel reaches above both planes.
+    /// True if part of the texel is above both planes.
     pub above: [bool; N],
-    /// Largest cosine with the normal, above zero where the texel reaches above.
+    /// Largest cosine with the normal; above zero for texels that are partly above both planes.
     pub max_cos_i: [f32; N],
 }
 
 /// Extremes of the angles that a lobe depends on.
 pub struct Spans<const N: usize> {
-    /// Least cosine with the normal, cut off at that of the horizon.
+    /// Least cosine with the normal, at least [`MIN_COSINE`].
     pub min_cos_i: [f32; N],
     /// Sine and cosine of the least angle with the mirror direction.
     pub from_mirror: [[f32; N]; 2],
@@ -83,7 +83,7 @@ pub struct Spans<const N: usize> {
 }
 
 impl Directions {
-    /// Directions of a point in world space.
+    /// Directions of a gather point, in world space.
     pub fn of(point: &Reflector) -> Self {
         let Vec3 { x, y, z } = point.wo;
         let world = |local: Vec3| point.frame.to_world(local).normalize();
@@ -99,8 +99,8 @@ impl Directions {
         }
     }
 
-    /// Components of the directions along `u`, `v` and the normal of a face, as in the rows of
-    /// texels.
+    /// Components of the directions along the `u`, `v` and normal directions of a face, as used by
+    /// the rows of texels.
     pub fn turned<const N: usize>(self, face: usize) -> Self {
         let turned = |w: Vec3| Faces::<N>::turned(face, w);
         Self {
@@ -112,7 +112,7 @@ impl Directions {
         }
     }
 
-    /// Texels of a row that light can come from, and their largest cosines.
+    /// Texels of a row from which light can arrive, and their largest cosines with the normal.
     pub fn horizon<const N: usize>(&self, row: &Row<N>) -> Horizon<N> {
         let mut horizon = Horizon { above: [false; N], max_cos_i: [0.0; N] };
         for u in 0..N {
@@ -152,8 +152,8 @@ impl Directions {
             let wide_sin = (0.5 - 0.5 * mirror_cos).max(0.0).sqrt();
             let half_sin = if mirror_cos > 0.0 { 0.5 * mirror_sin / half_cos } else { wide_sin };
             let by_mirror = if cos_incidence < SMALLEST_INCIDENCE { 0.0 } else { half_sin };
-            // ∠(ω_o + a, n) less the angle of the ball; beyond a right angle there is no half
-            // vector.
+            // ∠(ω_o + a, n) minus the angle of the ball. If the difference is beyond a right angle,
+            // no half vector is possible.
             let length = (2.0 + 2.0 * cos_o).max(1e-12).sqrt();
             let ball_sin = sin / (0.5 + 0.5 * cos).sqrt() / length;
             let ball_cos = sin_of(ball_sin.min(1.0));
@@ -171,12 +171,12 @@ impl Directions {
 }
 
 impl<const N: usize> Spans<N> {
-    /// All zero; for BRDFs without a lobe.
+    /// All zero, for BRDFs without a lobe.
     pub const NONE: Self =
         Self { min_cos_i: [0.0; N], from_mirror: [[0.0; N]; 2], cos_incidence: [0.0; N], half_sin: [0.0; N] };
 }
 
-/// Cosine and sine of the half-angle of a texel, wider by [`SLACK`].
+/// Cosine and sine of the half-angle of a texel, widened by [`SLACK`].
 #[inline]
 fn widened<const N: usize>(row: &Row<N>, u: usize) -> (f32, f32) {
     let (cos, sin) = (row.cos[u], sin_of(row.cos[u]));
@@ -189,7 +189,7 @@ fn along<const N: usize>(row: &Row<N>, u: usize, w: Vec3) -> f32 {
     w.x * row.x[u] + w.y * row.y[u] + w.z * row.z[u]
 }
 
-/// The sine of an angle of cosine `cos`; the cosine of an acute one from its sine.
+/// Sine of an angle from its cosine, or cosine of an acute angle from its sine.
 #[inline]
 fn sin_of(cos: f32) -> f32 {
     ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt()
@@ -203,8 +203,8 @@ mod tests {
 
     const N: usize = 8;
 
-    /// Directions of a texel: anywhere, towards the mirror direction, and along the horizon,
-    /// opposite to the viewer or wherever the texel is.
+    /// Directions of a texel, by `k`: random; towards the mirror direction; just above the horizon
+    /// near a random direction; just above the horizon opposite to the viewer.
     fn direction(point: &Reflector, face: usize, v: usize, u: usize, k: u32, s: &mut Stream) -> glam::DVec3 {
         let cone = Faces::<N>::cone(face, v, u);
         let axis = cone.axis.as_dvec3();
@@ -219,7 +219,7 @@ mod tests {
         }
     }
 
-    /// All extremes hold for the directions themselves, in `f64`.
+    /// All extremes bound the angles of random directions, computed in `f64`.
     #[test]
     fn extremes_are_extremes() {
         let mut s = Stream::new(61, Purpose::Test, 0);
@@ -255,7 +255,7 @@ mod tests {
         assert!(seen.iter().all(|&k| k > 10_000), "{seen:?}");
     }
 
-    /// The assumption of [`SLACK`].
+    /// [`SLACK`] assumes that the sines of half-angles are at least 1/20.
     #[test]
     fn half_angles_of_texels_are_at_least_a_twentieth() {
         assert!(Faces::<16>::ROWS.iter().flat_map(|row| row.cos).all(|cos| sin_of(cos) > 0.05));

@@ -1,9 +1,9 @@
 //! A non-negative number in 16 bits, rounded up.
 //!
-//! The first 16 bits of an `f32` after its sign: eight of the exponent, eight of the mantissa. So
-//! numbers are rounded up by at most `2⁻⁸` of their value, the range is that of `f32`, infinity
-//! included, and the order is that of the bits. They take half the memory of `f32`, and twice as
-//! many fit into a register. Tested below.
+//! The number consists of the 16 bits of an `f32` that follow its sign: eight of the exponent,
+//! eight of the mantissa. It is rounded up by at most `2⁻⁸` of its value. The range is that of
+//! `f32`, including infinity, and the order of numbers is that of their bits. A texel takes half
+//! the memory of an `f32`, and twice as many fit into a register. Tested below.
 
 /// A non-negative number, rounded up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -17,17 +17,17 @@ impl Texel {
     /// Zero, the smallest of all texels.
     pub const ZERO: Self = Self(0);
 
-    /// The smallest texel that is at least `x`; zero for numbers below zero, infinity for NaN.
+    /// The smallest texel that is at least `x`; zero for negative numbers, infinity for NaN.
     pub fn at_least(x: f32) -> Self {
         if x <= 0.0 {
             return Self::ZERO;
         }
         let bits = if x.is_nan() { f32::INFINITY.to_bits() } else { x.to_bits() };
-        // At most 0xFF00, the first bits of infinity.
+        // At most 0xFF00, the bits that are stored for infinity.
         Self(((bits + ((1 << DROPPED) - 1)) >> DROPPED) as u16)
     }
 
-    /// The number that is stored.
+    /// The stored number.
     pub fn value(self) -> f32 {
         f32::from_bits(u32::from(self.0) << DROPPED)
     }

@@ -4,24 +4,25 @@
 //! b = (1 − w_o/2)(1 − w_i/2) + R (w_o + w_i − w_o w_i) + R² w_o w_i,    R = r (1 + ω_o·ω_i)
 //! ```
 //!
-//! grows with `R`, and is linear in `w_i`. Where `c_i` is in a range, so is `w_i = (1 − c_i)⁵`, and
-//! `ω_o·ω_i ≤ c_o c_i + s_o s_i` with the largest cosine and the largest sine: the maximum over the
-//! range is at most that at one end of `w_i`, with the largest `R`. The flat part
+//! `b` grows with `R` and is linear in `w_i`. If `c_i` is in a range, so is `w_i = (1 − c_i)⁵`.
+//! Since `ω_o·ω_i ≤ c_o c_i + s_o s_i`, the largest cosine and the largest sine in the range bound
+//! `R`. The maximum of `b` over the range is therefore at most its value at one end of `w_i`, with
+//! the largest `R`. The flat part
 //!
 //! ```text
 //! e = 5/4 · (E (1 / (c_o + c_i) − ½) + ½),    E = (1 + (R/2 − 1) w_o)(1 + (R/2 − 1) w_i)
 //! ```
 //!
-//! grows with `E`, since `c_o + c_i ≤ 2`, and otherwise falls with `c_i`; `E` grows with `R` and is
-//! linear in `w_i`. Near the horizon `e` grows as `1 / (c_o + c_i)`, but times the cosine it does
-//! not:
+//! grows with `E`, since `c_o + c_i ≤ 2`, and otherwise falls with `c_i`. `E` grows with `R` and is
+//! linear in `w_i`. Near the horizon `e` grows as `1 / (c_o + c_i)`, but `e c_i` stays bounded:
 //!
 //! ```text
 //! e c_i = 5/4 · (E (c_i / (c_o + c_i) − c_i/2) + c_i/2),    c_i / (c_o + c_i) grows with c_i
 //! ```
 //!
-//! The sheen is `(1 − c_d)⁵` with `2 c_d² = 1 + ω_o·ω_i ≥ 1 − s_o`: of all directions above the
-//! horizon, the one opposite to the viewer's and in the surface is farthest from it.
+//! The sheen is `(1 − c_d)⁵` with `2 c_d² = 1 + ω_o·ω_i ≥ 1 − s_o`. Equality holds for the
+//! direction in the plane of the surface opposite to the viewer, which of all directions above the
+//! horizon is farthest from the viewer.
 //!
 //! # Guarantee
 //! At least the `f32` values except for relative roundings.
@@ -29,13 +30,15 @@
 //! # Held to this by
 //! The test below, `bounds::tests::reflector`, `bounds::tests::analytic`.
 
-/// Number of pieces of the cosines over which `b` is bounded.
+/// Number of pieces into which the range of cosines is divided to bound `b`.
 const PIECES: u32 = 4;
 
-/// Number of pieces where there is flatness: shorter towards the horizon, where `e` is steep.
+/// Number of pieces if flatness is positive. They are shorter towards the horizon, where `e` is
+/// steep.
 const FLAT_PIECES: u32 = 16;
 
-/// Upper bounds of `(1 − f) b + f e`, and of that times `c_i`, for all `cos_i` in `[0, max_cos_i]`.
+/// Upper bounds of `(1 − f) b + f e` and of the product with `c_i`, for all `cos_i` in
+/// `[0, max_cos_i]`.
 pub(super) fn upper_shape(roughness: f32, flatness: f32, cos_o: f64, max_cos_i: f64) -> [f64; 2] {
     let (r, flatness) = (f64::from(roughness), f64::from(flatness));
     let larger = |a: [f64; 2], b: [f64; 2]| [a[0].max(b[0]), a[1].max(b[1])];
@@ -75,14 +78,14 @@ fn upper_rough(r: f64, cos_o: f64, [low, high]: [f64; 2]) -> f64 {
 fn upper_flat(r: f64, cos_o: f64, [low, high]: [f64; 2]) -> [f64; 2] {
     let at = |w: f64| 1.0 + (0.5 * r - 1.0) * w;
     let even = at(grazing(cos_o)) * at(grazing(low)).max(at(grazing(high)));
-    // Room for the rounding of differences, which may be zero.
+    // The constant covers the rounding of differences that may be zero.
     let of = |difference: f64, half: f64| 1.25 * (even * (difference + 1e-6) + half);
     [of(1.0 / (cos_o + low) - 0.5, 0.5), of(high / (cos_o + high) - 0.5 * low, 0.5 * high)]
 }
 
 /// Upper bound of `(1 − c_d)⁵` for all directions above the horizon.
 pub(super) fn upper_sheen(cos_o: f64) -> f64 {
-    // 1 − s_o, in a form that is precise where it is small; directions are unit vectors to 10⁻⁶.
+    // 1 − s_o, in a form without cancellation. Directions are unit vectors to 10⁻⁶.
     let least = (0.5 * cos_o * cos_o / (1.0 + sine(cos_o)) - 1e-6).max(0.0).sqrt();
     grazing(least)
 }
@@ -100,7 +103,7 @@ fn sine(cos: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Compares with all directions of a grid, for cosines of the light up to a largest one.
+    /// Compares with the maxima over a grid of directions whose cosine is at most `max_cos_i`.
     #[test]
     fn shapes_and_sheens_hold_and_are_near() {
         for (roughness, flatness) in [(0.0_f32, 0.0_f32), (0.3, 0.0), (1.0, 0.0), (0.3, 0.5), (1.0, 1.0)] {

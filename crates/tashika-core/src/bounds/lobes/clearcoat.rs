@@ -1,8 +1,8 @@
 //! Upper bounds of the reflection of clear coats, over ranges of angles and of roughness.
 //!
-//! With `v(c) = 1 / (c + S(c))` of the roughness ¼ that masks and `F(c) = 0.04 + 0.96 (1 − c)⁵`
-//! ([`bsdf`](crate::bsdf), [`ggx`]), a coat is a factor `s`, which depends on its viewer alone,
-//! times
+//! Let `v(c) = 1 / (c + S(c))` for the masking roughness ¼, and `F(c) = 0.04 + 0.96 (1 − c)⁵`
+//! ([`bsdf`](crate::bsdf), [`ggx`]). A coat is the product of a factor `s`, which depends only on
+//! the viewer, with `F`, `V` and `D`:
 //!
 //! | model | `s` | `F` | `V` | `V` falls with | `V c_i` grows with |
 //! |---|---|---|---|---|---|
@@ -10,16 +10,16 @@
 //! | Mitsuba | `w c_o v(c_o)` | `F(c_d)` | `c_i v(c_i) ≤ ½` | | `c_i` |
 //! | layer | `w F(c_o)` | 1 | `G₂ / (4 c_o c_i)` | `α`, `c_o`, `c_i` | `c_i` |
 //!
-//! and times `D`, which is that of GGX for layers, else
+//! For layers `D` is that of GGX. For the other models it is
 //!
 //! ```text
 //! D₁ = K(α) (1 + t) / (α² + t),    K = (1 − α²) / (−2π ln α)          falls with t = tan²θ_h
 //! ```
 //!
 //! `K` grows with `α`: `∂ ln K/∂ ln α = 1/L − 2α²/(1 − α²)` with `L = −ln α`, and
-//! `2L = ln (1 + (1 − α²)/α²) < (1 − α²)/α²`. So over `[a, b]` `D₁` is at most
-//! `K(b) (1 + t) / (a² + t)`; a range is cut in pieces of equal ratio, and a single roughness has
-//! its own value.
+//! `2L = ln (1 + (1 − α²)/α²) < (1 − α²)/α²`. Over `[a, b]`, therefore, `D₁` is at most
+//! `K(b) (1 + t) / (a² + t)`. A range of roughness is divided into pieces of equal ratio; for a
+//! single roughness the bound is exact.
 //!
 //! # Guarantee
 //! At least the `f32` values except for relative roundings.
@@ -36,14 +36,16 @@ use crate::bounds::angle::Angle;
 use crate::bsdf::{Clearcoat, CoatModel, MASKING_ALPHA, coat_reflectance};
 use crate::math::elementary::{ln_f64, powf_f64};
 
-/// Number of pieces of a range of roughness over which `D₁` is bounded: of a ratio below 1.8.
+/// Number of pieces into which a range of roughness is divided to bound `D₁`; their ratio is below
+/// 1.8.
 const PIECES: u32 = 8;
 
-/// Tangents of the angle of the half vector, in units of the largest `α`, between which factors are
-/// bounded one by one. `D₁` has longer tails than GGX. Chosen.
+/// Tangents of the angle between half vector and normal, in units of the largest `α`, that separate
+/// the rings in which factors are bounded one by one. `D₁` has longer tails than GGX, hence more
+/// rings. Chosen.
 const CUTS: [f64; 5] = [1.0, 3.0, 10.0, 30.0, 100.0];
 
-/// Clear coats of one model.
+/// Clear coats of one model, as ranges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::bounds) struct Coats {
     model: CoatModel,
@@ -56,9 +58,9 @@ pub(in crate::bounds) struct Coats {
 /// Quantity to bound, and the light directions over which it is bounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::bounds) enum Light {
-    /// `f_r`, for light at cosines from this on.
+    /// `f_r`, for light at cosines of at least this.
     From(f64),
-    /// `f_r c_i`, for light at cosines up to this, which is above zero.
+    /// `f_r c_i`, for light at cosines of at most this, which must be positive.
     UpTo(f64),
 }
 
@@ -68,7 +70,7 @@ impl Coats {
         Self { model, alphas: [f32::INFINITY, f32::NEG_INFINITY], scale: 0.0 }
     }
 
-    /// Coat of one surface, seen at the cosine `cos_o > 0`; `None` if there is no coat.
+    /// Coat of one surface seen at the cosine `cos_o > 0`; `None` if there is no coat.
     pub(super) fn of(coat: &Clearcoat, cos_o: f32) -> Option<Self> {
         let (amount, cos) = (f64::from(coat.amount), f64::from(cos_o));
         let scale = match coat.model {
@@ -80,7 +82,7 @@ impl Coats {
         (coat.amount > 0.0).then_some(Self { model: coat.model, alphas: [coat.alpha; 2], scale })
     }
 
-    /// Model that all of the coats follow.
+    /// Model of all coats in the set.
     pub(in crate::bounds) fn model(&self) -> CoatModel {
         self.model
     }
@@ -90,7 +92,7 @@ impl Coats {
         self.alphas[1]
     }
 
-    /// Ranges that hold those of both sets, which are of one model.
+    /// Ranges that contain those of both sets, which must have the same model.
     pub(in crate::bounds) fn union(self, other: Self) -> Self {
         let ([low, high], [other_low, other_high]) = (self.alphas, other.alphas);
         Self {
@@ -100,7 +102,8 @@ impl Coats {
         }
     }
 
-    /// Upper bound of the reflection of coats (sr⁻¹) for all half vectors from `least` on.
+    /// Upper bound of the reflection of coats (sr⁻¹) for all half vectors at an angle of at least
+    /// `least` from the normal.
     ///
     /// * `viewer`: upper bound of the angle between any normal and its viewer.
     /// * `cos_incidence`: lower bound of the cosine of incidence on a facet.
@@ -118,7 +121,7 @@ impl Coats {
         }
         let cos_light = match light {
             Light::From(least) => least,
-            // Equal in all rings.
+            // Lights of all cosines are in every ring.
             Light::UpTo(_) => 1.0,
         };
         let all = Ring { cos_incidence, cos_light };
@@ -133,7 +136,7 @@ impl Coats {
         })
     }
 
-    /// [`Coats::upper`] without rings of half vectors: faster, and larger near the peak.
+    /// [`Coats::upper`] without rings of half vectors: faster, but larger near the peak.
     pub(in crate::bounds) fn upper_at_once(
         &self,
         least: Angle,
@@ -147,8 +150,8 @@ impl Coats {
         self.upper_distribution(least) * self.upper_others(cos_incidence, cos_o, light)
     }
 
-    /// Upper bound of `D` (sr⁻¹) for all roughnesses and all angles of the half vector from `least`
-    /// on.
+    /// Upper bound of `D` (sr⁻¹) for all roughnesses and all half vectors at an angle of at least
+    /// `least` from the normal.
     fn upper_distribution(&self, least: Angle) -> f64 {
         let [low, high] = self.alphas.map(f64::from);
         if self.model == CoatModel::Layer {
@@ -169,7 +172,7 @@ impl Coats {
         let ratio = powf_f64(high / low, 1.0 / f64::from(PIECES));
         let ends = |piece: u32| {
             let start = low * powf_f64(ratio, f64::from(piece));
-            // The last piece must reach the end despite rounding.
+            // The last piece must reach `high` despite rounding.
             (start, (start * ratio * (1.0 + 1e-12)).min(high))
         };
         (0..PIECES).map(ends).map(|(low, high)| of_piece(low, high)).fold(0.0, f64::max)
@@ -189,7 +192,7 @@ impl Coats {
         };
         let reflected = match self.model {
             CoatModel::Layer => 1.0,
-            // Rounded down: a larger angle.
+            // Rounding down the cosine enlarges the angle.
             _ => coat_reflectance((cos_incidence as f32).next_down().max(0.0)).into(),
         };
         f64::from(self.scale) * reflected * visibility
@@ -209,7 +212,7 @@ mod tests {
         Clearcoat { amount: 1.0, alpha, model }
     }
 
-    /// The coat alone: over black.
+    /// A BSDF that consists of the coat alone, over a black base.
     fn over_black(coat: Clearcoat) -> Bsdf {
         let black = Bsdf::Lambert(Lambert { reflectance: Rgb::BLACK });
         Bsdf::Layered(Layered { coat, ..Layered::over(&black).unwrap() })
@@ -220,9 +223,8 @@ mod tests {
         low.union(high)
     }
 
-    /// Compares ranges of roughness with roughnesses in steps of equal ratio: within a piece, `D₁`
-    /// varies by at most the square of the piece's ratio, and the bound of a single roughness is
-    /// exact.
+    /// Compares the bound of a range with roughnesses in steps of equal ratio. Within a piece, `D₁`
+    /// varies by at most the square of the piece's ratio; the bound of a single roughness is exact.
     #[test]
     fn ranges_of_roughness_hold_and_are_tight() {
         for [low, high] in [[1e-3_f32, 1e-3], [1e-3, 0.1], [0.01, 0.03], [0.1, 0.1]] {
@@ -245,8 +247,8 @@ mod tests {
         }
     }
 
-    /// All factors at random directions: with the half vector and the cosines of the directions
-    /// themselves, bounds hold, and are equal except where a factor is replaced by a constant.
+    /// Random directions, each bounded by its own half vector and cosines. The bounds hold. They
+    /// are equal to the value, except where a factor is replaced by a constant.
     #[test]
     fn coats_are_bounded_by_their_own_angles() {
         let mut s = Stream::new(81, Purpose::Test, 0);
@@ -268,7 +270,7 @@ mod tests {
             let bounded = coats(model, [alpha; 2], wo.z);
             let viewer = Angle::of_cos(wo.z.into());
             let (cos_o, cos_i) = (f64::from(wo.z), f64::from(wi.z));
-            // Directions are of length 1 to 10⁻⁷, which turns the half vector.
+            // Directions are of length 1 to 10⁻⁷. This error rotates the half vector.
             let slack = 1.0 + 1e-5 + 1e-6 / f64::from(alpha) / incidence;
             for (light, value) in [(Light::From(cos_i), value), (Light::UpTo(cos_i), value * cos_i)] {
                 let at_once = bounded.upper_at_once(least, incidence, cos_o, light);

@@ -1,34 +1,34 @@
 //! Upper bounds of reflection at facets, `F D G₂ / (4 c_o c_i)`, over ranges of angles and of
 //! roughness.
 //!
-//! The factors are those of [`ggx`] and [`beckmann`]: for all models `D` is largest at a known
-//! angle and roughness, `V = G₂ / (4 c_o c_i)` falls with `α`, `c_o` and `c_i`, and `V c_i` grows
-//! with `c_i`.
+//! The factors are those of [`ggx`] and [`beckmann`]. For all models the angle and the roughness at
+//! which `D` is largest are known, `V = G₂ / (4 c_o c_i)` falls with `α`, `c_o` and `c_i`, and
+//! `V c_i` grows with `c_i`.
 //!
-//! Ashikhmin and Shirley have `V = 1 / (4 c_d max(c_o, c_i))` with the cosine `c_d = ω_i·h` of
-//! incidence, `‖ω_o + ω_i‖/2 ≥ (c_o + c_i)/2`. With `m` at least that and at most `c_d`,
-//! `1 / (4 m max(c_o, c_i))` falls with all cosines; times `c_i` it grows up to `c_i = c_o`, and
-//! falls from there on.
+//! Ashikhmin and Shirley use `V = 1 / (4 c_d max(c_o, c_i))`, where `c_d = ω_i·h` is the cosine of
+//! incidence and `c_d = ‖ω_o + ω_i‖/2 ≥ (c_o + c_i)/2`. Let `m` be any number between
+//! `(c_o + c_i)/2` and `c_d`. Then `1 / (4 m max(c_o, c_i))` falls with all cosines. Its product
+//! with `c_i` grows up to `c_i = c_o` and falls beyond.
 //!
 //! # Brushed surfaces
-//! Let `α_n ≤ α_w` be the roughnesses along the two axes. With `q = h_x²/α_u² + h_y²/α_v²`, GGX has
-//! `D = 1 / (π α_n α_w (q + h_z²)²)`, Beckmann's `D = e^(−q/h_z²) / (π α_n α_w h_z⁴)`. Both fall
-//! with `q`, and `q ≥ (h_x² + h_y²)/α_w²`; so
+//! Let `α_n ≤ α_w` be the roughnesses along the two axes and `q = h_x²/α_u² + h_y²/α_v²`. The
+//! distribution of GGX is `D = 1 / (π α_n α_w (q + h_z²)²)`, that of Beckmann
+//! `D = e^(−q/h_z²) / (π α_n α_w h_z⁴)`. Both fall with `q`, and `q ≥ (h_x² + h_y²)/α_w²`.
+//! Therefore
 //!
 //! ```text
 //! D ≤ (α_w/α_n) D(α_w)      in all directions, and equal along the axis of α_w
 //! V ≤ V(α_n)                since α_u² ω_x² + α_v² ω_y² ≥ α_n² sin²θ
 //! ```
 //!
-//! where `D(α)` and `V(α)` are those of a surface of roughness `α` in all directions.
+//! where `D(α)` and `V(α)` are those of a surface with roughness `α` in all directions.
 //!
-//! The product of the largest factors is far above the largest product where a wide cone of lights
-//! holds both the mirror direction, at which `D` is large, and grazing ones, at which `F` is large;
-//! so [`upper_reflection`] multiplies them ring by ring.
+//! A wide cone of lights can contain both the mirror direction, at which `D` is large, and grazing
+//! directions, at which `F` is large. The product of the separate maxima is then far above the
+//! maximum of the product. Therefore [`upper_reflection`] multiplies the factors ring by ring.
 //!
 //! # Guarantee
-//! Each function bounds its factor over the whole range, except for roundings of `f32` that are
-//! relative to it.
+//! Each function bounds its factor over the whole range, up to relative roundings of `f32`.
 //!
 //! # Held to this by
 //! The tests below, `bounds::tests::reflector`, `bounds::tests::analytic`.
@@ -38,7 +38,7 @@ use crate::bounds::angle::Angle;
 use crate::bounds::spans::LENGTHS;
 use crate::bsdf::{FacetModel, Microfacets};
 
-/// Model of the reflection at facets.
+/// Model of reflection at facets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::bounds) enum FacetKind {
     /// `D` and `G₂` of a microfacet model.
@@ -48,7 +48,7 @@ pub(in crate::bounds) enum FacetKind {
 }
 
 impl FacetKind {
-    /// All kinds, in the order in which ranges over kinds are stored.
+    /// All kinds, in the order in which ranges by kind are stored.
     pub(in crate::bounds) const ALL: [Self; 4] = [
         Self::Model(FacetModel::ALL[0]),
         Self::Model(FacetModel::ALL[1]),
@@ -57,21 +57,21 @@ impl FacetKind {
     ];
 }
 
-/// Tangents of the angle of the half vector, in units of the largest `α`, between which the factors
-/// are bounded one by one. At these, `D` of GGX is `4`, `10²` and `10⁴` times below its peak.
-/// Chosen.
+/// Tangents of the angle between half vector and normal, in units of the largest `α`, that separate
+/// the rings in which factors are bounded one by one. At these tangents, `D` of GGX is `4`, `10²`
+/// and `10⁴` times below its peak. Chosen.
 const CUTS: [f64; 3] = [1.0, 3.0, 10.0];
 
-/// Value of `c_o` below which the factors are bounded all at once: rounding may turn the half
-/// vectors of nearly opposite directions anywhere.
+/// For `c_o` below this value the factors are bounded without rings: the half vectors of nearly
+/// opposite directions may point anywhere because of rounding.
 const MIN_COS_O: f64 = 0.01;
 
 /// Roughnesses of a set of facets of one model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::bounds) struct Widths {
-    /// Least and largest of the larger roughnesses `α_w`.
+    /// Least and largest value of the larger roughness `α_w`.
     pub(in crate::bounds) widest: [f32; 2],
-    /// Least of the smaller roughnesses `α_n`.
+    /// Least value of the smaller roughness `α_n`.
     pub(in crate::bounds) narrowest: f32,
     /// Upper bound of `α_w/α_n`.
     pub(in crate::bounds) ratio: f32,
@@ -89,12 +89,13 @@ impl Widths {
         Self { widest: [widest; 2], narrowest, ratio }
     }
 
-    /// Tangents of the angle of the half vector at which the bound of reflection is cut in rings.
+    /// Tangents of the angles between half vector and normal at which the range is divided into
+    /// rings.
     pub(in crate::bounds) fn cuts(self) -> [f64; 3] {
         CUTS.map(|cut| cut * f64::from(self.widest[1]))
     }
 
-    /// Ranges that hold those of both sets.
+    /// Ranges that contain those of both sets.
     pub(in crate::bounds) fn union(self, other: Self) -> Self {
         let ([low, high], [other_low, other_high]) = (self.widest, other.widest);
         Self {
@@ -105,7 +106,7 @@ impl Widths {
     }
 }
 
-/// Bounds of cosines where the half vector is within a range of angles from the normal.
+/// Bounds of cosines for half vectors in a range of angles from the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::bounds) struct Ring {
     /// Least cosine of the angle of incidence on a facet.
@@ -114,19 +115,21 @@ pub(in crate::bounds) struct Ring {
     pub(in crate::bounds) cos_light: f64,
 }
 
-/// Upper bound of `D · others` for all half vectors from `least` on.
+/// Upper bound of `D · others` for all half vectors at an angle of at least `least` from the
+/// normal.
 ///
-/// * `distribution`: upper bound of `D` from an angle on.
-/// * `cuts`: tangents of the angle of the half vector between which the factors are bounded one by
-///   one, in ascending order.
+/// * `distribution`: upper bound of `D` for half vectors at an angle of at least its argument.
+/// * `cuts`: tangents of the angles between half vector and normal that separate the rings, in
+///   ascending order.
 /// * `viewer`: upper bound of the angle between any normal and its viewer.
 /// * `all`: bounds of the cosines for all directions.
-/// * `others`: upper bound of the other factors within a ring; it may grow as the ring's cosines
-///   fall.
+/// * `others`: upper bound of the product of the other factors within a ring. It must not grow with
+///   the ring's cosines.
 ///
-/// `D` is largest for facets that face the normal, where the other factors are those of the mirror
-/// direction. So the range of `θ_h` is cut in rings; within one that ends at `θ`, the angle of
-/// incidence is at most `θ_o + θ`, and that of the light `θ_o + 2θ`.
+/// `D` is largest if the half vector is the normal; the other factors are then those of the mirror
+/// direction. The range of `θ_h` is therefore divided into rings. In a ring that ends at `θ`, the
+/// angle of incidence is at most `θ_o + θ`, and the angle between light and normal at most
+/// `θ_o + 2θ`.
 pub(in crate::bounds) fn upper_reflection(
     distribution: impl Fn(Angle) -> f64,
     cuts: impl IntoIterator<Item = f64>,
@@ -137,8 +140,8 @@ pub(in crate::bounds) fn upper_reflection(
 ) -> f64 {
     let mut largest = 0.0_f64;
     if viewer.cos >= MIN_COS_O {
-        // ‖ω_o + ω_i‖ > c_o. Where the lengths of the two differ by ε, their sum is ε / ‖ω_o + ω_i‖
-        // nearer to one of them.
+        // ‖ω_o + ω_i‖ > c_o. If the lengths of the two vectors differ by ε, their sum is rotated by
+        // ε / ‖ω_o + ω_i‖ towards the longer one.
         let slack = LENGTHS * (1.0 + 1.0 / viewer.cos);
         for tan in cuts {
             if least.sin >= tan * least.cos {
@@ -161,7 +164,8 @@ pub(in crate::bounds) fn upper_reflection(
     largest.max(distribution(least) * others(all))
 }
 
-/// Upper bound of `D` (sr⁻¹) for all roughnesses and all angles of the half vector from `least` on.
+/// Upper bound of `D` (sr⁻¹) for all roughnesses and all half vectors at an angle of at least
+/// `least`.
 pub(in crate::bounds) fn upper_distribution(kind: FacetKind, widths: Widths, least: Angle) -> f64 {
     let alphas = widths.widest.map(f64::from);
     let even = match kind {
@@ -173,8 +177,8 @@ pub(in crate::bounds) fn upper_distribution(kind: FacetKind, widths: Widths, lea
     even * f64::from(widths.ratio)
 }
 
-/// Range for which the visibility of facets is bounded: the least value of each quantity, except
-/// that [`upper_visibility_cos`] takes the largest cosine of light.
+/// Bounds of the quantities that the visibility of facets depends on. Each is the least value,
+/// except that [`upper_visibility_cos`] expects the largest cosine of light in `cos_i`.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bounds) struct Seen {
     /// The smaller roughness.
@@ -195,7 +199,7 @@ impl Seen {
     }
 }
 
-/// Upper bound of `V` where no quantity is below its value in `seen`.
+/// Upper bound of `V` if every quantity is at least its value in `seen`.
 pub(in crate::bounds) fn upper_visibility(kind: FacetKind, seen: &Seen) -> f64 {
     let Seen { alpha, cos_o, cos_i, .. } = *seen;
     match kind {
@@ -210,8 +214,8 @@ pub(in crate::bounds) fn upper_visibility(kind: FacetKind, seen: &Seen) -> f64 {
     }
 }
 
-/// Upper bound of `V c_i` for light at cosines up to `seen.cos_i`, which is above zero, where no
-/// other quantity is below its value in `seen`.
+/// Upper bound of `V c_i` for light at cosines of at most `seen.cos_i`, which must be positive, if
+/// every other quantity is at least its value in `seen`.
 pub(in crate::bounds) fn upper_visibility_cos(kind: FacetKind, seen: &Seen) -> f64 {
     match kind {
         FacetKind::Model(FacetModel::Ggx) => ggx::upper_visibility_cos(seen.alpha, seen.cos_o, seen.cos_i),
@@ -232,14 +236,14 @@ mod tests {
     const EVERYTHING: Ring = Ring { cos_incidence: 0.0, cos_light: 0.0 };
     const UPRIGHT: HalfVector<f32> = HalfVector { tangential2: 0.0, axial2: 1.0 };
 
-    /// Each of the pairs with each model.
+    /// All combinations of a model and a pair.
     fn models_of<const N: usize>(alphas: [[f64; 2]; N]) -> impl Iterator<Item = (FacetModel, [f64; 2])> {
         FacetModel::ALL.into_iter().flat_map(move |model| alphas.map(|alphas| (model, alphas)))
     }
 
     fn distribution(model: FacetModel, half: HalfVector<f32>, alpha: f32) -> f64 {
         let facets = Microfacets::even(alpha, model);
-        // Seen from the normal nothing is masked.
+        // Seen along the normal, no facet is masked.
         4.0 * f64::from(facets.reflection(half, Vec3::Z, [0.0, 0.0, 1.0]))
     }
 
@@ -253,13 +257,14 @@ mod tests {
         Seen { alpha, cos_o, cos_i, cos_incidence: 0.0 }
     }
 
-    /// `[low, high]` in steps of equal ratio.
+    /// Values of `[low, high]` in steps of equal ratio.
     fn between([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
         (0..=200).map(move |i| low * (high / low).powf(f64::from(i) / 200.0))
     }
 
-    /// The bound uses the least angle and the roughness of largest `D`: steps of 5 % miss less than
-    /// `(1 + 0.05²)²` of it.
+    /// Compares the bound of a range with roughnesses in steps of equal ratio. The bound uses the
+    /// least angle and the roughness of largest `D`; steps of 5 % miss less than `(1 + 0.05²)²` of
+    /// it.
     #[test]
     fn ranges_of_roughness_hold_and_are_tight() {
         let of = |model, alphas: [f64; 2], least: Angle| {
@@ -273,7 +278,7 @@ mod tests {
                 let bound = of(model, alphas, Angle { sin: tan * cos, cos });
                 let mut largest = 0.0_f64;
                 for alpha in between(alphas) {
-                    // Beckmann's `D` of a roughness near 1 is largest off the normal.
+                    // For Beckmann facets of roughness near 1, `D` is largest off the normal.
                     let widest = (2.0 * alpha * alpha - 1.0).max(0.0) / (tan * tan).max(1e-12);
                     for wider in [1.0, 1.01, 1.5, 10.0, widest.max(1.0)] {
                         let half =
@@ -294,8 +299,8 @@ mod tests {
         }
     }
 
-    /// Products of `D` with a steep function of the angle of incidence, against all angles of the
-    /// half vector beyond the least.
+    /// `D` is multiplied by a steep function of the angle of incidence. The bound holds for all
+    /// half vectors beyond the least angle.
     #[test]
     fn rings_hold() {
         let angle = |radians: f64| Angle { sin: radians.sin(), cos: radians.cos() };
@@ -366,8 +371,8 @@ mod tests {
         }
     }
 
-    /// Ashikhmin and Shirley's visibility, over all azimuths: the bounds hold, and a single
-    /// direction reaches them.
+    /// Ashikhmin and Shirley's visibility, over all azimuths. The bounds hold, and a single
+    /// direction attains them.
     #[test]
     fn unmasked_visibilities_are_bounded_by_the_ends_that_are_named() {
         const KIND: FacetKind = FacetKind::AshikhminShirley;

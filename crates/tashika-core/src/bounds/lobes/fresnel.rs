@@ -1,24 +1,25 @@
-//! Upper bounds of the reflectance of facets over angles of incidence from the normal to a widest
-//! one.
+//! Upper bounds of the reflectance of facets over all angles of incidence up to a given one.
 //!
 //! With `c` the cosine of the angle of incidence, `N = η + i k` and `w = √(1 + (N² − 1) / c²)`:
 //!
 //! * Schlick's `F₀ + (1 − F₀)(1 − c)⁵` falls with `c` (Schlick 1994).
-//! * A dielectric's `F = ½ ((w − 1)/(w + 1))² + ½ ((w − η²)/(w + η²))²` does *not* always: for
-//!   `η = 5` it is 0.44 at normal incidence and 0.42 at 80°. With `a = η²` its derivative by `w`
-//!   has the sign of `(w² − a)((1 + a)(w² + a) + (6a − 1 − a²) w)`. The roots of the second factor
-//!   have the product `a`, so at most one is above `√a`, where `w` begins. So `F` falls and then
-//!   grows, or only grows, as `w` grows and `c` falls: its maximum over a range of `c` is at an end
-//!   of it. It only grows for `η + 1/η ≤ 4`.
-//! * A conductor: `F ≤ R_s = |(w − 1)/(w + 1)|²`, the part across, since the other is never larger.
-//!   `z = (w − 1)/(w + 1)` is the inverse of Koebe's function,
-//!   `4z/(1 − z)² = w² − 1 = (N² − 1)/c²`, which maps the disk to a star about zero; along a ray
-//!   from zero `|z|` then grows (Schwarz's lemma). So `R_s` falls with `c`. It is at most twice
-//!   `F`, for metals hardly more than `F`.
+//! * A dielectric's `F = ½ ((w − 1)/(w + 1))² + ½ ((w − η²)/(w + η²))²` does *not* always fall with
+//!   `c`: for `η = 5` it is 0.44 at normal incidence and 0.42 at 80°. With `a = η²`, its derivative
+//!   by `w` has the sign of `(w² − a)((1 + a)(w² + a) + (6a − 1 − a²) w)`. The product of the two
+//!   roots of the second factor is `a`, so at most one of them is above `√a`, the value of `w` at
+//!   normal incidence. As `w` grows and `c` falls, `F` therefore either falls and then grows, or
+//!   only grows. Its maximum over a range of `c` is at an end of the range. For `η + 1/η ≤ 4` it
+//!   only grows.
+//! * A conductor: `F ≤ R_s = |(w − 1)/(w + 1)|²`, the reflectance of s-polarised light, since that
+//!   of p-polarised light is never larger. `z = (w − 1)/(w + 1)` is the inverse of Koebe's
+//!   function: `4z/(1 − z)² = w² − 1 = (N² − 1)/c²`. Koebe's function maps the unit disk to a
+//!   region that is star-shaped about zero; along a ray from zero, `|z|` therefore grows (Schwarz's
+//!   lemma). So `R_s` falls with `c`. It is at most twice `F`; for metals it is hardly larger than
+//!   `F`.
 //!
 //! # Guarantee
-//! At least the `f32` values of [`bsdf::fresnel`](crate::bsdf::fresnel); the functions below state
-//! the roundings that are allowed for.
+//! The bounds are at least the `f32` values of [`bsdf::fresnel`](crate::bsdf::fresnel). The
+//! functions below state the roundings that are allowed for.
 //!
 //! # Held to this by
 //! The tests below, `bounds::tests::reflector`.
@@ -27,7 +28,7 @@ use crate::bsdf::boundary::Boundary;
 use crate::bsdf::{TintedFresnel, fresnel};
 use crate::color::Rgb;
 
-/// Reflectance of a facet, with a factor.
+/// Reflectance of a facet, times a factor.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::bounds) enum Reflected {
     /// Schlick's approximation.
@@ -53,7 +54,7 @@ pub(in crate::bounds) enum Reflected {
         /// Imaginary part of the index.
         k: Rgb,
     },
-    /// A mean of Schlick's approximation and of a dielectric.
+    /// A weighted mean of Schlick's approximation and the reflectance of a dielectric.
     Tinted {
         /// Factor.
         scale: f32,
@@ -68,7 +69,7 @@ impl Reflected {
         match self {
             Self::Schlick { scale, .. } | Self::Conductor { scale, .. } => scale.max_channel() <= 0.0,
             Self::Dielectric { scale, .. } => *scale <= 0.0,
-            // Everything is reflected at grazing angles.
+            // At grazing angles the reflectance is always 1.
             Self::Tinted { scale, .. } => *scale <= 0.0,
         }
     }
@@ -82,12 +83,12 @@ impl Reflected {
         self
     }
 
-    /// Upper bound of the largest channel reflected at any angle of incidence of cosine `cos` or
-    /// more.
+    /// Upper bound of the largest channel of the reflectance at any angle of incidence whose cosine
+    /// is at least `cos`.
     pub(in crate::bounds) fn upper(&self, cos: f64) -> f64 {
         match *self {
             Self::Schlick { scale, f0 } => {
-                // Rounded down: a larger angle.
+                // Rounding down the cosine enlarges the angle.
                 let reflected = Rgb::from(fresnel::schlick(f0, (cos as f32).next_down().max(0.0))) * scale;
                 f64::from(reflected.max_channel())
             }
@@ -109,14 +110,14 @@ impl Reflected {
 fn upper_dielectric(cos: f64, ior: f32) -> f64 {
     let grazing = fresnel::dielectric((cos as f32).next_down().max(0.0), ior);
     let root = f64::from(grazing.max(fresnel::dielectric(1.0, ior))).sqrt();
-    // Both amplitudes are off by less than six roundings of 1, here and there.
+    // Here and in `fresnel::dielectric`, both amplitudes are off by less than six roundings of 1.
     let root = root + 1e-6;
     (root * root).min(1.0)
 }
 
 /// Upper bound of `1 − fresnel::dielectric` at any cosine in `[0, cos]`.
 ///
-/// Up to an index of `2 + √3`, transmittance grows with the cosine; beyond,
+/// For an index of up to `2 + √3`, transmittance grows with the cosine. For larger ones,
 /// `F ≥ R_s / 2 ≥ F(1) / 2`.
 pub(in crate::bounds) fn upper_transmittance(cos: f64, ior: f32) -> f64 {
     let reflected = if ior < 3.73 {
@@ -128,12 +129,12 @@ pub(in crate::bounds) fn upper_transmittance(cos: f64, ior: f32) -> f64 {
     (1.0 - f64::from(reflected) + 4e-6).min(1.0)
 }
 
-/// Number of pieces of the cosines over which a rough boundary is bounded.
+/// Number of pieces into which the range of cosines is divided to bound a rough boundary.
 const PIECES: u32 = 8;
 
-/// Upper bound of [`Boundary::transmittance`] at any cosine in `[0, cos]`. Each piece is bounded by
-/// the smooth boundary at the end that makes it large, and by the largest Bernstein coefficient of
-/// the cubic, which no value of the cubic exceeds.
+/// Upper bound of [`Boundary::transmittance`] at any cosine in `[0, cos]`. In each piece, the
+/// smooth boundary is bounded by its value at the end that makes the result large. The cubic is
+/// bounded by its largest Bernstein coefficient, which no value of the cubic exceeds.
 pub(in crate::bounds) fn upper_passed(cos: f64, ior: f32, boundary: &Boundary) -> f64 {
     let (share, cubic) = boundary.fit();
     if cubic == [0.0; 4] {
@@ -144,7 +145,7 @@ pub(in crate::bounds) fn upper_passed(cos: f64, ior: f32, boundary: &Boundary) -
     let of_piece = |piece: u32| {
         let [low, high] = [piece, piece + 1].map(|end| cos * f64::from(end) / f64::from(PIECES));
         let width = high - low;
-        // The cubic around the lower end, in units of the width.
+        // Taylor coefficients of the cubic at the lower end, in units of the width.
         let slope = (b + low * (2.0 * c + 3.0 * d * low)) * width;
         let bend = (c + 3.0 * d * low) * width * width;
         let start = a + low * (b + low * (c + d * low));
@@ -159,18 +160,18 @@ pub(in crate::bounds) fn upper_passed(cos: f64, ior: f32, boundary: &Boundary) -
         share * smooth + coefficients.into_iter().fold(f64::NEG_INFINITY, f64::max)
     };
     let largest = (0..PIECES).map(of_piece).fold(0.0, f64::max);
-    // Ten roundings of the largest number that the fit adds up, which is below 8.
+    // Covers ten roundings of the largest term of the fit, which is below 8.
     (largest + 5e-6).min(1.0)
 }
 
-/// Upper bound of a channel of `fresnel::conductor` at any cosine in `[cos, 1]`: `R_s`, with room
-/// for its roundings.
+/// Upper bound of one channel of `fresnel::conductor` at any cosine in `[cos, 1]`: `R_s`, increased
+/// by a bound of its rounding errors.
 ///
-/// With `q = √(N² − s²)` and `R_s = |(c − q)/(c + q)|²`: `f32` gives `q²` to
-/// `ε = 4·10⁻⁷ (|N|² + 1)`, hence `q` to `min(√ε, ε/|q|)` and the amplitude to `2/max(c, |q|)`
-/// times that. The real part of `q` is the root of a difference, `½(|q²| + Re q²)`; where it
-/// cancels, `R_s` is above one half and off by at most 7·10⁻⁴. `|c − q|²` is a difference, too:
-/// eight roundings of 1 in `R_s`.
+/// Let `q = √(N² − s²)` and `R_s = |(c − q)/(c + q)|²`. In `f32` the error of `q²` is
+/// `ε = 4·10⁻⁷ (|N|² + 1)`. Hence the error of `q` is `min(√ε, ε/|q|)`, and that of the amplitude
+/// `2/max(c, |q|)` times as large. The real part of `q` is the root of a sum that may cancel,
+/// `½(|q²| + Re q²)`; where it cancels, `R_s` is above one half and off by at most 7·10⁻⁴.
+/// `|c − q|²` is a difference, too: its error is eight roundings of 1 in `R_s`.
 fn upper_conductor(cos: f64, eta: f64, k: f64) -> f64 {
     let sin2 = (1.0 - cos) * (1.0 + cos);
     let real = (eta - k) * (eta + k) - sin2;
@@ -195,8 +196,8 @@ mod tests {
         (0..=400).map(|i| (f64::from(i) / 400.0).powi(3))
     }
 
-    /// Compares from normal incidence outwards; returns the largest ratio of the bound to the
-    /// largest reflectance so far.
+    /// Compares the bound with all reflectances from normal incidence outwards. Returns the largest
+    /// ratio of the bound to the largest reflectance so far.
     fn check(facets: &Reflected, reflected: impl Fn(f32) -> f32) -> f64 {
         let (mut largest, mut loosest) = (0.0_f64, 1.0_f64);
         for cos in cosines().rev() {
@@ -215,7 +216,8 @@ mod tests {
         for step in 0..=200 {
             let ior = 1.0001 + 3.9999 * (step as f32 / 200.0).powi(3);
             let facets = Reflected::Dielectric { scale: 1.0, ior };
-            // A step of the cosine by one rounding, and 10⁻⁶ of an amplitude above 0.03.
+            // The tolerance covers a step of the cosine by one rounding, and 10⁻⁶ of an amplitude
+            // above 0.03.
             assert!(check(&facets, |cos| fresnel::dielectric(cos, ior)) < 1.001, "{ior}");
         }
     }
@@ -230,12 +232,12 @@ mod tests {
             let facets = Reflected::Conductor { scale: Rgb::WHITE, eta: Rgb::gray(eta), k: Rgb::gray(k) };
             let loosest = check(&facets, |cos| fresnel::conductor(cos, Rgb::gray(eta), Rgb::gray(k))[0]);
             if eta > 1.1 || k > 0.1 {
-                // R_s ≤ 2 F, and the 2·10⁻³ of the cancelling root; twice that of an amplitude of
-                // 0.03.
+                // R_s ≤ 2 F. The tolerance covers the 2·10⁻³ of the cancelling root and twice the
+                // error of an amplitude of 0.03.
                 assert!(loosest < 2.01, "{eta} + {k} i: {loosest}");
             }
         }
-        // Where the indices nearly agree, `f32` still reflects at grazing angles.
+        // Where the indices are nearly equal, the `f32` value at grazing angles is still positive.
         for (eta, k) in [(1.0, 0.0), (1.0, 1e-4), (1.0, 0.01), (0.9999, 0.0), (1.0001, 0.0), (1.001, 1e-3)] {
             let facets = Reflected::Conductor { scale: Rgb::WHITE, eta: Rgb::gray(eta), k: Rgb::gray(k) };
             check(&facets, |cos| fresnel::conductor(cos, Rgb::gray(eta), Rgb::gray(k))[0]);

@@ -8,9 +8,9 @@
 //! V  = v(c_o) v(c_i), v(c) = 1 / (c + S(c))       independent; v falls with α and c, v c = 1 / (1 + S(c)/c) grows with c
 //! ```
 //!
-//! with `S(c) = √(α² (1 − c²) + c²)`, which grows with `α` and `c`, and
-//! `S(c) / c = √(α² (1/c² − 1) + 1)`, which grows with `α` and falls with `c` (Heitz 2014). `D` is
-//! written in half-vector space, `t = ‖(ω_o + ω_i)_xy‖² / (ω_o + ω_i)_z²`.
+//! Here `S(c) = √(α² (1 − c²) + c²)` grows with `α` and `c`, and `S(c) / c = √(α² (1/c² − 1) + 1)`
+//! grows with `α` and falls with `c` (Heitz 2014). `D` is a function of the unnormalised half
+//! vector: `t = ‖(ω_o + ω_i)_xy‖² / (ω_o + ω_i)_z²`.
 //!
 //! # Held to this by
 //! The tests of [`facets`](super::facets).
@@ -19,10 +19,10 @@ use std::f64::consts::FRAC_1_PI;
 
 use crate::bounds::angle::Angle;
 
-/// Upper bound of `D` (sr⁻¹) for all `α` in the range and all angles of the half vector from
-/// `least` on.
+/// Upper bound of `D` (sr⁻¹) for all `α` in the range and all half vectors at an angle of at least
+/// `least` from the normal.
 ///
-/// No half vector of two directions above the horizon lies beyond `π/2`; there `D` is zero.
+/// The half vector of two directions above the horizon is never beyond `π/2`; there `D` is zero.
 pub(super) fn upper_distribution(alphas: [f64; 2], least: Angle) -> f64 {
     if least.cos <= 0.0 {
         return 0.0;
@@ -36,19 +36,19 @@ pub(super) fn upper_distribution(alphas: [f64; 2], least: Angle) -> f64 {
     root * root * FRAC_1_PI
 }
 
-/// Upper bound of `V`, correlated by height, for all cosines and roughnesses from the given ones
-/// on.
+/// Upper bound of the height-correlated `V` for all cosines and roughnesses that are at least the
+/// given ones.
 pub(super) fn upper_visibility(alpha: f64, cos_o: f64, cos_i: f64) -> f64 {
     0.5 / (cos_o * stretch(cos_i, alpha) + cos_i * stretch(cos_o, alpha))
 }
 
-/// Upper bound of `V c_i`, correlated by height, for cosines of light up to `cos_i`, which is above
-/// zero, and for other quantities from the given ones on.
+/// Upper bound of `V c_i`, with height-correlated `V`, for cosines of light of at most `cos_i`,
+/// which must be positive, and for other quantities that are at least the given ones.
 pub(super) fn upper_visibility_cos(alpha: f64, cos_o: f64, cos_i: f64) -> f64 {
     0.5 / (cos_o * stretch(cos_i, alpha) / cos_i + stretch(cos_o, alpha))
 }
 
-/// Upper bound of `v` for all cosines and roughnesses from the given ones on.
+/// Upper bound of `v` for all cosines and roughnesses that are at least the given ones.
 pub(super) fn upper_visible(alpha: f64, cos: f64) -> f64 {
     1.0 / (cos + stretch(cos, alpha))
 }

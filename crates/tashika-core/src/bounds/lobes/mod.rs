@@ -1,5 +1,5 @@
-//! BSDFs as sums of parts that can be bounded: one that hardly depends on directions, a lobe, and a
-//! coat.
+//! Splits BSDFs into parts that can be bounded: a diffuse part that hardly depends on directions, a
+//! lobe, and a coat.
 //!
 //! ```text
 //! f_r ≤ diffuse + lobe + coat          (sr⁻¹, the largest channel of each)
@@ -41,21 +41,21 @@ use clearcoat::Coats;
 use facets::FacetKind;
 use fresnel::Reflected;
 
-/// The parts of a BSDF seen from one direction.
+/// Parts of a BSDF seen from one direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parts {
     /// Upper bound of the diffuse part and the sheen (sr⁻¹).
     pub(super) diffuse: f64,
-    /// Upper bound of the diffuse part and the sheen times the cosine; at most `diffuse` times the
-    /// largest cosine.
+    /// Upper bound of the product of the cosine with the diffuse part and the sheen; at most
+    /// `diffuse` times the largest cosine.
     pub(super) diffuse_cos: f64,
-    /// The part that depends on directions.
+    /// The part that depends strongly on directions.
     pub(super) lobe: Lobe,
     /// Coat over the diffuse part and the lobe.
     pub(super) coat: Option<Coats>,
 }
 
-/// The part of a BSDF that depends on directions.
+/// The part of a BSDF that depends strongly on directions.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Lobe {
     /// No lobe.
@@ -79,8 +79,7 @@ pub(super) enum Lobe {
 }
 
 impl Parts {
-    /// The parts of `bsdf` for light at cosines of at most `max_cos_i`, seen at the cosine
-    /// `cos_o > 0`.
+    /// Splits `bsdf`, seen at the cosine `cos_o > 0`, for light at cosines of at most `max_cos_i`.
     pub(super) fn of(bsdf: &Bsdf, cos_o: f32, max_cos_i: f64) -> Self {
         if let Bsdf::Layered(b) = bsdf {
             let left = b.left(cos_o);
@@ -110,7 +109,7 @@ impl Parts {
                 let reflected = match b.fresnel {
                     ConductorFresnel::Schlick { f0 } => Reflected::Schlick { scale, f0 },
                     ConductorFresnel::Exact { eta, k } => Reflected::Conductor { scale, eta, k },
-                    // Largest at normal incidence.
+                    // The complement of `F` is largest at normal incidence.
                     ConductorFresnel::Passed { f0 } => {
                         Reflected::Schlick { scale: scale * (Rgb::WHITE - f0), f0: Rgb::WHITE }
                     }
@@ -157,7 +156,7 @@ impl Parts {
         Self { diffuse: brdf(diffuse), diffuse_cos, lobe, coat: None }
     }
 
-    /// Returns true if there is nothing except the diffuse part.
+    /// Returns true if there is only a diffuse part.
     pub(super) fn is_diffuse(&self) -> bool {
         matches!(self.lobe, Lobe::None) && self.coat.is_none()
     }
@@ -182,11 +181,11 @@ fn facets(facets: Microfacets, reflected: Reflected) -> Lobe {
     if reflected.is_black() { Lobe::None } else { Lobe::Facets { kind, facets, reflected } }
 }
 
-/// `bound` as `f32`, with room for the rounding of the BSDFs; zero stays zero.
+/// Rounds `bound` up to `f32`, with room for the rounding of the BSDFs; zero stays zero.
 ///
-/// The room covers less than 40 roundings of `f32` (2.4·10⁻⁶) in factors whose error the
-/// documentation of the lobes does not treat, and lengths of directions that are off by 10⁻⁶. The
-/// addend is above the smallest normal number, below which roundings are no longer relative.
+/// The room covers less than 40 roundings of `f32` (2.4·10⁻⁶) in factors whose error is not treated
+/// in the documentation of the lobes, and lengths of directions that are off by 10⁻⁶. The addend is
+/// above the smallest normal number; below that, roundings are no longer relative.
 pub(super) fn round_up(bound: f64) -> f32 {
     if bound > 0.0 { ((bound * (1.0 + 1e-5) + 1e-37) as f32).next_up() } else { 0.0 }
 }

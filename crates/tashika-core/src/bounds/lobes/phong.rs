@@ -4,15 +4,16 @@
 //! max over n in [n₀, n₁] of (n + 2) / (2π) cosⁿα = the value at n* = clamp(−1 / ln cos α − 2, n₀, n₁)          (sr⁻¹)
 //! ```
 //!
-//! for the smallest angle `α` to the mirror direction: the lobe falls with `α`, and as a function
-//! of `n` its logarithm has the derivative `1 / (n + 2) + ln cos α`, which falls, too. The largest
-//! exponent alone is *not* a bound: away from the mirror direction wide lobes are brighter.
+//! Here `α` is the smallest angle to the mirror direction, since the lobe falls with `α`. As a
+//! function of `n`, the logarithm of the lobe has the derivative `1 / (n + 2) + ln cos α`, which
+//! falls with `n`. The value at the largest exponent is *not* a bound: away from the mirror
+//! direction wide lobes are brighter.
 //!
 //! # Guarantee
-//! At least the value of [`bsdf::Phong`](crate::bsdf::Phong) in its `f32` arithmetic. There
-//! `1 − cos α` is off by the lengths of two directions, 2·10⁻⁶, and seven roundings,
-//! `n log₂(1 − x)` by 6·10⁻⁷ of itself (3·10⁻⁶ together), products by 1.6·10⁻⁵ of the value, and
-//! powers below `e⁻¹⁰⁰` are zero.
+//! At least the value of [`bsdf::Phong`](crate::bsdf::Phong) in its `f32` arithmetic. In that
+//! arithmetic the error of `1 − cos α` is 2·10⁻⁶ from the lengths of two directions, plus seven
+//! roundings; the relative error of `n log₂(1 − x)` is 6·10⁻⁷ (3·10⁻⁶ together); products are off
+//! by 1.6·10⁻⁵ of the value; and powers below `e⁻¹⁰⁰` are zero.
 //!
 //! # Held to this by
 //! The tests below, `bounds::tests::reflector`, `bounds::tests::analytic`.
@@ -22,19 +23,19 @@ use std::f64::consts::TAU;
 use crate::bounds::angle::{Angle, TURN};
 use crate::math::elementary::{exp, powf_f64};
 
-/// Factor on `1 − cos α` for its roundings and those of the exponent. As `−ln(1 − x)` is convex and
-/// zero at zero, a smaller `x` takes at least as much off the exponent.
+/// Factor on `1 − cos α` for its roundings and those of the exponent. `−ln(1 − x)` is convex and
+/// zero at zero, so reducing `x` by a factor reduces the exponent by at least the same factor.
 const VERSINE: f64 = 1.0 - 4e-6;
 
-/// Negated exponent below which `bsdf::Phong` takes powers for zero, `e⁻¹⁰⁰`, with room for the
-/// rounding of that comparison.
+/// Negated exponent above which `bsdf::Phong` returns zero for a power, `e⁻¹⁰⁰`. Includes room for
+/// the rounding of that comparison.
 const NEGLIGIBLE_POWER: f64 = 100.001;
 
-/// Largest ratio of powers that are computed as products to the exact ones (`bsdf::phong`).
+/// Largest ratio of powers computed by multiplication to the exact ones (`bsdf::phong`).
 const PRODUCTS: f64 = 1.0 + 1.6e-5;
 
-/// Upper bound of `(n + 2) / 2π cosⁿα` (sr⁻¹) for all `n` in the range and all angles from `least`
-/// on.
+/// Upper bound of `(n + 2) / 2π cosⁿα` (sr⁻¹) for all `n` in the range and all angles of at least
+/// `least`.
 pub(in crate::bounds) fn upper_power(exponents: [f64; 2], least: Angle) -> f64 {
     let half = least.half().sin;
     let versine = 2.0 * half * half * VERSINE;
@@ -50,7 +51,8 @@ pub(in crate::bounds) fn upper_power(exponents: [f64; 2], least: Angle) -> f64 {
 /// Upper bound of `(n + 2) / 2π cosⁿα cos⁺θ_i` (sr⁻¹) over all light directions, for a mirror
 /// direction at least `mirror` from the normal.
 ///
-/// In the plane of both, with `t = tan α`: `(1 + t²)^(−(n+1)/2) (cos θ + t sin θ)`, largest at
+/// In the plane of normal and mirror direction, with `t = tan α`, the value is
+/// `(1 + t²)^(−(n+1)/2) (cos θ + t sin θ)`. It is largest at
 /// `n sin θ t² + (n + 1) cos θ t = sin θ`.
 pub(in crate::bounds) fn upper_peak(exponent: f64, mirror: Angle) -> f64 {
     let Angle { sin, cos } = mirror.minus(TURN);
@@ -63,7 +65,7 @@ pub(in crate::bounds) fn upper_peak(exponent: f64, mirror: Angle) -> f64 {
 /// Upper bound of `ln(1 − x)` for `x` in `[0, 1)`: the first terms of `−2 (y + y³/3 + y⁵/5 + …)`
 /// with `y = x / (2 − x)`.
 ///
-/// Off by 2·10⁻⁵ of itself at `x = ½`, by 4 % at `x = 0.9`.
+/// The relative error is 2·10⁻⁵ at `x = ½` and 4 % at `x = 0.9`.
 fn upper_ln_1m(x: f64) -> f64 {
     let y = x / (2.0 - x);
     let y2 = y * y;
@@ -81,8 +83,8 @@ mod tests {
     use crate::rng::{Purpose, Stream};
     use crate::warp;
 
-    /// Exponents in steps of 1 % miss less than 10⁻⁴ of the largest value; the series adds more at
-    /// wide angles, by its documentation.
+    /// Compares the bound of a range with exponents in steps of 1 %, which miss less than 10⁻⁴ of
+    /// the largest value. At wide angles the error of the series is added, as documented there.
     #[test]
     fn ranges_of_exponents_hold_and_are_tight() {
         for exponents in [[0.0, 0.0], [0.0, 3.0], [1.0, 100.0], [10.0, 1e6], [0.0, 1e6], [1e6, 1e6]] {
@@ -108,15 +110,15 @@ mod tests {
         }
     }
 
-    /// The angle is that of the `f32` directions themselves, so that only rounding remains: the
-    /// slack is needed, and is enough.
+    /// Each value is bounded at the angle between its own `f32` directions, so that only rounding
+    /// errors remain. The slack is necessary and sufficient.
     #[test]
     fn values_in_f32_are_below() {
         let mut s = Stream::new(42, Purpose::Test, 0);
         let mut above = 0;
         for _ in 0..200_000 {
             let exponent = powf(1e6, s.uniform());
-            // Powers of whole exponents are products.
+            // Powers with integer exponents are computed by multiplication.
             let exponent = if s.below(2) == 0 { exponent.round() } else { exponent };
             let wo = warp::cone(s.uniform_2(), 0.05).normalize();
             let mirror = Vec3::new(-wo.x, -wo.y, wo.z);
@@ -134,7 +136,7 @@ mod tests {
         assert!(above > 0, "without slack no value would be above");
     }
 
-    /// Steps of `α` that are a 50th of the lobe's width miss less than 10⁻³ of the peak.
+    /// Angles `α` in steps of a 50th of the lobe's width miss less than 10⁻³ of the peak.
     #[test]
     fn peaks_hold_and_are_tight() {
         for exponent in [0.0_f64, 0.3, 1.0, 30.0, 1e4, 1e6] {
@@ -146,7 +148,8 @@ mod tests {
                     (exponent + 2.0) / TAU * alpha.cos().max(0.0).powf(exponent) * (theta - alpha).cos()
                 });
                 let largest = values.fold(0.0, f64::max);
-                // Roundings of f64 below, TURN against a cosine of at least 1/√n.
+                // The first factor covers roundings of f64, the second TURN at a cosine of at least
+                // 1/√n.
                 assert!(
                     bound * (1.0 + 1e-12) >= largest && bound < 1.005 * largest,
                     "{exponent} at {theta}: {bound} for {largest}"

@@ -1,6 +1,6 @@
-//! Upper bounds of [`Sheen`](crate::bsdf::Sheen) seen from one direction.
+//! Upper bounds of [`Sheen`](crate::bsdf::Sheen) for one viewing direction.
 //!
-//! Over a range of `c_i`, cut in pieces `[a, b]`, with the sines `s` of the cosines:
+//! The range of `c_i` is divided into pieces `[a, b]`. With the sines `s` of the cosines,
 //!
 //! ```text
 //! sin²θ_h ≤ 1 − (c_o + a)² / (2 + 2 (c_o b + s_o s_a)),            D grows with it
@@ -21,14 +21,15 @@ use crate::bsdf::{Sheen, UPPER_SHEEN_VISIBILITY};
 use crate::math::elementary::powf_f64;
 
 /// Factor for the errors of powers and exponentials in `f32`: the roundings of exponents of up to
-/// 50, and of `Λ`, which falls to 10⁻⁵ of itself.
+/// 50, and those of `Λ`, whose computed values fall with the cosine only to within a relative error
+/// of 10⁻⁵.
 const ROUNDINGS: f64 = 1.0 + 1e-4;
 
-/// Number of pieces of the cosines, shorter towards the horizon.
+/// Number of pieces of the range of cosines; the pieces are shorter towards the horizon.
 const PIECES: u32 = 8;
 
-/// Upper bounds of the largest channel of the sheen (sr⁻¹), and of that times the cosine, for light
-/// at cosines of at most `max_cos_i`, seen at the cosine `cos_o > 0`.
+/// Upper bounds of the largest channel of the sheen (sr⁻¹) and of its product with the cosine, for
+/// light at cosines of at most `max_cos_i` and a viewer at the cosine `cos_o > 0`.
 pub(super) fn upper(sheen: &Sheen, cos_o: f32, max_cos_i: f64) -> [f64; 2] {
     if !sheen.is_there() {
         return [0.0; 2];
@@ -69,8 +70,8 @@ mod tests {
     use crate::math::Vec3;
     use crate::math::elementary::sin_cos;
 
-    /// The bounds hold for all directions of a grid; with the cosine they are nearly reached,
-    /// unless the value is negligible.
+    /// The bounds hold for all directions of a grid. The bound with the cosine is within a factor
+    /// of 3 of the largest value, unless that is negligible.
     #[test]
     fn sheens_are_bounded_and_bounds_with_the_cosine_are_near() {
         let black = Bsdf::Lambert(Lambert { reflectance: Rgb::BLACK });

@@ -14,15 +14,15 @@ fn one_of<T: Copy>(values: &[T], s: &mut Stream) -> T {
     values[s.below(values.len() as u64) as usize]
 }
 
-/// Differences among the points of a set.
+/// Ways in which the points of a set differ.
 struct Spread {
     normals: f64,
     viewers: f64,
-    /// True if each point has a BSDF of its own.
+    /// True if each point has a separate BSDF.
     bsdfs: bool,
 }
 
-/// 1 to 64 points near a first one; with `mixed`, of any kinds.
+/// 1 to 64 points near the first one; with `mixed`, of random kinds.
 fn points(kind: Kind, mixed: bool, s: &mut Stream) -> Vec<Reflector> {
     let count = one_of(&[1, 2, 3, 8, 64], s);
     let spread = Spread {
@@ -43,7 +43,7 @@ fn points(kind: Kind, mixed: bool, s: &mut Stream) -> Vec<Reflector> {
     points
 }
 
-/// Lights in any direction, or where the first point is bright.
+/// Lights in random directions, or where the first point is bright.
 pub(super) fn lights(first: &Reflector, s: &mut Stream) -> Towards {
     let size = log_uniform(s, 1e-4, 3.0);
     let center = match s.below(4) {
@@ -64,7 +64,7 @@ pub(super) fn lights(first: &Reflector, s: &mut Stream) -> Towards {
     }
 }
 
-/// The vector of `towards` that is nearest to `v`, roughly.
+/// The vector of `towards` that is approximately nearest to `v`.
 fn into(towards: &Towards, v: DVec3) -> Vec3 {
     match towards {
         Towards::Box(b) => v.as_vec3().clamp(b.lo, b.hi),
@@ -73,7 +73,7 @@ fn into(towards: &Towards, v: DVec3) -> Vec3 {
     }
 }
 
-/// The largest `M` found; each value is passed to `look`.
+/// Searches for the largest `M`; each value is also passed to `look`.
 pub(super) fn climb(
     points: &[Reflector],
     towards: &Towards,
@@ -121,7 +121,7 @@ pub(super) fn climb(
 
 pub(super) fn merged<B: UpperMaterial>(points: &[Reflector]) -> B {
     let mut bounds: Vec<B> = points.iter().map(B::of_point).collect();
-    // Neighbours first, as in a tree.
+    // Neighbours are merged first, as in a tree.
     while bounds.len() > 1 {
         bounds = bounds
             .chunks(2)
@@ -135,7 +135,8 @@ pub(super) fn merged<B: UpperMaterial>(points: &[Reflector]) -> B {
     bounds.swap_remove(0)
 }
 
-/// Ratios of the constant and the analytic bound to the largest `M` found, of `rounds` random sets.
+/// Ratios of the constant and of the analytic bound to the largest `M` found, for `rounds` random
+/// sets.
 fn check(
     rounds: u32,
     s: &mut Stream,
@@ -163,11 +164,12 @@ fn check(
     ratios
 }
 
-/// Sets of points that have anything from nothing to everything in common; lights anywhere.
+/// Sets whose points have between nothing and everything in common, and lights in random
+/// directions.
 ///
-/// Limits: measured medians of the analytic bound, up to 1.46 and 1.65, and a tenth more. The
-/// principled material, whose diffuse part and sheen are bounded over all lights, has medians of
-/// 1.88 and 2.10. In sets that begin with a coat the median is 1.80.
+/// The limits are the measured medians of the analytic bound, up to 1.46 and 1.65, plus a tenth.
+/// For the principled material, whose diffuse part and sheen are bounded over all lights, the
+/// medians are 1.88 and 2.10. For sets whose first point has a coat the median is 1.80.
 #[test]
 fn bounds_of_sets_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -189,11 +191,12 @@ fn bounds_of_sets_hold_and_are_tight() {
     }
 }
 
-/// One point: only boxes, tables and separate factors make the bound larger.
+/// Single points: the bound exceeds the value only because of boxes, tables and separately bounded
+/// factors.
 ///
-/// Limits: measured median and ninth decile, and a tenth more. They are up to 1.10 and 1.99; for
-/// the principled material 1.33 and 3.88, for coats over it and others 1.03 and 3.08, for Ashikhmin
-/// and Shirley's 1.06 and 2.43.
+/// The limits are the measured median and ninth decile plus a tenth. They are up to 1.10 and 1.99
+/// in general, 1.33 and 3.88 for the principled material, 1.03 and 3.08 for coats over this and
+/// other materials, and 1.06 and 2.43 for Ashikhmin and Shirley.
 #[test]
 fn bounds_of_points_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -214,7 +217,7 @@ fn bounds_of_points_hold_and_are_tight() {
     }
 }
 
-/// Sheen is bounded, alone and beside others.
+/// Bounds of sheen hold, alone and merged with others.
 #[test]
 fn bounds_of_sheen_hold() {
     let mut s = Stream::new(43, Purpose::Test, 0);
@@ -226,8 +229,8 @@ fn bounds_of_sheen_hold() {
     assert!(quantile(&mut analytic, 0.5) < 10.0, "{}", quantile(&mut analytic, 0.5));
 }
 
-/// For diffuse surfaces the constant bound is the analytic one; for lobes it is near their
-/// reflection of light from everywhere (measured: up to 1.16).
+/// For diffuse surfaces the constant bound equals the analytic one. For lobes it is close to the
+/// largest reflection of light from any direction (measured: up to 1.16 times).
 #[test]
 fn constants_are_tight_where_they_can_be() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -242,10 +245,11 @@ fn constants_are_tight_where_they_can_be() {
     }
 }
 
-/// A set of two that are nearly the same has nearly the bound of one.
+/// The bound of a set of two nearly equal points is nearly that of one point.
 ///
-/// Cosines represent no cone narrower than 3.5·10⁻⁴ rad, so the cones of the set are wider by that
-/// much; with `α ≥ 0.05` and cosines above 0.2 it changes bounds by less than `5 · 3.5·10⁻⁴ · 2/α`.
+/// Cosines cannot represent cones narrower than 3.5·10⁻⁴ rad, so the cones of the set are wider by
+/// that amount. With `α ≥ 0.05` and cosines above 0.2 this changes bounds by less than
+/// `5 · 3.5·10⁻⁴ · 2/α`.
 #[test]
 fn near_equal_children_have_the_bound_of_one() {
     let mut s = Stream::new(40, Purpose::Test, 0);
@@ -253,7 +257,7 @@ fn near_equal_children_have_the_bound_of_one() {
     while compared < 3000 {
         let kind = one_of(&KINDS, &mut s);
         let first = random_point(kind, &mut s);
-        // `ln D` of Beckmann's facets changes by `2 tan θ_h / α²`, and is above −80.
+        // For Beckmann facets `ln D` changes by `2 tan θ_h / α²`, and is above −80.
         let is_wide = |facets: Microfacets| {
             facets.mean() > if facets.model == FacetModel::Beckmann { 0.3 } else { 0.05 }
         };
@@ -265,7 +269,7 @@ fn near_equal_children_have_the_bound_of_one() {
             Bsdf::MetallicRoughness(b) => is_wide(b.facets),
             Bsdf::AshikhminShirley(b) => is_wide(b.facets),
             Bsdf::Principled(b) => is_wide(b.facets),
-            // Bases may have GGX facets or Beckmann's; their kinds are compared by themselves.
+            // Bases may have GGX or Beckmann facets; each kind is compared separately.
             Bsdf::Layered(b) => b.roughness().is_none_or(|alpha| alpha > 0.3),
             _ => true,
         };
@@ -280,7 +284,7 @@ fn near_equal_children_have_the_bound_of_one() {
         compared += 1;
         let larger = bounds[0].max(bounds[1]);
         let limit = match first.bsdf {
-            // `F` may be that of another knot.
+            // `F` may come from a neighbouring knot.
             Bsdf::Plastic(_)
             | Bsdf::Coated(_)
             | Bsdf::Conductor(_)
@@ -302,7 +306,7 @@ fn what_is_below_the_horizon_is_dark() {
             let analytic = merged::<UpperAnalytic>(&points);
             let constant = merged::<UpperConstant>(&points);
             let first = &points[0];
-            // The sine of nearly opposite axes is rounded by up to √(6 · 10⁻⁶).
+            // The sine of the angle between nearly opposite axes is rounded by up to √(6 · 10⁻⁶).
             let below = Towards::Cone(Cone { axis: -first.normal(), cos: s.uniform().max(3e-3) });
             if points.len() == 1 {
                 assert_eq!((analytic.upper_material(&below), constant.upper_material(&below)), (0.0, 0.0));
@@ -310,7 +314,7 @@ fn what_is_below_the_horizon_is_dark() {
             let grazing = Reflector { wo: Vec3::new(1.0, 0.0, 0.5 * MIN_COSINE), ..*first };
             let mut dark = UpperAnalytic::of_point(&grazing);
             assert_eq!(dark.upper_material(&Towards::Any), 0.0);
-            // Neutral on both sides of a merge.
+            // An empty bound is neutral on both sides of a merge.
             dark.merge(&analytic);
             let towards = lights(first, &mut s);
             assert_eq!(dark.upper_material(&towards), analytic.upper_material(&towards));

@@ -1,4 +1,4 @@
-//! Tests of bounds of brushed facets, of one point and of sets.
+//! Tests of bounds of brushed facets, for single points and for sets.
 
 use glam::DVec3;
 
@@ -19,7 +19,7 @@ const KINDS: [Kind; 6] = [
     Kind::Principled,
 ];
 
-/// Facets of two roughnesses, the larger along either axis, up to the ends of their ranges.
+/// Facets of two roughnesses up to the ends of their ranges; the larger may be along either axis.
 fn facets(s: &mut Stream) -> Microfacets {
     let model = FacetModel::ALL[s.below(3) as usize];
     let most = if model == FacetModel::Beckmann || s.below(4) > 0 { 1.0 } else { MAX_ALPHA };
@@ -49,7 +49,7 @@ fn turned(bsdf: Bsdf, normal: Vec3, seen_from: Vec3, s: &mut Stream) -> Reflecto
     Reflector { bsdf, frame, wo: frame.to_local(seen_from), geometric_normal: normal }
 }
 
-/// 1 to 8 points near a first one, of one BSDF or of one each.
+/// 1 to 8 points near the first one, all of one BSDF or each of a different one.
 fn points(kind: Kind, s: &mut Stream) -> Vec<Reflector> {
     let first = random_point(kind, s);
     let (normal, seen_from) = (first.normal(), first.frame.to_world(first.wo));
@@ -65,15 +65,16 @@ fn points(kind: Kind, s: &mut Stream) -> Vec<Reflector> {
     points
 }
 
-/// The direction of a light for which the half vector is along an axis of a point, `slope` from the
-/// normal: where the lobe is longest or narrowest.
+/// The direction of a light whose half vector is along an axis of a point, `slope` from the normal.
+/// There the lobe is longest or narrowest.
 fn along_axis(point: &Reflector, axis: usize, slope: f32) -> DVec3 {
     let side = 1.0_f32.copysign(point.wo.z);
     let half = [Vec3::new(slope, 0.0, side), Vec3::new(0.0, slope, side)][axis].normalize();
     point.frame.to_world(half * (2.0 * point.wo.dot(half)) - point.wo).as_dvec3()
 }
 
-/// Compares every bound with the largest values found, also along both axes of the lobe.
+/// Compares every bound with the largest values found, which are also searched along both axes of
+/// the lobe.
 #[test]
 fn bounds_of_brushed_points_hold() {
     let mut lit = 0;
@@ -119,11 +120,11 @@ fn bounds_of_brushed_points_hold() {
 }
 
 /// Bounds of one point over cones, with and without the cosine. For a narrow cone along the wide
-/// axis of the lobe the bound is the largest value found, except for masking and shadowing.
+/// axis of the lobe, the bound equals the largest value found, except for masking and shadowing.
 ///
 /// With cosines above 0.6 and `α_w ≤ 0.3` the factors of `α_n` are at most 1.08 times those of
-/// `α_w`; the half-angle of 4·10⁻⁴ changes `ln D` of `α_w ≥ 0.05` by less than 0.04 up to the slope
-/// `2 α_w`.
+/// `α_w`. The half-angle of 4·10⁻⁴ changes `ln D` for `α_w ≥ 0.05` by less than 0.04 up to the
+/// slope `2 α_w`.
 #[test]
 fn bounds_over_cones_hold_and_are_tight_along_the_wide_axis() {
     let mut s = Stream::new(72, Purpose::Test, 0);

@@ -32,8 +32,9 @@ pub enum Kind {
     Sheen,
 }
 
-/// All kinds whose bounds are tight: the bound of [`Kind::Passed`] ignores that hardly anything
-/// passes at grazing angles, and that of [`Kind::Sheen`] ignores directions.
+/// All kinds whose bounds are tight. Not included are [`Kind::Passed`], whose bound ignores that
+/// hardly any light is transmitted at grazing angles, and [`Kind::Sheen`], whose bound ignores
+/// directions.
 pub const KINDS: [Kind; 10] = [
     Kind::Lambert,
     Kind::Phong,
@@ -47,12 +48,12 @@ pub const KINDS: [Kind; 10] = [
     Kind::AshikhminShirley,
 ];
 
-/// Uniform in the logarithm from `low` to `high`.
+/// A number from `low` to `high` whose logarithm is uniform.
 pub fn log_uniform(s: &mut Stream, low: f32, high: f32) -> f32 {
     (low * powf(high / low, s.uniform())).clamp(low, high)
 }
 
-/// A BSDF of the kind, with the ends of its ranges now and then.
+/// A random BSDF of the kind; its parameters are sometimes at the ends of their ranges.
 pub fn bsdf(kind: Kind, s: &mut Stream) -> Bsdf {
     let pick = s.below(8);
     let alpha = match pick {
@@ -135,7 +136,8 @@ pub fn point(bsdf: Bsdf, normal: Vec3, viewer: Vec3) -> Reflector {
     Reflector { bsdf, frame, wo: frame.to_local(viewer), geometric_normal: normal }
 }
 
-/// A viewer above `normal`: uniform in solid angle, or close to the horizon every fourth time.
+/// A random viewer above `normal`: uniform in solid angle, or in one case of four close to the
+/// horizon.
 pub fn viewer(normal: Vec3, s: &mut Stream) -> Vec3 {
     let mut local = warp::cone(s.uniform_2(), 0.0);
     if s.below(4) == 0 {
@@ -153,20 +155,20 @@ pub fn random_point(kind: Kind, s: &mut Stream) -> Reflector {
         point.geometric_normal = near(normal.as_dvec3(), 0.3, s).as_vec3().normalize();
     }
     if s.below(16) == 0 {
-        // The other side of a two-sided surface.
+        // Seen from the other side; surfaces are two-sided.
         point.frame = Frame::about(-normal);
         point.wo = point.frame.to_local(seen_from);
     }
     point
 }
 
-/// The mirror direction of a point (world).
+/// The mirror direction of a point in world space.
 pub fn mirror(point: &Reflector) -> DVec3 {
     let Vec3 { x, y, z } = point.wo;
     point.frame.to_world(Vec3::new(-x, -y, z)).as_dvec3().normalize()
 }
 
-/// The direction at `angle` from `axis`, turned around the axis by `phi`.
+/// The direction at `angle` from `axis`, rotated around the axis by `phi`.
 pub fn at(axis: DVec3, angle: f64, phi: f64) -> DVec3 {
     let axis = axis.normalize();
     let t = axis.any_orthonormal_vector();
@@ -185,7 +187,7 @@ pub fn half_angle(cone: &Cone) -> f64 {
     ((1.0 - cos) * (1.0 + cos)).sqrt().atan2(cos)
 }
 
-/// `v`, or the nearest direction in the cone.
+/// Returns `v`, or the direction of the cone nearest to it.
 pub fn into_cone(cone: &Cone, v: DVec3) -> DVec3 {
     let (axis, widest) = (cone.axis.as_dvec3().normalize(), half_angle(cone));
     let across = v - axis * v.dot(axis);
@@ -199,8 +201,8 @@ pub fn into_cone(cone: &Cone, v: DVec3) -> DVec3 {
     axis * widest.cos() + across.normalize() * widest.sin()
 }
 
-/// `f_r` and `M`, the largest channel of each (sr⁻¹), for light from the unit vector along `d`, as
-/// `contribution` evaluates them.
+/// The largest channels of `f_r` and of `M` (sr⁻¹) for light from the direction `d`, as evaluated
+/// by `contribution`.
 pub fn reflected(point: &Reflector, d: Vec3) -> [f32; 2] {
     let towards_light = d / d.length_squared().sqrt().max(f32::MIN_POSITIVE);
     if point.geometric_normal.dot(towards_light) <= 0.0 {
@@ -211,12 +213,12 @@ pub fn reflected(point: &Reflector, d: Vec3) -> [f32; 2] {
     [bsdf.eval(point.wo, wi).max_channel(), bsdf.eval_cos(point.wo, wi).max_channel()]
 }
 
-/// The middle of the values; sorts them.
+/// The median of the values, which are sorted in place.
 pub fn median(values: &mut [f64]) -> f64 {
     quantile(values, 0.5)
 }
 
-/// The value above `share` of the values; sorts them.
+/// The quantile of the values at `share`; the values are sorted in place.
 pub fn quantile(values: &mut [f64], share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     values[(values.len() as f64 * share) as usize]

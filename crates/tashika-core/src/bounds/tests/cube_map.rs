@@ -7,12 +7,12 @@ use crate::math::{Aabb, Cone, Vec3};
 use crate::rng::{Purpose, Stream};
 use crate::warp;
 
-/// Maps as published, and with the cosine in the texels.
+/// Maps as published, and maps whose texels include the cosine.
 type Published = UpperCubeMap;
 type Folded = UpperCubeMap<8, true>;
 
-/// The points of a pixel: all of one BSDF, with similar normals and viewers, or of all of `kinds`,
-/// anywhere.
+/// The points of a pixel: either all of one BSDF, with similar normals and viewers, or random
+/// points of all `kinds`.
 fn cluster(kinds: &[Kind], s: &mut Stream, size: usize) -> Vec<Reflector> {
     let one = |s: &mut Stream| kinds[s.below(kinds.len() as u64) as usize];
     let normal = warp::sphere(s.uniform_2()).normalize();
@@ -41,8 +41,8 @@ fn map_of<B: UpperMaterial>(points: &[Reflector]) -> B {
     map
 }
 
-/// Lights towards the mirror direction of a point or anywhere. Mostly boxes of vectors, some of
-/// which are flat, touch the origin, or lie on an edge or a corner of the cube.
+/// Lights in random directions or towards the mirror direction of a point. Mostly boxes of vectors,
+/// some of which are flat, touch the origin, or lie on an edge or a corner of the cube.
 fn lights(points: &[Reflector], s: &mut Stream) -> Towards {
     let distance = log_uniform(s, 1e-3, 1e3);
     let direction = match s.below(3) {
@@ -74,8 +74,8 @@ fn lights(points: &[Reflector], s: &mut Stream) -> Towards {
     Towards::Box(Aabb { lo: center - half, hi: center + half })
 }
 
-/// A vector to one of the lights, every second time as near to the mirror direction of the point as
-/// possible; `None` if rounding moved it out of its cone.
+/// A vector to one of the lights; in every second case the one nearest to the mirror direction of
+/// the point. `None` if rounding moved it out of its cone.
 fn member(lights: &Towards, point: &Reflector, s: &mut Stream) -> Option<Vec3> {
     let aim = near(mirror(point), f64::from(log_uniform(s, 1e-5, 1.0)), s);
     let aimed = s.below(2) == 0;
@@ -101,8 +101,9 @@ fn member(lights: &Towards, point: &Reflector, s: &mut Stream) -> Option<Vec3> {
     Some(Vec3::new(x, y, z))
 }
 
-/// Checks that bounds of random clusters of a size are above all members tried. Returns the median
-/// over clusters and lights of the ratio of bound to largest member, where that is not zero.
+/// Checks that the bounds of random clusters of a given size are at least the values of all members
+/// tried. Returns the median ratio of bound to largest member, over clusters and lights for which
+/// the latter is not zero.
 fn bounds_hold<B: UpperMaterial>(size: usize, rounds: usize) -> f64 {
     bounds_of_kinds_hold::<B>(&KINDS[..7], size, rounds)
 }
@@ -135,8 +136,8 @@ fn bounds_of_kinds_hold<B: UpperMaterial>(kinds: &[Kind], size: usize, rounds: u
     median(&mut quotients)
 }
 
-// The limits of medians are those measured in the slow suite plus a tenth of the excess over 1, at
-// least 0.01. Clusters have lobes down to the narrowest.
+// The limits are the medians measured in the slow suite plus a tenth of their excess over 1, at
+// least 0.01. Clusters include the narrowest lobes.
 
 #[test]
 fn bounds_of_single_points_hold_and_are_tight() {
@@ -154,7 +155,7 @@ fn bounds_of_clusters_hold_and_are_tight() {
     }
 }
 
-/// Sheen is bounded, if not tightly.
+/// The bounds of sheen hold, but need not be tight.
 #[test]
 fn bounds_of_sheen_hold() {
     for size in [1, 8] {
@@ -166,8 +167,8 @@ fn bounds_of_sheen_hold() {
     }
 }
 
-/// Principled surfaces and coats have several lobes, each of which is bounded by itself. Medians as
-/// measured here.
+/// Principled surfaces and coats have several lobes, each of which is bounded separately. The
+/// limits are medians measured here.
 #[test]
 fn bounds_of_several_lobes_hold_and_are_tight() {
     for (size, limits) in [(1, [1.67, 1.37]), (8, [2.6, 1.85])] {
@@ -191,8 +192,8 @@ fn bounds_of_all_resolutions_hold_and_finer_ones_are_tighter() {
     assert!(medians.is_sorted() && medians[0] < 1.64 && medians[3] < 2.86, "{medians:?}");
 }
 
-/// Compares with the bound of the one point over the cone around the same lights: the cost of
-/// texels.
+/// Compares the map of a single point with the point's bound over the cone around the same lights.
+/// The ratio is the price of texels.
 #[test]
 fn a_map_is_hardly_larger_than_the_bound_that_it_is_made_of() {
     let mut s = Stream::new(42, Purpose::Test, 0);

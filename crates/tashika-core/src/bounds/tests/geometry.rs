@@ -1,10 +1,11 @@
-//! Tests of the geometric bounds against members: vectors, cosines and geometric terms in the `f32`
-//! formulas of `contribution`, and in `f64`.
+//! Tests of the geometric bounds against members: vectors, cosines and geometric terms, evaluated
+//! by the `f32` formulas of `contribution` and in `f64`.
 //!
-//! Clusters have sides of zero to all of their size, sizes of 10⁻⁶ m to 10⁶ m, and lie apart, near,
-//! in touch, or in one another, at the origin or far from it. Members are corners, points in
-//! between, and the vectors of a box that a search finds to be nearest to an axis. `f64` counts as
-//! exact: its roundings are 10⁹ times smaller than those that the bounds allow for.
+//! Sides of clusters are between zero and the full size, and sizes are from 10⁻⁶ m to 10⁶ m.
+//! Clusters lie apart, near each other, in touch, or inside one another, at the origin or far from
+//! it. Members are corners, points between them, and the vectors of a box that a search finds to be
+//! nearest to an axis. `f64` is treated as exact: its roundings are 10⁹ times smaller than those
+//! that the bounds allow for.
 
 use glam::DVec3;
 
@@ -25,9 +26,9 @@ struct Pair {
 /// Distance between two boxes.
 #[derive(Clone, Copy, Debug)]
 enum Apart {
-    /// Centres are one to two times this multiple of their size apart.
+    /// The distance of the centres is one to two times this multiple of their size.
     By(f32),
-    /// In touch, in one plane or at a corner.
+    /// In touch, in a common plane or at a corner.
     Touching,
     /// At a random distance.
     Any,
@@ -58,14 +59,14 @@ impl Pair {
         let points = Aabb { lo: p - points, hi: p + points };
         let mut lights = Aabb { lo: l - lights, hi: l + lights };
         if matches!(apart, Apart::Touching) {
-            // They touch to the bit, on the first axis.
+            // The boxes touch exactly, on the first axis.
             lights.lo.x = points.hi.x;
             lights.hi.x = lights.hi.x.max(lights.lo.x);
         }
         Self { lights, points }
     }
 
-    /// Positions of a light and of a point: corners every third time.
+    /// Positions of a light and of a point; in one case of three, corners.
     fn member(&self, s: &mut Stream) -> (Vec3, Vec3) {
         let mut within = |b: &Aabb| {
             let at = if s.below(3) == 0 {
@@ -83,7 +84,7 @@ impl Pair {
     }
 }
 
-/// Half the sides of a box: any of them may be zero or short.
+/// Half the sides of a box. Any of them may be zero or small.
 fn half(size: f32, s: &mut Stream) -> Vec3 {
     let mut side = || match s.below(4) {
         0 => 0.0,
@@ -93,15 +94,15 @@ fn half(size: f32, s: &mut Stream) -> Vec3 {
     0.5 * Vec3::new(side(), side(), side())
 }
 
-/// A cone and directions in it, as unit vectors in `f32`.
+/// A cone, and directions in it as unit vectors in `f32`.
 struct Directions {
     cone: Cone,
     members: Vec<Vec3>,
 }
 
 impl Directions {
-    /// Directions at most `angle` (rad) from `axis`, and the union of their cones, as light trees
-    /// build it.
+    /// Creates directions within `angle` (rad) of `axis`, and the union of their cones as light
+    /// trees compute it.
     fn about(axis: Vec3, angle: f32, s: &mut Stream) -> Self {
         let mut members = vec![axis];
         for _ in 0..s.below(4) {
@@ -114,7 +115,7 @@ impl Directions {
         Self { cone, members }
     }
 
-    /// Single directions, narrow, wide, and widest cones.
+    /// Creates a single direction, or a narrow, wide or nearly full cone.
     fn random(s: &mut Stream) -> Self {
         let axis = warp::sphere(s.uniform_2()).normalize();
         let angle = match s.below(4) {
@@ -138,15 +139,15 @@ fn link(light: Vec3, point: Vec3) -> (Vec3, f32) {
     (d / squared.sqrt().max(f32::MIN_POSITIVE), squared)
 }
 
-/// `G` as in `contribution`, where `shape` is a function of the cosine between the light's
-/// direction and that to the point.
+/// `G` as in `contribution`. `shape` is a function of the cosine between the light's direction and
+/// the direction to the point.
 fn geometric(light: Vec3, direction: Vec3, point: Vec3, clamp: f32, shape: impl Fn(f32) -> f32) -> f32 {
     let (towards, squared) = link(light, point);
     shape(-direction.dot(towards)) / squared.max(clamp * clamp).max(1e-20)
 }
 
-/// The vector of a box nearest to an axis in angle, as far as climbs from the best corner and from
-/// the centre find it. `None` if the box may hold zero.
+/// The vector of a box that is nearest to an axis in angle, found by hill climbing from the best
+/// corner and from the centre. `None` if the box may contain zero.
 fn nearest_to_axis(b: &Aabb, axis: DVec3) -> Option<DVec3> {
     let (lo, hi) = (b.lo.as_dvec3(), b.hi.as_dvec3());
     if (lo.cmple(DVec3::ZERO) & hi.cmpge(DVec3::ZERO)).all() {
@@ -204,7 +205,7 @@ fn differences_hold_in_f32_and_exactly() {
             let holds = b.lo.as_dvec3().cmple(exact).all() && exact.cmple(b.hi.as_dvec3()).all();
             assert!(holds && b.contains(light - point), "{pair:?} {light} {point} {b:?}");
         }
-        // No more than two roundings each way.
+        // The box is wider than exact by at most two roundings on each side.
         let rounding = 1.3e-7 * (b.lo.abs() + b.hi.abs());
         let width = (pair.lights.hi.as_dvec3() - pair.lights.lo.as_dvec3())
             + (pair.points.hi.as_dvec3() - pair.points.lo.as_dvec3());
@@ -215,7 +216,7 @@ fn differences_hold_in_f32_and_exactly() {
     }
 }
 
-/// Any direction of a box, the nearest ones among them, against any axis of a cone.
+/// Any vector of a box, including those nearest to the axis, against any axis of a cone.
 #[test]
 fn cosines_of_boxes_hold() {
     let mut s = Stream::new(2, Purpose::Test, 0);
@@ -224,7 +225,7 @@ fn cosines_of_boxes_hold() {
         let towards = pair.towards(LightShape::Omni);
         let Towards::Box(b) = towards else { panic!("omni lights are in a box") };
         let axes = match round % 4 {
-            // Grazing, and opposite, where roundings of cosines are large angles.
+            // Grazing and opposite angles, where a rounding of the cosine is a large angle.
             0 => Directions::about(b.center().normalize_or(Vec3::X).any_orthonormal_vector(), 1.0, &mut s),
             1 => Directions::about(-b.center().normalize_or(Vec3::X), 3.0, &mut s),
             _ => Directions::random(&mut s),
@@ -246,8 +247,9 @@ fn cosines_of_boxes_hold() {
     }
 }
 
-/// A cheaper form that has been published takes the part across the axis from the vector nearest to
-/// the origin, not the least of all. The sampling of these tests finds that this form is no bound.
+/// A published, cheaper form uses the component orthogonal to the axis of the vector nearest to the
+/// origin, not the least component of all vectors. The samples of these tests show that this form
+/// is not a bound.
 #[test]
 fn the_unsound_form_is_found_out() {
     let unsound = |b: &Aabb, axis: Vec3| {
@@ -275,8 +277,8 @@ fn the_unsound_form_is_found_out() {
     assert!(exceeded > 20 && worst > 0.05, "{exceeded} members of 120 000, by up to {worst}");
 }
 
-/// A single direction opposite to an axis, and a cone around that axis which is almost as wide as
-/// can be.
+/// A single direction opposite to an axis, and a cone around that axis that is almost the whole
+/// sphere.
 #[test]
 fn cosines_hold_opposite_to_wide_cones() {
     let mut s = Stream::new(3, Purpose::Test, 0);
@@ -290,7 +292,7 @@ fn cosines_hold_opposite_to_wide_cones() {
         let cos = cos_beyond(d.as_dvec3().normalize().dot(axis.as_dvec3().normalize()), &cone);
         let upper = b.upper_cos(&cone).min(unit.upper_cos(&cone));
         assert!(cos <= f64::from(upper), "{d} {cone:?} {cos} {upper}");
-        // The angle may be off by the root of a few roundings.
+        // The angle may be off by the square root of a few roundings.
         assert!(f64::from(upper) <= cos.max(0.0) + 4e-3, "{d} {cone:?} {cos} {upper}");
     }
 }
@@ -317,7 +319,7 @@ fn cosines_between_cones_hold() {
         }
         assert_eq!(towards.cone(), travelling.cone.reversed());
         assert_eq!(upper_geometric(&lights, &towards, 0.5), 1.0);
-        // Exactly, by angles.
+        // The exact bound, computed from angles.
         let unit = |v: Vec3| v.as_dvec3().normalize();
         let between = (-unit(travelling.cone.axis)).dot(unit(axes.cone.axis));
         let exact = cos_beyond(between, &travelling.cone);
@@ -358,8 +360,8 @@ fn cones_about_boxes_hold() {
             }
         }
         if matches!(apart, Apart::By(f) if f > 1.0) {
-            // Solid angle of the cone over that of the narrowest around this axis; cosines resolve
-            // nothing below 10⁻⁷.
+            // Ratio of the solid angle of the cone to that of the narrowest cone around this axis.
+            // Cosines cannot resolve differences below 10⁻⁷.
             ratios.push((1.0 - f64::from(cone.cos) + 1e-6) / (1.0 - lowest + 1e-6));
         }
     }
@@ -369,7 +371,7 @@ fn cones_about_boxes_hold() {
 /// A light's factor at a cosine, as in `contribution`.
 type Shape = fn(f32) -> f32;
 
-/// Fall-offs of spots that reach zero at the cosine 0.6.
+/// Fall-offs of spots that vanish below the cosine 0.6.
 const FALL_OFFS: [Shape; 2] = [
     |cos| {
         let s = ((cos - 0.6) / (0.9 - 0.6)).clamp(0.0, 1.0);
@@ -419,7 +421,7 @@ fn geometric_terms_hold() {
     }
 }
 
-/// For a single light and a single point, no box or cone makes the bounds larger.
+/// For a single light and a single point the bounds are tight, as no box or cone enlarges them.
 #[test]
 fn single_members_have_tight_bounds() {
     let mut s = Stream::new(7, Purpose::Test, 0);
@@ -435,21 +437,21 @@ fn single_members_have_tight_bounds() {
         let upper = upper_geometric(&bounds, &towards, 0.0);
         let cos = -direction.dot(link(light, point).0);
         let upper_cos = towards.upper_cos(&Cone::of(-direction));
-        // Cosines have slack of 2⁻¹⁸ or so, from the 48 roundings of a cosine and 24 of a sum with
-        // factors of up to 3.
+        // Cosines have a slack of about 2⁻¹⁸, from the 48 roundings of a cosine and 24 of a sum
+        // with factors of up to 3.
         if cos > 1e-3 {
             assert!(value <= upper && upper <= 1.01 * value, "{pair:?} {direction} {value} {upper}");
         } else if cos < -1e-5 {
             assert_eq!(upper, 0.0, "{pair:?} {direction}");
         }
         assert!(upper_cos - cos.clamp(0.0, 1.0) < 1e-5, "{pair:?} {direction} {cos} {upper_cos}");
-        // The cosine next to the one before 1 is that of 4.9·10⁻⁴ rad.
+        // The largest cosine below 1 corresponds to 4.9·10⁻⁴ rad.
         assert!(towards.cone().cos >= 1.0f32.next_down().next_down(), "{pair:?}");
     }
 }
 
-/// A pair that differs little from the pair that it is split from has a bound of its own; members
-/// of the child are below both bounds.
+/// A pair that differs little from its parent has a separate bound. Members of the child are below
+/// both bounds.
 #[test]
 fn children_have_bounds_of_their_own() {
     let mut s = Stream::new(8, Purpose::Test, 0);
@@ -502,7 +504,7 @@ fn bounds_are_tight() {
         if largest > 0.0 {
             terms.push(f64::from(upper / largest));
         }
-        // Spots: dark where the exact cosine is beyond the rim.
+        // A spot is dark if the exact cosine is beyond the rim.
         let shape = LightShape::Spot { axes: normals.cone, cos_outer: 0.6 };
         if cos < 0.59 {
             dark += 1;
@@ -528,14 +530,14 @@ fn boxes_with_a_common_point_have_the_bound_of_the_clamp() {
     assert!((1e20..1.0001e20).contains(&unclamped), "{unclamped}");
 }
 
-/// A long box beside the origin: directions fill almost half a turn, and the vector to the centre
-/// has a corner behind it.
+/// A long box beside the origin: its directions fill almost half a turn, and some corners are
+/// behind the plane orthogonal to the vector to its centre.
 #[test]
 fn cones_of_wide_boxes_are_narrower_than_half_of_all() {
     let b = Aabb { lo: Vec3::new(-3.0, 0.1, 0.0), hi: Vec3::new(10.0, 0.2, 0.0) };
     let cone = Towards::Box(b).cone();
     assert!(cone.axis.abs_diff_eq(Vec3::Y, f32::EPSILON), "{cone:?}");
-    // The widest is the corner (10, 0.1, 0).
+    // The widest direction is the corner (10, 0.1, 0).
     assert!((cone.cos - 0.1 / 100.01f32.sqrt()).abs() < 1e-4, "{cone:?}");
     assert!(corners(&b).all(|d| cone.contains(d)));
 }
@@ -555,7 +557,7 @@ fn what_is_known_of_nothing_and_of_everything() {
     assert_eq!(Towards::Any.cone(), Cone::ALL);
     let mixed = LightBounds { shape: LightShape::Mixed { peak: 1.0 }, ..far };
     assert_eq!(Towards::between(&mixed, &unit), Towards::Any);
-    // A directional light has 1; the nearest of the others is bounded by the clamp alone.
+    // The bound of a directional light is 1; only the clamp bounds the nearest of the other lights.
     assert_eq!(upper_geometric(&mixed, &Towards::Any, 10.0), 1.0);
     assert_eq!(upper_geometric(&mixed, &Towards::Any, 0.5), 4.0);
     assert_eq!(

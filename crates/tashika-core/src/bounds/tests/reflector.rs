@@ -1,4 +1,4 @@
-//! Tests of bounds of one point over one cone.
+//! Tests of the bounds of single points over single cones.
 
 use super::cases::*;
 use super::many;
@@ -11,7 +11,7 @@ use crate::color::Rgb;
 use crate::math::{Cone, Vec3};
 use crate::rng::{Purpose, Stream};
 
-/// A cone of lights: anywhere, or near the mirror direction of the point, where its lobe is.
+/// A cone of lights, either random or near the mirror direction of the point, where its lobe is.
 fn cone(point: &Reflector, s: &mut Stream) -> Cone {
     let wide = log_uniform(s, 1e-4, 3.2);
     let axis = match s.below(4) {
@@ -24,8 +24,8 @@ fn cone(point: &Reflector, s: &mut Stream) -> Cone {
     Cone { axis: axis.as_vec3(), cos }
 }
 
-/// Largest of each value found in the cone: near the mirror direction and the rim nearest to it,
-/// anywhere, and uphill from there.
+/// Searches the cone for the largest value of each quantity: at random directions, near the mirror
+/// direction, and then by hill climbing.
 fn climb(point: &Reflector, cone: &Cone, s: &mut Stream, mut look: impl FnMut([f32; 2])) -> [f32; 2] {
     let mut largest = [0.0_f32; 2];
     let mut best = [into_cone(cone, mirror(point)); 2];
@@ -52,11 +52,12 @@ fn climb(point: &Reflector, cone: &Cone, s: &mut Stream, mut look: impl FnMut([f
     largest
 }
 
-/// Compares bounds with the largest of 160 values each, for 3000 points a kind, with parameters and
-/// angles up to the ends of their ranges.
+/// Compares bounds with the largest of 160 values each, for 3000 points of each kind, with
+/// parameters and angles up to the ends of their ranges.
 ///
-/// Limits: measured median and ninth decile of the ratio, and a tenth more. Larger ratios come from
-/// cones of which only a sliver is above the horizon, and from smooth lobes at the edge of a cone.
+/// The limits are the measured median and ninth decile of the ratio plus a tenth. Larger ratios
+/// come from cones of which only a sliver is above the horizon, and from smooth lobes at the edge
+/// of a cone.
 #[test]
 fn bounds_hold_and_are_tight() {
     for (index, kind) in KINDS.into_iter().enumerate() {
@@ -79,9 +80,9 @@ fn bounds_hold_and_are_tight() {
             }
         }
         let limits = match kind {
-            // Its diffuse part and sheen are bounded over many directions at once.
+            // The diffuse part and the sheen are bounded over many directions at once.
             Kind::Principled => [[1.42, 3.8], [1.42, 3.8]],
-            // A principled base is below a third of the coats.
+            // For a third of the coats the base is principled.
             Kind::Clearcoat => [[1.14, 2.7], [1.12, 2.4]],
             _ => [[1.3, 3.3], [1.2, 2.1]],
         };
@@ -95,7 +96,8 @@ fn bounds_hold_and_are_tight() {
     }
 }
 
-/// Light that passed facets, and sheen, are within their bounds, and most are near.
+/// Light transmitted by facets, and sheen, are within their bounds, and most values are close to
+/// them.
 #[test]
 fn what_passes_and_sheen_are_bounded() {
     for (kind, limit) in [(Kind::Passed, 1.3), (Kind::Sheen, 2.0)] {
@@ -119,8 +121,8 @@ fn what_passes_and_sheen_are_bounded() {
     }
 }
 
-/// The BSDF without colours: bounds take the largest channel of each part, and the channels may
-/// differ.
+/// The BSDF without colours. Bounds take the largest channel of each part, which may differ between
+/// parts.
 fn gray(bsdf: Bsdf) -> Bsdf {
     let gray = |c: Rgb| Rgb::gray(c.g);
     match bsdf {
@@ -138,13 +140,13 @@ fn gray(bsdf: Bsdf) -> Bsdf {
         Bsdf::AshikhminShirley(b) => {
             Bsdf::AshikhminShirley(AshikhminShirley { diffuse: gray(b.diffuse), f0: gray(b.f0), ..b })
         }
-        // Its diffuse part and sheen are bounded over many directions at once: tested by
-        // themselves.
+        // The diffuse part and the sheen are bounded over many directions at once and have a
+        // separate test.
         Bsdf::Principled(b) => {
             let fresnel = TintedFresnel { f0: gray(b.fresnel.f0), ..b.fresnel };
             Bsdf::Principled(Principled { diffuse: Rgb::BLACK, sheen: Rgb::BLACK, fresnel, ..b })
         }
-        // Its base is tested by itself.
+        // The base has a separate test.
         Bsdf::Layered(b) => {
             let base = UnderLayers::Lambert(Lambert { reflectance: Rgb::gray(0.3) });
             Bsdf::Layered(Layered { base, ..b })
@@ -153,14 +155,15 @@ fn gray(bsdf: Bsdf) -> Bsdf {
     }
 }
 
-/// For one direction the bound is its value, except for `TURN` and `LENGTHS`, of 3·10⁻⁶ each.
+/// The bound for a single direction is its value, except for `TURN` and `LENGTHS` of 3·10⁻⁶ each.
 ///
-/// `ln D` changes by at most `2/α` for a unit of `tan θ_h`, and both together turn the half vector
-/// by `6·10⁻⁶ / 2 ω_o·h`; Phong lobes change by `n tan α ≤ √(16 n)` for a unit of the angle where
-/// they are above `e⁻⁸`; `1/c` by `1/c²` of itself. With `α ≥ 0.05`, cosines above 0.1 and
-/// `n ≤ 10⁴` that is below 2·10⁻³ in all. Beckmann's lobes fall faster, and those of `α` above `√½`
-/// are largest off the normal. Reflectances of metals are `R_s`, and those of dielectrics above
-/// `2 + √3` that of normal incidence, if that is larger.
+/// `ln D` changes by at most `2/α` per unit of `tan θ_h`, and the two constants together rotate the
+/// half vector by `6·10⁻⁶ / 2 ω_o·h`. Where Phong lobes are above `e⁻⁸`, they change by
+/// `n tan α ≤ √(16 n)` per unit of the angle. `1/c` changes by `1/c²` relative to its value. With
+/// `α ≥ 0.05`, cosines above 0.1 and `n ≤ 10⁴` all this is below 2·10⁻³ together. Beckmann lobes
+/// fall faster, and those with `α` above `√½` are largest off the normal. The reflectance of metals
+/// is replaced by `R_s`. That of dielectrics with an index above `2 + √3` is replaced by the value
+/// at normal incidence, if that is larger.
 #[test]
 fn single_directions_have_nearly_their_value() {
     for (index, kind) in KINDS.into_iter().enumerate().filter(|(_, kind)| *kind != Kind::Metal) {
@@ -183,7 +186,8 @@ fn single_directions_have_nearly_their_value() {
                 Bsdf::MetallicRoughness(b) => is_off(b.facets),
                 Bsdf::AshikhminShirley(b) => is_off(b.facets),
                 Bsdf::Principled(b) => is_off(b.facets) || !(1.1..3.7).contains(&b.fresnel.ior),
-                // Without the cosine, `c_i v(c_i)` of Mitsuba's coats is bounded by ½.
+                // Without the cosine, the factor `c_i v(c_i)` of Mitsuba's coats is replaced by its
+                // bound ½.
                 Bsdf::Layered(b) => b.coat.alpha < 0.05 || b.coat.model == CoatModel::Mitsuba,
                 _ => false,
             };
@@ -193,13 +197,13 @@ fn single_directions_have_nearly_their_value() {
             compared += 1;
             let bounds = [point.upper_brdf(&Cone::of(d)), point.upper_brdf_cos(&Cone::of(d))];
             let limit = match kind {
-                // Its diffuse part has `1 − F` at normal incidence.
+                // The bound of the diffuse part uses `1 − F` at normal incidence.
                 Kind::MetallicRoughness => 1.5,
-                // The transmittance of a rough boundary is bounded over an eighth of the cosines.
-                // Facets that are correlated by height let up to a fifth more through at grazing
+                // The bound of the transmittance of a rough boundary is over an eighth of the range
+                // of cosines. Height-correlated facets transmit up to a fifth more at grazing
                 // angles.
                 Kind::Coated => 1.25,
-                // Beckmann's: `ln D` changes by up to `2 √80 / α`, and `α ≥ 0.1`.
+                // Beckmann: `ln D` changes by up to `2 √80 / α`, and `α ≥ 0.1`.
                 _ => 1.006,
             };
             for (value, bound) in values.into_iter().zip(bounds) {
@@ -226,11 +230,12 @@ fn what_is_certainly_dark_is_zero() {
             let sin = (1.0 - cos * cos).sqrt();
             zero(&point, Cone { axis: -point.normal(), cos: (cos + 1e-5).min(1.0) });
             zero(&point, Cone { axis: -point.geometric_normal, cos: (cos + 1e-5).min(1.0) });
-            // An axis that is as far below the horizon as the cone is wide.
+            // The axis is as far below the horizon as the cone is wide.
             let across = point.frame.t * sin - point.normal() * cos;
             zero(&point, Cone { axis: across, cos: (sin + 1e-5).min(1.0) });
             zero(&point, Cone::EMPTY);
-            // Beckmann's lobes are zero far from their peak, which a leaning normal may hide.
+            // Beckmann lobes are zero far from their peak, and the peak may be below the horizon of
+            // a tilted normal.
             let brightest = point.upper_over_all();
             assert!(brightest.diffuse + brightest.lobe_cos + brightest.coat_cos > 0.0);
             point.wo = Vec3::new(1.0, 0.0, 0.5 * MIN_COSINE);

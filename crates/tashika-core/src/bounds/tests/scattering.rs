@@ -1,5 +1,5 @@
-//! Tests of the bounds of scattering in media, at gather points and at lights, against random
-//! members, in the `f32` formulas of `contribution`.
+//! Tests of the bounds of scattering in media, at gather points and at lights. Random members are
+//! evaluated by the `f32` formulas of `contribution`.
 
 use super::cases::{KINDS, log_uniform, random_point, reflected};
 use super::many;
@@ -19,14 +19,14 @@ use crate::scene::MediumId;
 use crate::vpl::{Vpl, VplKind};
 use crate::warp;
 
-/// A unit vector within an angle (rad) of another.
+/// A unit vector within `angle` (rad) of `axis`.
 fn near(axis: Vec3, angle: f32, s: &mut Stream) -> Vec3 {
     let (sin, cos) = sin_cos(angle * s.uniform());
     let across = warp::sphere(s.uniform_2()).cross(axis).normalize_or(axis.any_orthonormal_vector());
     (axis * cos + across * sin).normalize()
 }
 
-/// A box of a size and a place, any side of which may be zero.
+/// A box around `center` of roughly the given size; any side may be zero.
 fn a_box(center: Vec3, size: f32, s: &mut Stream) -> Aabb {
     let mut side = || if s.below(4) == 0 { 0.0 } else { size * s.uniform() };
     let half = 0.5 * Vec3::new(side(), side(), side());
@@ -37,13 +37,13 @@ fn inside(b: &Aabb, s: &mut Stream) -> Vec3 {
     (b.lo + (b.hi - b.lo) * Vec3::from(s.uniform_3())).clamp(b.lo, b.hi)
 }
 
-/// Phase function of an asymmetry near `about`, with peaks of up to 10⁴ now and then.
+/// Phase function with an asymmetry near `about`, occasionally with a peak of up to 10⁴.
 fn asymmetry(about: f32, s: &mut Stream) -> HenyeyGreenstein {
     HenyeyGreenstein { asymmetry: (about + 0.2 * (s.uniform() - 0.5)).clamp(-0.98, 0.98) }
 }
 
-/// No term of a cluster of lights in media at a cluster of points in media and on surfaces is above
-/// the product of the bounds; for a single pair the bounds are sharp.
+/// Clusters of lights in media, and clusters of points in media and on surfaces. No term exceeds
+/// the product of the bounds, and for a single pair the bounds are sharp.
 #[test]
 fn bounds_of_media_hold_and_are_sharp() {
     let mut s = Stream::new(11, Purpose::Test, 0);
@@ -88,7 +88,7 @@ fn bounds_of_media_hold_and_are_sharp() {
         let towards = Towards::between(&bounds, &Aabb::of_points(points.iter().map(|p| p.position)));
         let clamp = [0.0, 0.5][round % 2];
         let upper = upper_geometric(&bounds, &towards, clamp) * material.upper_material(&towards);
-        // A mixed cluster holds the same lights, wherever they are.
+        // A mixed cluster bounds the same lights at any position.
         let omni = LightBounds { shape: LightShape::Omni, ..bounds };
         let mixed = bounds.union(omni);
         let anywhere = Towards::between(&mixed, &Aabb::EMPTY);
@@ -109,16 +109,16 @@ fn bounds_of_media_hold_and_are_sharp() {
             ratios.push(f64::from(upper / largest));
         }
     }
-    // Cosines have slack of 10⁻⁵ or so, which changes the narrowest lobes, of an asymmetry of 0.98,
-    // by a few per cent at their edges.
+    // Cosines have a slack of about 10⁻⁵, which changes the narrowest lobes, with an asymmetry of
+    // 0.98, by a few per cent at their edges.
     ratios.sort_by(f64::total_cmp);
     let [median, most] = [ratios[ratios.len() / 2], ratios[ratios.len() - 1]];
     assert!(median < 1.001 && most < 1.2, "{median}, {most}");
     assert!(checked > 100_000, "{checked}");
 }
 
-/// No transmittance between members of two clusters exceeds the bound, which is sharp for a single
-/// pair.
+/// No transmittance between members of two clusters exceeds the bound. For a single pair the bound
+/// is sharp.
 #[test]
 fn bounds_of_transmittance_hold_and_are_sharp() {
     let mut s = Stream::new(13, Purpose::Test, 0);
@@ -136,7 +136,7 @@ fn bounds_of_transmittance_hold_and_are_sharp() {
             let metres = inside(&points, &mut s).distance(inside(&lights, &mut s));
             let left = exp(-sigma * metres);
             assert!(left <= upper, "{left} > {upper}: {lights:?}, {points:?}, {sigma}");
-            // For a thickness of up to 80, the bound is off by 80 times the allowance.
+            // For an optical thickness of up to 80, the bound is off by 80 times the allowance.
             assert!(!single || upper <= left * 1.001 + f32::MIN_POSITIVE, "{upper} for {left}");
             dimmed += u32::from((0.1..0.9).contains(&upper));
         }
@@ -145,8 +145,8 @@ fn bounds_of_transmittance_hold_and_are_sharp() {
     assert_eq!(upper_transmittance(3.0, &Towards::Any), 1.0);
 }
 
-/// Points of both kinds together are bounded by the larger of the two bounds, and points on
-/// surfaces alone as without media.
+/// The bound of points on surfaces and in media together is the larger of the two bounds. The bound
+/// of points on surfaces alone is the same as without media.
 #[test]
 fn surfaces_and_media_are_bounded_together() {
     let mut s = Stream::new(12, Purpose::Test, 0);

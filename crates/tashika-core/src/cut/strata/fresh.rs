@@ -1,4 +1,5 @@
-//! Two independent terms a pair, fresh after each split (Nabata 2016, Sakai 2018, Iwasaki 2019).
+//! Strata with two independent terms per pair, drawn afresh after each split (Nabata 2016, Sakai
+//! 2018, Iwasaki 2019).
 //!
 //! ```text
 //! L̂_k = ½ (y₁ + y₂)          s² = ¼ (y₁ − y₂)²          y = term · I_C W_G / (I_i w_j), drawn with probability I_i / I_C · w_j / W_G
@@ -11,10 +12,10 @@ use crate::cut::refinement::Refinement;
 use crate::cut::terms::TermBatch;
 use crate::rng::Stream;
 
-/// Pairs as strata of two fresh terms.
+/// Pairs as strata with two fresh terms each.
 #[derive(Clone, Debug, Default)]
 pub struct FreshStrata {
-    /// Estimates by number of the pair.
+    /// Estimate of each pair, by its number.
     estimates: Vec<PairEstimate>,
 }
 

@@ -1,11 +1,11 @@
-//! Strata that keep their samples: a split passes each sample on to the child that it lies in.
+//! Strata that keep their samples: a split passes each sample to the child that contains its term.
 //!
 //! ```text
 //! L̂ = E + Σ_k ȳ_k          V̂ = Σ_k s_k² / n_k          y in [0, R_k],   n_k ≥ 2
 //! ```
 //!
-//! with the mean `ȳ_k` and the sample variance `s_k²` of the `n_k` terms drawn from pair `k`, and
-//! the sum `E` of all pairs that are evaluated as a whole.
+//! Here `ȳ_k` and `s_k²` are the mean and the sample variance of the `n_k` terms drawn from pair
+//! `k`, and `E` is the sum of all pairs that are evaluated as a whole.
 //!
 //! | pair | a term is drawn with probability | value `y` | `R` |
 //! |---|---|---|---|
@@ -13,18 +13,19 @@
 //! | [tabulated](crate::cut::TermTable) | `u_ij / U` | term `· U / u_ij` | `U` |
 //!
 //! # Why samples may be kept
-//! A term drawn from a pair has, given that it lies in a child, the child's own distribution of the
-//! same kind. Where a pair that is not tabulated has tabulated halves, a sample is kept with
-//! probability `(u/(I w)) / max (u/(I w))`, the maximum over the terms of the half: the samples
-//! kept have the distribution of the half (rejection sampling). So the samples of a child are
-//! independent draws from it, given how many there are, *if neither the split nor the rejection
-//! depends on visibility*. A [`Rank`] depends on clusters alone, and rejection on `u`. Other data
-//! that a rank may use (of other pixels) comes from streams of its own.
+//! Consider a term drawn from a pair, given that it lies in a child. Its distribution is that of a
+//! term drawn from the child by the same rule. If a pair without a table has halves with tables, a
+//! sample is kept with probability `(u/(I w)) / max (u/(I w))`, where the maximum is over the terms
+//! of the half. The samples that are kept have the distribution of the half (rejection sampling).
+//! Given their number, the samples of a child are therefore independent draws from it, *if neither
+//! the split nor the rejection depends on visibility*. A [`Rank`] depends on clusters alone, and
+//! the rejection on `u`. Other data that a rank may use (of other pixels) comes from separate
+//! random streams.
 //!
 //! # Guarantee
-//! Given the partition and the counts `n_k`, which do not depend on any visibility of this pixel's
-//! samples, all samples are independent, those of a stratum identically distributed, with mean
-//! `L_k` and within `[0, R_k]` (luminance). Tested by the suite's `control`.
+//! The partition and the counts `n_k` do not depend on the visibility of any of this pixel's
+//! samples. Given these, all samples are independent, and those of a stratum are identically
+//! distributed, with mean `L_k` and within `[0, R_k]` (luminance). Tested by the suite's `control`.
 
 use smallvec::SmallVec;
 
@@ -40,28 +41,29 @@ use crate::cut::refinement::{Refinement, RefinementOptions, Split};
 use crate::cut::terms::{Term, TermBatch};
 use crate::rng::Stream;
 
-/// Number of samples of a stratum that is not evaluated as a whole.
+/// Number of samples of each stratum that is not evaluated as a whole.
 const SAMPLES: usize = 2;
-/// Number of terms up to which a pair is evaluated as a whole: as many as would be drawn from it.
+/// Largest number of terms of a pair that is evaluated as a whole: the number that would be drawn
+/// from it.
 const FINEST: u64 = 2;
-/// Number of terms up to which a pair is tabulated when it is split.
+/// Largest number of terms of a pair that is tabulated when it is split.
 const TABULATED: u64 = 1024;
 
 /// A cut whose strata inherit samples.
 pub type InheritedCut<'a, B> = Cut<'a, B, InheritedStrata<'a>>;
 
-/// Options of strata; a part is switched off to measure its worth.
+/// Options of strata. A feature can be switched off to measure its benefit.
 #[derive(Clone, Copy, Debug)]
 pub struct StrataOptions<'a> {
     /// True if samples are passed on to children.
     pub inherits: bool,
     /// True if small pairs are tabulated.
     pub tabulates: bool,
-    /// True if the visibility of samples corrects the expected visibility.
+    /// True if the visibility of samples updates the expected visibility.
     pub corrects: bool,
-    /// Error metric: the parts of the colour whose variances are estimated.
+    /// Error metric: the components of the colour whose variances are estimated.
     pub controlled: Controlled,
-    /// Expected visibility, from which intervals derive the spread of samples that were not drawn.
+    /// Expected visibility, from which intervals estimate the spread of terms that were not drawn.
     pub prior: VisibilityPrior<'a>,
 }
 
@@ -77,13 +79,13 @@ pub struct InheritedStrata<'a> {
 /// Memory of [`InheritedStrata`].
 #[derive(Debug, Default)]
 pub(in crate::cut) struct InheritedMemory {
-    /// Places in `samples`, by number of the pair; none if the pair was split, contributes nothing,
-    /// or is evaluated as a whole.
+    /// Indices in `samples`, by number of the pair. Empty if the pair was split, contributes
+    /// nothing, or is evaluated as a whole.
     pub(super) strata: Vec<Samples>,
     pub(super) samples: Vec<Sample>,
-    /// Terms that were evaluated as a whole, with their values.
+    /// Terms of pairs that were evaluated as a whole, with their values.
     pub(super) whole_terms: Vec<(Term, Rgb)>,
-    /// Terms of whole pairs whose values are not known yet.
+    /// Terms of whole pairs whose values have not been received yet.
     drawn_whole: Vec<Term>,
     /// Summaries of all strata that have samples, in the order of their pairs.
     pub(super) summaries: Vec<StratumSummary>,
@@ -95,17 +97,18 @@ type Samples = SmallVec<[u32; 4]>;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sample {
     pub(super) term: Term,
-    /// Measure to which its probability is proportional: `I_i w_j`, or `u` if drawn from a table.
+    /// Measure to which the probability of the term is proportional: `I_i w_j`, or `u` if it was
+    /// drawn from a table.
     pub(super) measure: f64,
-    /// Value of the term, with visibility, over `measure`.
+    /// Value of the term, including visibility, divided by `measure`.
     pub(super) unit: Rgb,
 }
 
 impl<'a, B: UpperMaterial> InheritedCut<'a, B> {
-    /// Creates the cut of a single pair, or of one for each instant; `None` if the sum has no
+    /// Creates the initial cut: a single pair, or one for each instant. `None` if the sum has no
     /// terms.
     ///
-    /// * `stream`: source of samples; nothing that ranks pairs may draw from it.
+    /// * `stream`: source of samples. The ranks of pairs must not depend on it.
     pub fn new(
         clusters: Clusters<'a, B>,
         rank: Rank<'a>,
@@ -178,7 +181,7 @@ impl<B: UpperMaterial> Strata<B> for InheritedStrata<'_> {
                 }
                 continue;
             }
-            // Drawn samples come after inherited ones.
+            // New samples come after the inherited ones.
             for (&value, &k) in values.iter().rev().zip(of_pair.iter().rev()) {
                 samples[k as usize].unit = value;
             }
@@ -190,7 +193,7 @@ impl<B: UpperMaterial> Strata<B> for InheritedStrata<'_> {
 }
 
 impl InheritedStrata<'_> {
-    /// Samples of a parent that a child keeps; `from_table` is true if they were drawn from a
+    /// Samples of a parent that the child keeps. `from_table` is true if they were drawn from a
     /// table.
     fn inherited<B: UpperMaterial>(
         &mut self,
@@ -226,7 +229,7 @@ impl InheritedStrata<'_> {
         inside
     }
 
-    /// Evaluates all terms of a pair; terms that were drawn before have their values.
+    /// Evaluates all terms of a pair. The values of terms that were drawn before are reused.
     fn draw_whole<B: UpperMaterial>(
         &mut self,
         refinement: &Refinement<'_, B>,

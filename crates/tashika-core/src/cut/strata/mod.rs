@@ -1,4 +1,4 @@
-//! Estimators of the pairs of a cut: the one thing in which the cuts of different methods differ.
+//! Estimators of the pairs of a cut. The cuts of different methods differ only in these.
 //!
 //! | strata | terms of a pair | estimate |
 //! |---|---|---|
@@ -6,9 +6,9 @@
 //! | [`Representatives`] | one, or the parent's if that lies in the pair | its value |
 //! | [`InheritedStrata`] | at least two: the parent's in the pair, and new ones | their mean |
 //!
-//! All are unbiased estimates of the pair's sum. A pair that is evaluated as a whole has its sum as
-//! estimate, without variance, and a pair whose upper bound is zero is zero. Variances are those of
-//! luminance.
+//! All are unbiased estimates of the pair's sum. The estimate of a pair that is evaluated as a
+//! whole is its exact sum, with variance zero. The estimate of a pair whose upper bound is zero is
+//! zero. Variances are those of luminance.
 
 mod fresh;
 mod inherited;
@@ -28,22 +28,24 @@ use super::terms::TermBatch;
 use crate::color::Rgb;
 use crate::rng::Stream;
 
-/// An estimator of pairs: in each epoch it receives all splits, then draws terms, then receives
+/// An estimator of pairs. In each epoch it receives all splits, then draws terms, and then receives
 /// their values.
 ///
-/// Roots come of no split; they are drawn like any other pair.
+/// Root pairs do not come from a split; their terms are drawn like those of any other pair.
 pub trait Strata<B> {
-    /// Passes data of a split pair on to its two children.
+    /// Passes the data of a split pair to its two children.
     fn split(&mut self, _: &Refinement<'_, B>, _: &Split, _: &mut Stream) {}
 
-    /// Adds the terms that the new pair `k` lacks; called once for each new pair, in this order.
+    /// Adds the terms that the new pair `k` lacks; called once for each new pair, in ascending
+    /// order.
     fn draw(&mut self, refinement: &Refinement<'_, B>, k: usize, stream: &mut Stream, to: &mut TermBatch);
 
-    /// Receives the values of the drawn terms, with visibility, for each new pair `k`, in order.
+    /// Receives the values of the drawn terms, including visibility, for each new pair `k`, in
+    /// order.
     fn hear<'v>(&mut self, refinement: &Refinement<'_, B>, values: impl Iterator<Item = (usize, &'v [Rgb])>);
 }
 
-/// Strata whose pairs have an estimate each, so that a rule can be evaluated after every split.
+/// Strata with an estimate for each pair, so that a rule can be evaluated after every split.
 pub trait PairEstimates<B>: Strata<B> {
     /// Estimate of the sum of pair `k`.
     fn estimate(&self, k: usize) -> &PairEstimate;

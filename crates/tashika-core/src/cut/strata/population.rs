@@ -1,41 +1,41 @@
-//! Estimates, by the samples of a cut, for lights and points that are themselves drawn from all
-//! possible ones.
+//! Uncertainty of a cut's sum if its lights and points are themselves random, estimated from the
+//! samples of the cut.
 //!
 //! A cut estimates `L = Σ_j Σ_i c_ij` over given points `j` and lights `i`. If the truth is the
-//! expectation over other lights and other points, the distance of `L` from it has to be estimated,
-//! too.
+//! expectation over random lights and random points, the deviation of `L` from that expectation has
+//! to be estimated, too.
 //!
 //! # Lights
-//! If lights are drawn independently, the sum over all of them has a variance of at most
-//! `Σ_i c_i²`, with `c_i = Σ_j c_ij`. From the samples `s` of the strata, each drawn with
-//! probability `p_s`,
+//! If lights are drawn independently, the variance of the sum over all of them is at most
+//! `Σ_i c_i²`, with `c_i = Σ_j c_ij`. It is estimated from the samples `s` of the strata, each
+//! drawn with probability `p_s`:
 //!
 //! ```text
 //! Σ_i c_i² = Σ_ij c_ij c_i = E Σ_k (1/n_k) Σ_s c_s ĉ_s / p_s          ĉ_s = c_s / ω_s     or     c_s Σ_j u_ij / u_s
 //! ```
 //!
-//! where `ĉ_s` approximates the contribution of the sample's light at all points. The first form
-//! costs nothing; `ω_j` is the share of point `j` in the weights, and `ω_s` that of the sample's
-//! point. It is equal to the contribution where all points receive the same from a light, and else
-//! larger (Cauchy's inequality): far larger for a light next to a few of many points. The second
-//! form takes the light to be visible everywhere if it is visible at the point of the sample. The
-//! unoccluded terms `u_ij` of a few other points stand for those of all. It is too large by the
-//! part in shadow. The uncertainty of the variance itself, where few lights contribute most,
-//! follows from `Σ_i c_i⁴`, which is estimated in the same way. Lights that are not drawn, such as
-//! points and spots, are ignored. Where lights are not drawn independently, the variance has to be
-//! multiplied by their correlation
+//! Here `ĉ_s` approximates the contribution of the sample's light to all points. `ω_j` is the share
+//! of point `j` in the weights, and `ω_s` the share of the sample's point. The first form of `ĉ_s`
+//! costs nothing. It is exact if all points receive the same from a light, and otherwise too large
+//! on average (Cauchy's inequality): far too large for a light close to a few of many points. The
+//! second form assumes that the light is visible from all points if it is visible from the sample's
+//! point. Unoccluded terms `u_ij` of a few other points represent those of all points. This form is
+//! too large by the contribution of points in shadow. If few lights contribute most, the variance
+//! itself is uncertain. This uncertainty follows from `Σ_i c_i⁴`, which is estimated in the same
+//! way. Lights that are not drawn, such as points and spots, are ignored. If lights are not drawn
+//! independently, the variance has to be multiplied by their correlation
 //! ([`importance_correlation`](crate::guidance::importance_correlation)).
 //!
 //! # Points
 //! The contribution of point `j`, `c_j = Σ_i c_ij`, is estimated from the means of its strata and
-//! from the deviations of its own samples:
+//! the deviations of its samples:
 //!
 //! ```text
 //! c_j = b_j + r_j        b_j = Σ_{k ∋ j} ω_jk ȳ_k        r_j = Σ_k Σ_{s at j} (y_s − ȳ_k)/(n_k − 1)        d_j = Σ of the squares of these
 //! ```
 //!
-//! `r_j² − d_j` is without the noise of samples, since samples of different strata are independent.
-//! So are squares of differences between points, less both `d`.
+//! Samples of different strata are independent, so `r_j² − d_j` is free of their noise on average.
+//! The same holds for the squared difference of two points, minus both values of `d`.
 //!
 //! Tested by `cut::tests::population`.
 
@@ -47,14 +47,14 @@ use crate::vpl::Vpl;
 /// Estimates for the lights and points that a cut sums over.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Population {
-    /// Approximate upper bound of the variance of the sum by the draw of lights.
+    /// Approximate upper bound of the variance of the sum due to the random choice of lights.
     pub importance_by_lights: f64,
-    /// Approximate upper bound of the sum of the fourth powers of the lights' contributions: it
-    /// grows as fewer lights make up the variance.
+    /// Approximate upper bound of the sum of the fourth powers of the lights' contributions. It is
+    /// larger if fewer lights cause the variance.
     pub importance_fourth: f64,
     /// Approximate upper bound of the contribution of a single light.
     pub importance_largest: f64,
-    /// Contribution of each point, in the order of the tree.
+    /// Contribution of each point, in the order of the gather tree.
     pub points: Vec<OfPoint>,
 }
 
@@ -67,21 +67,21 @@ pub struct OfPoint {
     pub noise: f64,
 }
 
-/// A term of a light that is drawn.
+/// A drawn term whose light was drawn at random.
 struct Drawn {
     term: Term,
     /// Contribution of the term to the sum.
     value: f64,
-    /// Number of terms that it stands for.
+    /// Number of terms that this one represents.
     count: f64,
 }
 
-/// Number of other points that stand for all points.
+/// Number of other points that represent all points.
 const BESIDE: usize = 4;
 
 impl Population {
-    /// Sets the estimates for lights; `added` returns the contribution of a drawn term's light at
-    /// all points.
+    /// Computes the estimates for lights. `added` returns the contribution of a drawn term's light
+    /// to all points.
     fn with_lights(&mut self, drawn: &[Drawn], added: impl Fn(usize, &Drawn) -> f64) {
         (self.importance_by_lights, self.importance_fourth, self.importance_largest) = (0.0, 0.0, 0.0);
         for (number, drawn) in drawn.iter().enumerate() {
@@ -95,12 +95,12 @@ impl Population {
 }
 
 impl<B: UpperMaterial> InheritedCut<'_, B> {
-    /// Estimates for a part of the error metric, by its number among
+    /// Estimates for one component of the error metric, given by its index in
     /// [`Controlled::parts`](crate::color::Controlled::parts).
     ///
-    /// * `is_given`: true if a light is always there, rather than drawn.
-    /// * `worth`: variance by lights above which it is estimated again, with points other than
-    ///   those of the samples.
+    /// * `is_given`: returns true for lights that always exist and are not drawn at random.
+    /// * `worth`: if the variance due to lights exceeds this, it is computed by the second form,
+    ///   with additional points.
     pub fn population(&self, part: usize, is_given: impl Fn(&Vpl) -> bool, worth: f64) -> Population {
         let of = &self.strata.options.controlled.parts()[part];
         let (clusters, memory) = (self.refinement.clusters(), &*self.strata.memory);
@@ -117,7 +117,7 @@ impl<B: UpperMaterial> InheritedCut<'_, B> {
                 drawn.push(Drawn { term, value, count });
             }
         };
-        // Means of strata by the node of their points, over its weight.
+        // Means of strata, summed by the node of their points and divided by its weight.
         let mut means = vec![0.0; nodes.len()];
         for summary in &memory.summaries {
             let number = summary.number as usize;
@@ -156,8 +156,8 @@ impl<B: UpperMaterial> InheritedCut<'_, B> {
         population
     }
 
-    /// Approximates `Σ_j u_ij / u_s`. Different samples use different points that stand for all, by
-    /// the number of the sample.
+    /// Approximates `Σ_j u_ij / u_s`. The points that represent all others depend on the sample's
+    /// number, so that different samples use different points.
     fn all_points(&self, part: usize, number: usize, term: Term) -> f64 {
         let of = &self.strata.options.controlled.parts()[part];
         let clusters = self.refinement.clusters();
@@ -166,7 +166,7 @@ impl<B: UpperMaterial> InheritedCut<'_, B> {
         let unoccluded = |point: usize| of.of(clusters.contribution.unoccluded(&points[point], &light));
         let others = points.len() - 1;
         let beside = others.min(BESIDE);
-        // Numbers of the other points, from that of the sample on.
+        // Index of the `k`-th other point, counted from the sample's point.
         let other =
             |k: usize| (term.point as usize + 1 + (number + k * others / beside) % others) % points.len();
         let sum: f64 = (0..beside).map(|k| unoccluded(other(k))).sum();

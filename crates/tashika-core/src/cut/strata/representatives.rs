@@ -1,12 +1,12 @@
-//! One representative a pair, which a child takes over from its parent where possible (Walter 2005,
-//! 2006).
+//! Strata with one representative term per pair. A child keeps its parent's representative where
+//! possible (Walter 2005, 2006).
 //!
 //! ```text
 //! L̂_k = term · I_C W_G / (I_i w_j)          drawn with probability I_i / I_C · w_j / W_G, unless the parent's lies in the pair
 //! ```
 //!
-//! The parent's representative has, given that it lies in a child, the child's distribution. The
-//! variance is unknown.
+//! Given that the parent's representative lies in a child, it has the distribution of a term drawn
+//! from the child. The variance is unknown.
 
 use super::{PairEstimate, PairEstimates, Strata};
 use crate::bounds::UpperMaterial;
@@ -18,9 +18,9 @@ use crate::rng::Stream;
 /// Pairs with one representative.
 #[derive(Clone, Debug, Default)]
 pub struct Representatives {
-    /// Representative of each pair; none where the pair contributes nothing.
+    /// Representative of each pair; `None` if the pair contributes nothing.
     terms: Vec<Option<Term>>,
-    /// Parent of each pair after the roots.
+    /// Parent of each pair that is not a root.
     parents: Vec<u32>,
     estimates: Vec<PairEstimate>,
 }

@@ -1,4 +1,5 @@
-//! Statistics of inherited samples: of each stratum, of the whole sum, and of its possible error.
+//! Statistics of inherited samples: for each stratum, for the whole sum, and for the error of the
+//! sum.
 
 use super::inherited::{InheritedCut, StrataOptions};
 use crate::bounds::UpperMaterial;
@@ -6,11 +7,11 @@ use crate::color::{Controlled, Rgb, RgbSum};
 use crate::cut::refinement::Refinement;
 use crate::stats::stratified::{Spread, Stratum};
 
-/// Weight of an expected visibility, in samples of the pixel, when it is corrected by their
-/// visibility.
+/// Weight of the expected visibility when it is updated by the visibility of the pixel's samples;
+/// in units of samples.
 const PRIOR_WEIGHT: f64 = 1.0;
 
-/// Statistics of the samples of a stratum of the cut, which stay until the stratum is split.
+/// Statistics of the samples of a stratum of the cut; valid until the stratum is split.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StratumSummary {
     /// Number of the stratum's pair.
@@ -30,7 +31,7 @@ pub(super) struct StratumSummary {
 impl StratumSummary {
     /// Summarizes the samples of a stratum.
     ///
-    /// * `units`: values of the samples over the measures to which their probabilities are
+    /// * `units`: values of the samples, each divided by the measure to which its probability is
     ///   proportional.
     pub(super) fn new<B: UpperMaterial, U: Iterator<Item = Rgb>>(
         number: usize,
@@ -57,7 +58,8 @@ impl StratumSummary {
         let expected = options.prior.importance_visibility(&refinement.pairs()[number].light);
         let mut visibility = expected;
         if options.corrects {
-            // Lights that were expected in shadow but are visible are a reason to expect more.
+            // If lights that were expected to be in shadow are visible, more of them are expected
+            // to be visible.
             let seen = (sum.luminance() * weight / info.upper.0).min(n);
             visibility = (PRIOR_WEIGHT * expected + seen) / (PRIOR_WEIGHT + n);
         }
@@ -75,12 +77,12 @@ impl StratumSummary {
 }
 
 impl<B: UpperMaterial> InheritedCut<'_, B> {
-    /// Returns true if no pair is merely sampled: the estimate is the exact sum.
+    /// Returns true if all pairs are evaluated as a whole. The estimate is then the exact sum.
     pub fn is_whole(&self) -> bool {
         self.strata.memory.summaries.is_empty()
     }
 
-    /// Estimate of the sum, added up in the order of the pairs.
+    /// Estimate of the sum; its terms are added in the order of the pairs.
     pub fn estimate(&self) -> RgbSum {
         let mut sum = self.strata.whole;
         for summary in &self.strata.memory.summaries {
@@ -89,11 +91,11 @@ impl<B: UpperMaterial> InheritedCut<'_, B> {
         sum
     }
 
-    /// Statistics of the strata for a part of the error metric, by its number among
+    /// Statistics of the strata for one component of the error metric, given by its index in
     /// [`Controlled::parts`].
     ///
-    /// * `estimate`: [of the cut](InheritedCut::estimate). The ratio of the part to luminance is
-    ///   taken from it, for expected ranges and variances; not for bounds.
+    /// * `estimate`: the [estimate](InheritedCut::estimate) of this cut. Its ratio of the component
+    ///   to luminance scales expected ranges and variances; bounds do not use it.
     pub fn spread(&self, part: usize, estimate: &RgbSum) -> Spread {
         let of = &self.strata.options.controlled.parts()[part];
         let luminance = estimate.luminance();

@@ -1,4 +1,4 @@
-//! Tests of lights all around points: the effect of distances on the order of refinement.
+//! Tests with lights all around the points: effect of distances on the order of refinement.
 
 use super::super::{Rank, VisibilityPrior};
 use super::*;
@@ -6,12 +6,12 @@ use super::*;
 /// Visibility of each light.
 const SEEN: f64 = 0.5;
 
-/// Approximate distance of `lights` lights on the floor from each other (m).
+/// Approximate distance between neighbours among `lights` lights on the floor (m).
 fn clamp_distance(lights: usize) -> f32 {
     4.0 / (lights as f32).sqrt()
 }
 
-/// Lights on a square of 4 m, which together have a power of one.
+/// Lights on a square of 4 m with a total power of one.
 fn on_floor(lights: usize) -> Vec<Vpl> {
     let mut s = Stream::new(5, Purpose::Test, 0);
     let intensity = Rgb::gray(1.0 / lights as f32);
@@ -57,8 +57,8 @@ fn the_mean_square_over_a_plane_is_told() {
     }
 }
 
-/// Standard deviation of an estimate by strata of two samples, over the sum, after `splits` splits:
-/// for points amid a floor of lights, under a sky, where every second light is visible.
+/// Relative standard deviation of an estimate by strata of two samples, after `splits` splits. The
+/// points are on a floor of lights under a sky, and every second light is visible.
 fn error_after(splits: usize, lights: usize, rank: Rank<'_>) -> f64 {
     let mut s = Stream::new(6, Purpose::Test, 0);
     let in_sky = |s: &mut Stream| {
@@ -97,8 +97,8 @@ fn error_after(splits: usize, lights: usize, rank: Rank<'_>) -> f64 {
     variance.sqrt() / sum
 }
 
-/// Bounds assume every light of a cluster around a point to be as near as the nearest: a cut
-/// refined by bounds would leave the sky unsplit.
+/// Bounds assume that every light of a cluster around a point is as near as the nearest. A cut that
+/// is refined by bounds alone would leave the sky unsplit.
 #[test]
 fn pairs_are_not_spent_on_bounds_that_no_light_comes_up_to() {
     let place_of = vec![0; 2 * 65_000];

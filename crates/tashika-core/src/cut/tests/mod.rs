@@ -25,7 +25,7 @@ use crate::warp;
 const CLAMP: f32 = 0.05;
 const TRANSPORT: ContributionKernel = ContributionKernel::new(CLAMP);
 
-/// Lights of all kinds in a room of 4 m.
+/// Lights of all kinds in a room with sides of 4 m.
 fn lights(n: usize, s: &mut Stream) -> LightTree {
     let falloff = Falloff { cos_inner: 0.9, cos_outer: 0.4, shape: FalloffShape::Smoothstep };
     let light = |s: &mut Stream| {
@@ -46,7 +46,7 @@ fn tree(lights: Vec<Vpl>) -> LightTree {
     LightTree::build(&VplSet::new(lights, Provenance::default()), LightTreeBuilder::default())
 }
 
-/// Points on a bumpy floor in the middle of the room, of four materials, seen from one side.
+/// Points on a bumpy floor in the middle of the room, with four materials, seen from one side.
 fn points(n: usize, s: &mut Stream) -> Vec<GatherPoint> {
     let point = |s: &mut Stream| {
         let [x, y] = s.uniform_2();
@@ -82,7 +82,7 @@ fn points(n: usize, s: &mut Stream) -> Vec<GatherPoint> {
     (0..n).map(|_| point(s)).collect()
 }
 
-/// Half of the lights on surfaces of the room, half in its fog, with two phase functions.
+/// Lights of which half are on surfaces of the room and half in its fog, with two phase functions.
 fn lights_in_media(n: usize, s: &mut Stream) -> LightTree {
     let light = |s: &mut Stream| {
         let (position, direction) = (Vec3::from(s.uniform_3()) * 4.0, warp::sphere(s.uniform_2()));
@@ -95,7 +95,7 @@ fn lights_in_media(n: usize, s: &mut Stream) -> LightTree {
     tree(on_surfaces.lights().iter().chain(in_media).collect())
 }
 
-/// Points of the floor, and others on the viewer's way to it.
+/// Points on the floor, and points on the viewer's way to it.
 fn points_in_media(n: usize, s: &mut Stream) -> Vec<GatherPoint> {
     let mut points = points(n, s);
     let before = Vec3::new(-0.6, -0.1, -0.79).normalize();
@@ -108,7 +108,7 @@ fn points_in_media(n: usize, s: &mut Stream) -> Vec<GatherPoint> {
     points
 }
 
-/// The pairs of the cut after some splits.
+/// The pairs of the cut after `splits` splits.
 fn cut<B: UpperMaterial>(refinement: &mut Refinement<'_, B>, splits: usize) -> Vec<Pair> {
     let mut in_cut = vec![true];
     for _ in 0..splits {
@@ -119,7 +119,7 @@ fn cut<B: UpperMaterial>(refinement: &mut Refinement<'_, B>, splits: usize) -> V
     refinement.pairs().iter().zip(in_cut).filter(|(_, inside)| *inside).map(|(pair, _)| *pair).collect()
 }
 
-/// Checks that no drawn term of any pair on the way down is brighter than the pair's bound.
+/// Draws terms of all pairs from the roots down. None is brighter than the bound of its pair.
 fn terms_are_within_bounds<B: UpperMaterial>() {
     for round in 0..many(8) {
         let mut s = Stream::new(round as u64, Purpose::Test, 7);
@@ -128,7 +128,7 @@ fn terms_are_within_bounds<B: UpperMaterial>() {
             _ => (lights_in_media(200, &mut s), points_in_media(12, &mut s)),
         };
         let points = gather_tree::<B>(&points);
-        // Fog with the least extinction in the last channel.
+        // Homogeneous fog whose extinction is smallest in the last channel.
         let sigma = if round % 4 == 1 { Rgb::new(1.5, 0.7, 0.4) } else { Rgb::BLACK };
         let contribution = TRANSPORT.dimmed(sigma.b);
         let clusters = Clusters { lights: &lights, points: &points, contribution };
@@ -150,7 +150,8 @@ fn terms_are_within_bounds<B: UpperMaterial>() {
                     let drawn_from = f64::from(light.intensity.luminance())
                         * f64::from(point.weight.max_channel())
                         / (lights.luminance(c) * f64::from(g.weight));
-                    // Luminance and weights are rounded a few times outside of the bounded product.
+                    // Luminance and weights have a few roundings that are not part of the bounded
+                    // product.
                     assert!(
                         term / drawn_from <= clusters.upper(pair).0 * (1.0 + 8.0 * f64::from(f32::EPSILON)),
                         "{pair:?}: {} > {}: {light:?} {point:?}",
@@ -181,7 +182,7 @@ fn terms_are_within_bounds_from_cube_maps() {
     terms_are_within_bounds::<UpperCubeMap>();
 }
 
-/// Points with a share of 2⁻²⁵ would never be drawn by numbers of 24 bits.
+/// A point with a share of 2⁻²⁵ is drawn. With random numbers of 24 bits it never would be.
 #[test]
 fn points_of_hardly_any_weight_are_drawn() {
     let mut s = Stream::new(5, Purpose::Test, 0);
@@ -191,7 +192,8 @@ fn points_of_hardly_any_weight_are_drawn() {
     let (lights, tree) = (lights(1, &mut s), gather_tree::<UpperConstant>(&points));
     let clusters = Clusters { lights: &lights, points: &tree, contribution: TRANSPORT };
     let root = clusters.roots().next().unwrap();
-    // The probability that none of 2²⁹ draws is the faint one is e⁻¹⁶, whichever end it is at.
+    // The probability that none of 2²⁹ draws returns the faint point is e⁻¹⁶, whether it is the
+    // first or the last.
     let is_faint = |point: u32| tree.source(point) == 1;
     assert!((0..1_u64 << 29).any(|_| is_faint(clusters.draw(&root, &mut s).point)));
 }
@@ -204,7 +206,7 @@ fn a_cut_holds_every_term_once() {
     for splits in [1_000_000, 0, 1, 10, 100] {
         let clusters = Clusters { lights: &lights, points: &points, contribution: TRANSPORT };
         let mut held = vec![0; 60 * 9];
-        // The memory is reused: earlier contents do not count.
+        // The memory is reused; its earlier contents must not matter.
         let mut refinement = Refinement::new(clusters, RefinementOptions::PUBLISHED, &mut memory).unwrap();
         for pair in cut(&mut refinement, splits) {
             let (c, g) = (&pair.light, &points.nodes()[pair.points as usize]);

@@ -1,4 +1,4 @@
-//! Tests of the visibility of lights as measured by pilot segments.
+//! Tests of the visibility of lights measured by pilot segments.
 
 use std::sync::Arc;
 
@@ -11,8 +11,8 @@ use crate::scene::builtin;
 use crate::tree::{LightTree, LightTreeBuilder};
 use crate::vpl::{Provenance, Vpl, VplKind, VplOptions, VplSet};
 
-/// The view of the built-in box, lit by its own VPLs and by as many outside of the box, which are
-/// not visible from within.
+/// The view of the built-in box. Half of the lights are its VPLs; the other half are outside of the
+/// box and not visible from inside.
 fn with_pilot<T>(work: impl FnOnce(&Pilot<'_>) -> T) -> T {
     let tracer = Tracer::new(Arc::new(builtin::tiny()));
     let traced = VplSet::trace(&tracer, &VplOptions { count: 300, ..VplOptions::default() }).unwrap();
@@ -29,7 +29,7 @@ fn with_pilot<T>(work: impl FnOnce(&Pilot<'_>) -> T) -> T {
     work(&Pilot { tracer: &tracer, view, lights: &tree, contribution: ContributionKernel::new(0.05) })
 }
 
-/// Expected visibility of every cluster of lights, depth first.
+/// Expected visibility of every cluster of lights, in depth-first order.
 fn visibilities(pilot: &Pilot<'_>, visibility: &PilotVisibility, cell: [u32; 2]) -> Vec<f64> {
     let about = visibility.about(pilot, cell);
     let prior = about.prior();
@@ -70,8 +70,9 @@ fn a_cell_is_the_same_whoever_asks_first_and_another_with_another_seed() {
 #[test]
 fn what_it_costs_is_told() {
     with_pilot(|pilot| {
-        // 600 lights, each a cluster, and 8 points of a cell: segments join those that face each
-        // other, and are shared by the 16 × 8 pixels of a cell below.
+        // Each of the 600 lights is a cluster, and a cell has 8 points. There is a segment for each
+        // light and point that face each other. The cost is shared by the 16 × 8 pixels of cell
+        // `[1, 1]`.
         let visibility = PilotVisibility::new(pilot, 1);
         let cost = visibility.about(pilot, [1, 1]).segments_per_pixel;
         assert!((5..=600 * 8 / 128 + 1).contains(&cost), "{cost}");

@@ -1,4 +1,5 @@
-//! Tests of the estimates for lights and points by samples of a cut, against sums over all terms.
+//! Tests of the estimates for random lights and points, from samples of a cut, against sums over
+//! all terms.
 
 use std::sync::Arc;
 
@@ -17,13 +18,13 @@ use crate::scene::builtin;
 use crate::stats::Moments;
 use crate::vpl::{Vpl, VplKind};
 
-/// Estimates by many cuts of `pairs` pairs, and the truth: the contribution of each light at each
-/// point, with the points' shares.
+/// Estimates by many cuts of `pairs` pairs, and the truth: the contribution of each light to each
+/// point, and the shares of the points.
 struct Known {
     populations: Vec<Population>,
-    /// By light: true if it is given, and its terms by point.
+    /// For each light: true if it is given, and its terms by point.
     terms: Vec<(bool, Vec<f64>)>,
-    /// Terms by light and point, as if all were visible.
+    /// Unoccluded terms by light and point.
     unoccluded: Vec<Vec<f64>>,
     shares: Vec<f64>,
 }
@@ -32,7 +33,7 @@ fn is_given(light: &Vpl) -> bool {
     light.kind == VplKind::Omni
 }
 
-/// * `worth`: as in [`InheritedCut::population`].
+/// * `worth`: see [`InheritedCut::population`].
 fn known(pairs: u64, runs: u64, worth: f64) -> Known {
     let tracer = Tracer::new(Arc::new(builtin::tiny()));
     let mut s = Stream::new(9, Purpose::Test, 7);
@@ -106,8 +107,8 @@ fn the_squares_of_what_lights_add_are_told_from_above() {
     }
 }
 
-/// With points other than those of the samples, as if lights that are visible from one were visible
-/// from all, estimates are nearer, and still from above.
+/// The estimates use points other than those of the samples, and assume that a light that is
+/// visible from one point is visible from all. They are closer to the truth, and still above it.
 #[test]
 fn what_lights_add_is_told_by_other_points() {
     for pairs in [60, 600] {
@@ -118,7 +119,7 @@ fn what_lights_add_is_told_by_other_points() {
         {
             squares += by_point.iter().sum::<f64>().powi(2);
             for (j, (c, share)) in by_point.iter().zip(&shares).enumerate() {
-                // Through glass a light is seen in part.
+                // Through glass a light is partly visible.
                 let seen = if unoccluded[j] > 0.0 { c / unoccluded[j] } else { 0.0 };
                 truth += c * seen * unoccluded.iter().sum::<f64>();
                 upper += share * (c / share).powi(2);
@@ -133,7 +134,8 @@ fn what_lights_add_is_told_by_other_points() {
     }
 }
 
-/// Squared differences between points that follow each other, with the noise of samples subtracted.
+/// Squared differences between consecutive points, minus the noise of samples, agree with the
+/// truth.
 #[test]
 fn differences_between_points_are_told_without_the_noise_of_samples() {
     for pairs in [60, 600] {

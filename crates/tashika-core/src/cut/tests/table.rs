@@ -1,5 +1,5 @@
-//! Tests of tabulated pairs: their sums, draws from them, and parts that take their values from the
-//! whole.
+//! Tests of tabulated pairs: their sums, draws from them, and descendants that read their values
+//! from the same table.
 
 use super::{TRANSPORT, lights, points, tree};
 use crate::bounds::{UpperAnalytic, UpperScattering};
@@ -20,8 +20,7 @@ fn world() -> (LightTree, GatherTree<UpperScattering<UpperAnalytic>>) {
     (lights(120, &mut s), gather_tree(&points(10, &mut s)))
 }
 
-/// Splits until nothing is left to split; returns the parents of all pairs except the first, in
-/// order.
+/// Splits until no pair can be split. Returns the parents of all pairs except the first, in order.
 fn split_all(refinement: &mut Refinement<'_, UpperAnalytic>) -> Vec<Pair> {
     let mut parents = Vec::new();
     while let Some(split) = refinement.split_next() {
@@ -75,21 +74,21 @@ fn halves_of_small_pairs_are_known_by_their_terms_and_others_by_bounds() {
     );
 }
 
-/// If one light is far brighter than all others together, the remainder of a sum without it is as
-/// exact as any sum.
+/// One light is far brighter than all others together. The sum of the others, obtained as a
+/// remainder, is as exact as a direct sum.
 #[test]
 fn halves_are_exact_beside_a_bright_one() {
     halves_are_exact(30, |number| [1.0, 1e15][usize::from(number == 11)]);
 }
 
-/// Halves are as exact where each light is far brighter than all dimmer ones together, so that
-/// remainders are taken of remainders.
+/// Each light is far brighter than all dimmer lights together, so that remainders are computed from
+/// remainders. The halves are still exact.
 #[test]
 fn halves_are_exact_beside_ever_brighter_ones() {
     halves_are_exact(12, |number| crate::math::elementary::powf(10.0, number as f32 * 5.8 - 32.0));
 }
 
-/// Tests `count` lights next to each other, each brighter than usual by `factor`.
+/// Tests `count` lights next to each other; the intensity of each is multiplied by `factor`.
 fn halves_are_exact(count: usize, factor: impl Fn(usize) -> f32) {
     let mut s = Stream::new(9, Purpose::Test, 7);
     let points = gather_tree::<UpperAnalytic>(&points(1, &mut s));
@@ -105,7 +104,7 @@ fn halves_are_exact(count: usize, factor: impl Fn(usize) -> f32) {
     let mut refinement = Refinement::new(clusters, OPTIONS, &mut memory).unwrap();
     assert!(!split_all(&mut refinement).is_empty());
     let (mut largest, mut smallest) = (0.0, f64::INFINITY);
-    // All except the first, which is tabulated for its halves.
+    // All pairs except the first, which is tabulated only when it is split.
     for (number, pair) in refinement.pairs().iter().enumerate().skip(1) {
         let entry = refinement.info(number).table.unwrap();
         let sum: f64 = terms(&clusters, pair).iter().sum();
@@ -117,8 +116,8 @@ fn halves_are_exact(count: usize, factor: impl Fn(usize) -> f32) {
     assert!(largest > 1e14 * smallest, "{largest} {smallest}");
 }
 
-/// Frequencies of 20,000 draws against probabilities, by their χ²: with some 20 degrees of freedom
-/// it is above 60 once in 100,000.
+/// χ² test of the frequencies of 20,000 draws against their probabilities. With about 20 degrees of
+/// freedom χ² exceeds 60 once in 100,000 runs.
 #[test]
 fn terms_are_drawn_in_proportion_to_their_values() {
     let (lights, points) = world();

@@ -1,4 +1,4 @@
-//! Tests of draws against the weights that they should follow.
+//! Tests of draws against the weights to which they should be proportional.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -70,7 +70,8 @@ fn items_of_no_weight_are_never_drawn() {
     }
 }
 
-/// However different weights are, the item drawn is the one that a search of all items finds.
+/// Weights differ by many orders of magnitude. The item drawn is the one found by a linear search
+/// over all items.
 #[test]
 fn draws_are_those_of_a_search_of_all_items() {
     let mut s = Stream::new(9, Purpose::Test, 0);
@@ -92,7 +93,8 @@ fn draws_are_those_of_a_search_of_all_items() {
     }
 }
 
-/// Two dim lights behind one that is 10²⁵ times as bright: a single `f64` would have lost them.
+/// Two dim lights follow a light that is 10²⁵ times as bright. Their shares are exact, whereas sums
+/// in a single `f64` would lose them.
 #[test]
 fn dim_lights_beside_bright_ones_keep_their_shares() {
     let sums = PrefixSums::new([1e20f32, 1e-5, 3e-5, 1e20].into_iter());

@@ -32,7 +32,7 @@ fn random(n: usize, seed: u64) -> Vec<GatherPoint> {
         .collect()
 }
 
-/// A tree whose "material" is the list of the first coordinates of its points.
+/// A tree in which the "material" of a node is the list of the first coordinates of its points.
 fn tree_of(points: &[GatherPoint]) -> GatherTree<Vec<u32>> {
     GatherTree::build(points, |p| vec![p.position.x.to_bits()], |a, b| a.extend(b))
 }
@@ -73,7 +73,7 @@ fn trees_are_valid_and_merge_the_materials_of_their_points() {
     }
 }
 
-/// Points of several instants are never in one node.
+/// Points of several instants. No node contains points of different instants.
 #[test]
 fn instants_have_their_own_trees() {
     let mut points = random(100, 5);
@@ -105,7 +105,7 @@ fn points_are_drawn_in_proportion_to_weight() {
             counts[(tree.draw(k, (f64::from(j) + 0.5) / f64::from(n)) - node.first) as usize] += 1;
         }
         for (i, &count) in (node.first..).zip(&counts) {
-            // Regular numbers miss a share by one number at each end.
+            // Equidistant numbers can miss a share by one number at each end.
             let expected = f64::from(tree.point(i).weight.max_channel() / node.weight) * f64::from(n);
             assert!(
                 (f64::from(count) - expected).abs() < 2.0 + 1e-6 * f64::from(n),
@@ -116,7 +116,8 @@ fn points_are_drawn_in_proportion_to_weight() {
     }
 }
 
-/// Two walls that meet: at the corner normals separate the points, positions do not.
+/// Two walls that meet in a corner. Near the corner, normals separate the points where positions do
+/// not.
 #[test]
 fn points_are_split_by_position_and_by_direction() {
     let mut s = Stream::new(2, Purpose::Test, 0);
@@ -134,7 +135,8 @@ fn points_are_split_by_position_and_by_direction() {
     let tree = tree_of(&corner);
     assert!(tree.nodes()[0].children.unwrap().iter().all(|&child| one_normal(&tree, child)));
 
-    // A mirror direction counts where there is one: the same normals, seen from two sides.
+    // Glossy points are split by mirror direction: the normals are equal, but the points are seen
+    // from two sides.
     let seen: Vec<GatherPoint> = (0..200)
         .map(|i| {
             let side = if i % 2 == 0 { 0.8 } else { -0.8 };

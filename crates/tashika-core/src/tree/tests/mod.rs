@@ -28,7 +28,7 @@ fn point(s: &mut Stream) -> Vec3 {
     Vec3::from(s.uniform_3())
 }
 
-/// `n` lights of all kinds in a cube of 1 m, with intensities over six orders of magnitude.
+/// `n` lights of all kinds in a cube of 1 m; intensities span six orders of magnitude.
 fn mixed(n: usize, seed: u64) -> Vec<Vpl> {
     let mut s = Stream::new(seed, Purpose::Test, n as u64);
     let falloff = |cos_outer| Falloff { cos_inner: 0.9, cos_outer, shape: FalloffShape::Smoothstep };
@@ -51,7 +51,7 @@ fn mixed(n: usize, seed: u64) -> Vec<Vpl> {
         .collect()
 }
 
-/// `n` lights on the walls of a room of 4 m × 3 m × 5 m, shining inwards.
+/// `n` lights on the walls of a room of 4 m × 3 m × 5 m, facing inwards.
 fn room(n: usize, seed: u64) -> Vec<Vpl> {
     let mut s = Stream::new(seed, Purpose::Test, n as u64);
     let size = Vec3::new(4.0, 3.0, 5.0);

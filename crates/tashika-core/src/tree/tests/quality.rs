@@ -1,4 +1,4 @@
-//! Tests of the quality of trees: clusters that are compact and face one way.
+//! Tests of the quality of trees: clusters are compact and face one way.
 
 use super::{BUILDERS, oriented, point, room, set};
 use crate::bounds::LightShape;
@@ -25,9 +25,10 @@ fn cost(tree: &LightTree) -> f64 {
     tree.depth_first().filter(|cluster| cluster.count > 1).map(of_cluster).sum()
 }
 
-/// In squares that are halved level by level, each level costs half as much as the one above, so
-/// that all levels below a wall cost about two walls; the rest is lost where walls meet. Measured,
-/// in costs of the root: 7.4 (top-down), 5.7 (agglomerative; 8.2 without normals).
+/// If squares are halved level by level, each level costs half as much as the one above. All levels
+/// below a wall therefore cost about as much as two walls; the remaining cost arises where walls
+/// meet. Measured, in units of the root's cost: 7.4 (top-down), 5.7 (agglomerative; 8.2 without
+/// normals).
 #[test]
 fn clusters_are_compact_and_face_one_way() {
     let lights = room(20_000, 6);
@@ -38,8 +39,8 @@ fn clusters_are_compact_and_face_one_way() {
     }
 }
 
-/// Lights of two opposite normals, mixed in space: nodes of a hundredth of the lights hold one
-/// normal each.
+/// Lights of two opposite normals, mixed in space. Nodes with a hundredth of the lights contain
+/// only one normal.
 #[test]
 fn opposite_normals_are_told_apart() {
     let mut s = Stream::new(3, Purpose::Test, 1);
@@ -56,7 +57,7 @@ fn opposite_normals_are_told_apart() {
     }
 }
 
-/// Lights in a row and lights at a place have no area to go by; halving them is as good as can be.
+/// Lights in a row, or at one position, have boxes without area. Halving them is optimal.
 #[test]
 fn rows_and_heaps_are_halved() {
     let mut s = Stream::new(3, Purpose::Test, 2);
@@ -69,7 +70,7 @@ fn rows_and_heaps_are_halved() {
     }
 }
 
-/// The order in which lights come must not matter for the quality.
+/// The order of the input lights does not affect the quality.
 #[test]
 fn shuffled_lights_give_trees_as_good() {
     let ordered = room(5000, 2);

@@ -1,4 +1,4 @@
-//! Tests of the structure of light trees, for any input and any number of threads.
+//! Tests of the structure of light trees, for various inputs and numbers of threads.
 
 use super::{BUILDERS, mixed, oriented, point, room, set};
 use crate::bounds::LightShape;
@@ -31,7 +31,7 @@ fn sorted_bits(lights: impl Iterator<Item = Vpl>) -> Vec<[u32; 9]> {
     all
 }
 
-/// Lights that builders may stumble on, with a name.
+/// Inputs that could make builders fail, each with a name.
 fn degenerate() -> Vec<(&'static str, Vec<Vpl>)> {
     let n = 3000;
     let mut s = Stream::new(11, Purpose::Test, 0);
@@ -104,8 +104,8 @@ fn trees_are_valid_and_hold_every_light_once() {
     }
 }
 
-/// Each of several instants has the tree that its lights would have alone, also for no light or
-/// one.
+/// Several instants, some with no light or one. Each has the same tree as its lights would have
+/// alone.
 #[test]
 fn instants_have_their_own_trees() {
     let counts = [40, 0, 1, 300, 1, 5000, 0];
@@ -145,7 +145,8 @@ fn instants_have_their_own_trees() {
     }
 }
 
-/// Enough lights that nodes are split, binned and merged in parallel.
+/// Enough lights that nodes are split, binned and merged in parallel. The number of threads does
+/// not change the tree.
 #[test]
 fn threads_do_not_enter() {
     let lights = set(mixed(200_000, 5));
@@ -171,14 +172,14 @@ fn kinds_have_their_own_subtrees() {
     }
 }
 
-/// The lights, one of them changed.
+/// The lights, with one of them changed.
 fn with(lights: &LightRows, which: usize, change: fn(&mut Vpl)) -> LightRows {
     let mut lights: Vec<Vpl> = lights.iter().collect();
     change(&mut lights[which]);
     LightRows::new(lights.into_iter())
 }
 
-/// Each way in which a tree can be wrong is found out.
+/// Each possible defect of a tree is found.
 #[test]
 fn validation_finds_what_is_wrong() {
     let good = LightTree::build(&set(mixed(500, 2)), LightTreeBuilder::TopDown);

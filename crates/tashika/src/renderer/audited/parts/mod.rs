@@ -8,10 +8,10 @@
 //!
 //! The result of a tile is a function of the tile, the view, the lights and the seed. Any division
 //! into shares is therefore joined to the same bits. Each tile is rendered in passes, like a
-//! separate picture. It stops when few of its pixels are predicted to be outside ([`MAX_TILE_OUTSIDE`]) or
-//! when its limit of paths is reached. On one machine, by contrast, passes move work from easy
-//! tiles to hard ones. The joined picture therefore has other samples than a picture rendered on
-//! one machine, at about the same quality.
+//! separate picture. It stops when few of its pixels are predicted to be outside
+//! ([`MAX_TILE_OUTSIDE`]), or when its limit of paths is reached. On one machine, by contrast,
+//! passes move work from easy tiles to hard ones. The joined picture therefore has other samples
+//! than a picture rendered on one machine, at about the same quality.
 //!
 //! A part claims nothing, since the claim is about a share of all pixels. Its film has the planes
 //! that merging needs ([`planes::HALVES`], [`planes::TRUTH`]); merging needs neither the scene nor
