@@ -9,8 +9,7 @@ use tashika::film::Film;
 use tashika::io::read_exr;
 use tempfile::TempDir;
 
-/// A floor under a square light, of 4 triangles. OBJ files have no camera, so the default view is
-/// used.
+/// A floor under a square light: 4 triangles, in the default view.
 const OBJ: &str = "\
 mtllib scene.mtl
 v -1 0 -1
@@ -227,8 +226,7 @@ fn an_audit_says_what_was_kept() {
     folder.run(&format!("{stage} --crop 3,2,9,7 --audit 99 --json c.json")).succeeds();
     assert_eq!(folder.json("c.json")["audit"]["of"], 63, "all pixels of the part");
 
-    // With a largest cut of 2 pairs, pixels have large errors. They claim nothing, so the audit
-    // contradicts nothing.
+    // With a largest cut of 2 pairs, errors are large, but no pixel claims anything.
     let run = folder.run(&format!("{stage} --audit 60 --max-pairs 2 --json b.json"));
     assert_eq!(run.code, Some(4), "{}", run.stderr);
     let audit = folder.json("b.json")["audit"].clone();
@@ -284,8 +282,7 @@ fn light_transport_is_promised_and_audited() {
     let json = folder.json("a.json");
     assert_eq!(json["truth"], "transport");
     let audit = &json["audit"];
-    // Pixels whose truth is too uncertain are not counted, so `of` may be less than the requested
-    // number.
+    // Pixels whose truth is too uncertain are not counted in `of`.
     assert!(audit["of"].as_u64() > Some(30) && audit["contradicts"] == false, "{audit}");
     assert!(json["error_budget"]["compensation"].as_f64() > Some(0.0), "{}", json["error_budget"]);
     let film = folder.film("render.exr");
@@ -323,7 +320,7 @@ fn light_transport_is_measured_against_a_path_tracer() {
     for (a, b) in folder.json("again/table.json").as_array().unwrap().iter().zip(rows.as_array().unwrap()) {
         assert_eq!(a["within_tolerance"], b["within_tolerance"]);
     }
-    // With two seeds, each has separate lights, and their intervals are compared with each other.
+    // Two seeds have separate lights; their intervals are compared with each other.
     let seeds =
         folder.run(&format!("{command} --out seeds --methods tashika --seeds 2 --reference reference.exr"));
     assert!(
@@ -376,8 +373,7 @@ fn lights_are_shared_by_a_file() {
     folder.run(&format!("{common} --vpls 80 -o own.exr")).succeeds();
     folder.run(&format!("{common} --vpl-file lights.vpl -o file.exr")).succeeds();
     assert_eq!(folder.film("own.exr"), folder.film("file.exr"));
-    // With `--truth transport`, the same lights are a sample of all possible lights, and the image
-    // differs.
+    // With `--truth transport`, the same lights are a sample of all possible lights.
     let command = "render scene.obj --size 6x6 --truth transport --max-pairs 200 --vpl-file lights.vpl";
     folder.run(&format!("{command} -o transport.exr --json t.json")).succeeds();
     let json = folder.json("t.json");
@@ -404,8 +400,7 @@ fn info_counts_what_is_there() {
     assert!(folder.run("info builtin:tiny").succeeds().stdout.contains("36 stored"));
 }
 
-/// `info` lists the media of a scene. The scene is rendered by path tracing, or as a sum over VPLs
-/// if requested.
+/// Scenes with media: `info` lists them; they render by paths, or by VPLs if requested.
 #[test]
 fn media_are_told_and_rendered_by_paths_and_as_sums() {
     let folder = Folder::new();
@@ -497,8 +492,7 @@ fn light_that_is_asked_for_is_told_and_not_mixed() {
     folder.run("render dark.obj --environment scene.mtl").fails(3, &["scene.mtl", "HDR"]);
 }
 
-/// A scene names two missing files. One error message names both. With `--allow-missing`, the scene
-/// loads and the files are notes.
+/// One error message names both missing files; with `--allow-missing`, they are notes.
 #[test]
 fn missing_files_are_all_told_and_refused_unless_allowed() {
     let folder = Folder::new();
@@ -883,8 +877,7 @@ fn ctrl_c_leaves_the_rows_that_are_finished() {
     use std::process::{Command, Stdio};
 
     let folder = Folder::new();
-    // The first row takes a moment. The second would take many minutes, but each of its pixels only
-    // a fraction of a second.
+    // The first row takes a moment, the second many minutes, but each of its pixels little time.
     let line = "coverage builtin:tiny --size 8x8 --vpls 2k --gather 64 --pixels 5 --seeds 300 --json a.json \
                 --methods mdlc --error 100%,0.001% --max-pairs 50k";
     let mut child = Command::new(env!("CARGO_BIN_EXE_tashika"))
