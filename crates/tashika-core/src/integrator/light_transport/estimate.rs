@@ -77,7 +77,8 @@ impl<'a> Common<'a> {
     /// Luminance of a pixel due to lamps that it sees, if these camera samples have met hardly any
     /// of that light; else 0 (W·m⁻²·sr⁻¹).
     pub(super) fn unsampled_lamps(&self, pixel: [u32; 2], seen: &PixelSum) -> f64 {
-        let there = self.lights.lamps().map_or(0.0, |lamps| lamps.importance_radiance(pixel));
+        // A single point of a lamp that is drawn rarely is no evidence.
+        let there = self.lights.lamps().map_or(0.0, |lamps| lamps.importance_least(pixel));
         let met = f64::from(seen.background.luminance());
         if met < MIN_PROJECTED_SHARE * there { there } else { 0.0 }
     }
