@@ -1,6 +1,6 @@
 //! The exact interval of a probability, from the successes of independent trials.
 //!
-//! Of `n` trials `k` succeeded. The interval of Clopper and Pearson contains every `p` for which
+//! Let `k` of `n` trials succeed. The interval of Clopper and Pearson contains every `p` for which
 //! both tails, `P(X ≥ k)` and `P(X ≤ k)`, are at least `(1 − confidence)/2`. Its ends are
 //!
 //! ```text

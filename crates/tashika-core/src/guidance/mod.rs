@@ -71,8 +71,8 @@ impl LightOnSurfaces {
         let bounds = tracing.tracer().scene().bounds();
         let (all, _) = Photons::new(&lights, &bounds, seed)?;
         let of_caustics: Vec<Vpl> = caustics.iter().map(|photon| photon.light).collect();
-        let (seen_caustics, account) =
-            SeenLight::on_surfaces(&lights, &routes, &of_caustics, tracing.tracer(), view);
+        let seen_caustics = SeenLight::of(&of_caustics, tracing.tracer(), view);
+        let account = LightAccount::of(&lights, &routes, tracing.tracer(), view);
         let caustics = Caustics::learn(&caustics, &lights, &bounds, seed);
         Some(Self { all, caustics, seen_caustics, account })
     }

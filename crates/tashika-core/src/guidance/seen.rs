@@ -40,13 +40,12 @@ impl SeenLight {
     ///
     /// `None` if no lamp is seen, or if the camera has a lens or moves: both blur lamps.
     pub fn lamps(tracing: &LightTracer<'_>, view: &View<'_>, seed: u64) -> Option<Self> {
-        is_sharp(view)
-            .then(|| Self::of(&tracing.on_emitters(paths_for(view), seed), tracing.tracer(), view))?
+        Self::of(&tracing.on_emitters(paths_for(view), seed), tracing.tracer(), view)
     }
 
-    /// Returns the light that these VPLs send to the camera; `None` if the camera sees none of
-    /// them.
-    fn of(lights: &[Vpl], tracer: &Tracer, view: &View<'_>) -> Option<Self> {
+    /// Returns the light that these VPLs send to the camera. `None` if the camera sees none of
+    /// them, has a lens or moves.
+    pub(super) fn of(lights: &[Vpl], tracer: &Tracer, view: &View<'_>) -> Option<Self> {
         let [width, height] = view.size;
         let mut pixels = vec![[0.0; 2]; width as usize * height as usize];
         for Seen { pixel, luminance, .. } in project(lights, tracer, view) {
@@ -55,22 +54,6 @@ impl SeenLight {
             *squares += luminance * luminance;
         }
         pixels.iter().any(|[sum, _]| *sum > 0.0).then_some(Self { pixels, width })
-    }
-
-    /// Returns the caustics that the camera sees, and the account of all light on surfaces in view.
-    /// Each is `None` if the camera has a lens or moves, or sees no such light. Runs on the current
-    /// thread pool.
-    pub(super) fn on_surfaces(
-        lights: &[Vpl],
-        routes: &[Route],
-        caustics: &[Vpl],
-        tracer: &Tracer,
-        view: &View<'_>,
-    ) -> (Option<Self>, Option<LightAccount>) {
-        if !is_sharp(view) {
-            return (None, None);
-        }
-        (Self::of(caustics, tracer, view), LightAccount::of(lights, routes, tracer, view))
     }
 
     fn at(&self, pixel: [u32; 2]) -> [f64; 2] {
@@ -103,8 +86,9 @@ pub struct LightAccount {
 }
 
 impl LightAccount {
-    /// Returns the account of these VPLs; `None` if the camera sees none of them.
-    fn of(lights: &[Vpl], routes: &[Route], tracer: &Tracer, view: &View<'_>) -> Option<Self> {
+    /// Returns the account of these VPLs, whose routes are given in their order. `None` if the
+    /// camera sees none of them, has a lens or moves.
+    pub(super) fn of(lights: &[Vpl], routes: &[Route], tracer: &Tracer, view: &View<'_>) -> Option<Self> {
         let step = lights.len().div_ceil(MOST_IN_ACCOUNT).max(1);
         let thinned: Vec<Vpl> = lights.iter().step_by(step).copied().collect();
         let mut account = Self::default();
@@ -141,8 +125,11 @@ struct Seen {
 }
 
 /// Projects lights onto the image, in their order. Occluded lights have the luminance 0; those
-/// outside the image are omitted.
+/// outside the image are omitted. Empty unless the camera is [sharp](is_sharp).
 fn project(lights: &[Vpl], tracer: &Tracer, view: &View<'_>) -> Vec<Seen> {
+    if !is_sharp(view) {
+        return Vec::new();
+    }
     let mut shadows = Shadows::new(Glass::SolidStops);
     let mut seen = Vec::new();
     for (number, light) in lights.iter().enumerate() {
@@ -186,6 +173,15 @@ mod tests {
     use crate::math::motion::Track;
     use crate::scene::{Camera, Lens, builtin};
     use crate::vpl::VplOptions;
+
+    /// The light of one point is no evidence; that of a hundred is known to a fifth.
+    #[test]
+    fn single_points_are_no_evidence() {
+        let [one, many] = [1.0, 100.0].map(|points| [5.0, 25.0 / points]);
+        let seen = SeenLight { pixels: vec![one, many], width: 2 };
+        let least = [0, 1].map(|x| seen.importance_least([x, 0]));
+        assert!(least[0] == 0.0 && (least[1] - 4.0).abs() < 1e-6, "{least:?}");
+    }
 
     /// For a still pinhole camera, lamps are found, and a pixel that the lamp fills has the lamp's
     /// luminance. For a camera with a lens or in motion, no lamps are returned.

@@ -42,7 +42,7 @@ pub fn conserve(radiance: &mut [Rgb], estimates: &[Rgb], variances: &[f32], widt
         let mut squares = Squares::new([width, height], side);
         for p in &counted {
             let light = Light {
-                lack: f64::from(estimates[*p].luminance()) - f64::from(radiance[*p].luminance()),
+                deficit: f64::from(estimates[*p].luminance()) - f64::from(radiance[*p].luminance()),
                 variance: variances[*p].into(),
                 found: radiance[*p].luminance().into(),
             };
@@ -52,18 +52,18 @@ pub fn conserve(radiance: &mut [Rgb], estimates: &[Rgb], variances: &[f32], widt
     });
     let mut whole = Light::default();
     levels[0].of.iter().for_each(|square| whole.add(*square));
-    let mut parents = (vec![whole.certain_deficit(1.0)], [1, 1], SIDES[0] * levels[0].of.len().max(1));
+    // The picture is the largest square.
+    let (mut given, mut across, mut side) = (vec![whole.certain_deficit(1.0)], 1, width.max(height).max(1));
     for squares in &levels {
-        let (given, [across, _], side) = &parents;
-        let given = squares.given(given, *across, *side);
-        parents = (given, [squares.across, squares.down], squares.side);
+        given = squares.given(&given, across, side);
+        (across, side) = (squares.across, squares.side);
     }
     let smallest = &levels[SIDES.len() - 1];
     let factor = |(square, given): (&Light, &f64)| {
         let factor = (1.0 + given / square.found) as f32;
         if factor.is_nan() { 1.0 } else { factor.clamp(FACTORS[0], FACTORS[1]) }
     };
-    let factors: Vec<f32> = smallest.of.iter().zip(&parents.0).map(factor).collect();
+    let factors: Vec<f32> = smallest.of.iter().zip(&given).map(factor).collect();
     for p in counted {
         radiance[p] *= smallest.interpolated(&factors, [p % width, p / width]);
     }
@@ -72,8 +72,8 @@ pub fn conserve(radiance: &mut [Rgb], estimates: &[Rgb], variances: &[f32], widt
 /// Light of the pixels of a square (luminance).
 #[derive(Clone, Copy, Debug, Default)]
 struct Light {
-    /// Deficit `L`.
-    lack: f64,
+    /// Light `L` that the reconstruction lacks.
+    deficit: f64,
     /// Variance `V` of the deficit, by the standard errors of the estimates.
     variance: f64,
     /// Light `Σ R` of the reconstruction.
@@ -82,15 +82,15 @@ struct Light {
 
 impl Light {
     fn add(&mut self, other: Self) {
-        self.lack += other.lack;
+        self.deficit += other.deficit;
         self.variance += other.variance;
         self.found += other.found;
     }
 
     /// Certain part `S` of the deficit.
     fn certain_deficit(&self, kappa: f64) -> f64 {
-        let share = 1.0 - kappa * self.variance / (self.lack * self.lack);
-        if share > 0.0 { share * self.lack } else { 0.0 }
+        let share = 1.0 - kappa * self.variance / (self.deficit * self.deficit);
+        if share > 0.0 { share * self.deficit } else { 0.0 }
     }
 }
 

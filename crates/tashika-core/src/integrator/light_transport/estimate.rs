@@ -74,8 +74,8 @@ impl<'a> Common<'a> {
         self.lights.lamps().is_some_and(|lamps| lamps.importance_radiance(pixel) > 0.0)
     }
 
-    /// Luminance of a pixel due to lamps that it sees, if these camera samples have met hardly any
-    /// of that light; else 0 (W·m⁻²·sr⁻¹).
+    /// Luminance of a pixel due to lamps that it sees, less two standard errors of its projection,
+    /// if these camera samples have met hardly any of that light; else 0 (W·m⁻²·sr⁻¹).
     pub(super) fn unsampled_lamps(&self, pixel: [u32; 2], seen: &PixelSum) -> f64 {
         // A single point of a lamp that is drawn rarely is no evidence.
         let there = self.lights.lamps().map_or(0.0, |lamps| lamps.importance_least(pixel));

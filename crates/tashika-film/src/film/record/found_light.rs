@@ -72,18 +72,22 @@ impl Routes {
     }
 }
 
-/// Formats the shares above zero, in per cent.
+/// Formats the shares in per cent; those below 0.05 % are omitted.
 fn shares(parts: &[(&str, f64)]) -> String {
-    let there = parts.iter().filter(|(_, share)| *share > 0.0);
+    let there = parts.iter().filter(|(_, share)| *share >= 5e-4);
     there.map(|(name, share)| format!("{name} {:.1} %", 100.0 * share)).collect::<Vec<_>>().join(", ")
 }
 
 impl fmt::Display for FoundLight {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { emission, vpls, paths, missing, .. } = *self;
-        let parts = [("sums over VPLs", vpls), ("paths", paths), ("emission in view", emission)];
-        f.write_str(&shares(&parts))?;
-        if missing > 0.0 { write!(f, "; about {:.2} % is missing", 100.0 * missing) } else { Ok(()) }
+        let parts = [
+            ("sums over VPLs", vpls),
+            ("paths", paths),
+            ("emission in view", emission),
+            ("missing", missing),
+        ];
+        f.write_str(&shares(&parts))
     }
 }
 
@@ -126,8 +130,7 @@ mod tests {
         let found = FoundLight::of(&film).unwrap();
         let FoundLight { emission, vpls, paths, missing, by_light_paths } = found;
         assert_eq!(([emission, vpls, paths, missing], by_light_paths), ([0.1, 0.5, 0.2, 0.2], None));
-        let expected =
-            "sums over VPLs 50.0 %, paths 20.0 %, emission in view 10.0 %; about 20.00 % is missing";
+        let expected = "sums over VPLs 50.0 %, paths 20.0 %, emission in view 10.0 %, missing 20.0 %";
         assert_eq!(found.to_string(), expected);
     }
 }

@@ -42,7 +42,7 @@ pub(super) fn first_there<'a>(files: &SceneFiles, candidates: &'a [String], at: 
 /// Bytes and name of the first candidate that exists.
 ///
 /// # Errors
-/// Those of the first candidate, if none exists.
+/// The error of the first candidate if none exists.
 pub(super) fn read_first(
     files: &SceneFiles,
     candidates: &[String],
