@@ -10,7 +10,6 @@ use tashika::renderer::finish_merged;
 use tashika::report::{
     RenderFacts, about_light_not_found, about_not_finite, about_truth, count, render_page,
 };
-use tashika::request::Method;
 
 use crate::exit::{Failure, Outcome};
 use crate::plan::MergePlan;
@@ -75,8 +74,7 @@ fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
         rows(&report, &merged).print()?;
     }
     let tally = &report.tally;
-    let accepts = plan.accept_budget || Method::was_picture(merged.film.metadata());
-    let falls_short = tally.out_of_budget + tally.not_found > 0 && !accepts;
+    let falls_short = tally.out_of_budget + tally.not_found > 0 && !plan.accept_budget;
     Ok(match tally.not_finite {
         0 if falls_short => Outcome::BudgetHit,
         0 => Outcome::Done,

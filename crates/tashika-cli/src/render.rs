@@ -5,7 +5,7 @@ use std::thread::available_parallelism;
 
 use tashika::error::Error;
 use tashika::experiment::OtherSet;
-use tashika::film::{FoundLight, PictureClaim, RenderFilm, Tally, keys, planes};
+use tashika::film::{FoundLight, PictureClaim, RenderFilm, Tally, keys};
 use tashika::integrator::PathStop;
 use tashika::io::{KeptTiles, save_vpls, write_exr_as, write_file, write_png};
 use tashika::render::Rendered;
@@ -114,8 +114,9 @@ fn pictures(
             summary::print("\n")?;
         }
         let kept = KeptTiles::new(plan.checkpoint.clone());
-        let watcher =
-            Watcher::new(meter, seconds).with(kept, viewer.take(), page.take()).ending_in(plan.time);
+        let watcher = Watcher::new(meter, seconds)
+            .with(kept, viewer.take(), page.take())
+            .ending_in(plan.time_limit(stage.framed.window));
         worst = worst.max(image(plan, stage, outputs, stored, watcher, meter)?);
         if worst == Outcome::Interrupted {
             break;
@@ -178,7 +179,12 @@ fn image(
     watcher.close_viewer();
     let tally = done.rendered.totals.tally;
     let contradicted = done.audit.as_ref().is_some_and(|audit| audit.contradicts);
-    let accepts_budget = plan.accept_budget || done.method.is_picture();
+    let has_limit = match done.method {
+        Method::Audited { passes, .. } => passes.is_some() || plan.time_limit(stage.framed.window).is_some(),
+        _ => false,
+    };
+    // A picture with a limit on its work ends with the precision that is reached.
+    let accepts_budget = plan.accept_budget || has_limit;
     let ended = match outcome(accepts_budget, done.rendered.complete, contradicted, &tally) {
         // In a share of a job this exit code is suppressed; merging returns it.
         Outcome::NotFinite if plan.accept_budget && !plan.asked.share.is_whole() => Outcome::Done,
@@ -279,7 +285,7 @@ fn report(
         tiles: plan.asked.share.to_string(),
         method: said(keys::METHOD).unwrap_or_default(),
         paths: match method {
-            Method::Path { stop: PathStop::Count(paths), .. } => Some(*paths),
+            Method::Path { stop: PathStop::Count(paths) } => Some(*paths),
             _ => None,
         },
         gather: lights.as_ref().map(|_| done.gather),
@@ -292,10 +298,9 @@ fn report(
         exit_code: ended.code(),
         tally,
         is_audited: matches!(method, Method::Audited { .. }),
+        denoiser: said(keys::DENOISER),
         picture_claim: PictureClaim::of(metadata),
         promise_met: tally.claiming(),
-        picture: method.is_picture(),
-        reconstructed: rendered.film.plane(planes::RECONSTRUCTION).is_some(),
         budget_hit: tally.out_of_budget,
         not_found: tally.not_found,
         pairs_are: said(keys::PAIRS_ARE),

@@ -10,7 +10,6 @@ use tashika::experiment::OtherSet;
 use tashika::film::{Claim, FoundLight, MeanInterval, PictureClaim, Tally, Tone};
 use tashika::gather::Filter;
 use tashika::io::write_file;
-use tashika::reconstruction::ABOUT;
 use tashika::renderer::Audit;
 use tashika::report::{ErrorBudget, about_light_not_found, about_not_finite, about_truth, percent_of_error};
 
@@ -223,14 +222,12 @@ pub struct RenderReport {
     /// True if a claim about the picture as a whole was requested.
     #[serde(skip)]
     pub is_audited: bool,
+    /// Denoiser of an audited picture; `None` for the renderer's own reconstruction.
+    pub denoiser: Option<String>,
     /// Claim about the picture as a whole, if there is one.
     pub picture_claim: Option<PictureClaim>,
     /// Pixels that claim something within their budget, by the name of earlier versions.
     pub promise_met: u64,
-    /// True if no error was requested, so that pixels may run out of budget.
-    pub picture: bool,
-    /// True if the PNG is a reconstruction.
-    pub reconstructed: bool,
     /// Pixels that ran out of budget, by the name of earlier versions.
     pub budget_hit: u64,
     /// Pixels that claim nothing because too much of their light is unsampled, by the name of
@@ -271,6 +268,9 @@ pub struct RenderReport {
 }
 
 impl RenderReport {
+    /// Name of the method of pictures whose paths draw no VPLs.
+    const PATHS_ALONE: &str = "path";
+
     /// Rows with the summary for people.
     pub fn rows(&self) -> Rows {
         let mut rows = Rows::default();
@@ -300,10 +300,15 @@ impl RenderReport {
         if let Some(lights) = &self.lights {
             let clamp =
                 if lights.clamp_m > 0.0 { format!("{:.3} m", lights.clamp_m) } else { "off".to_owned() };
+            let unused = if self.is_audited && self.method == Self::PATHS_ALONE {
+                "; the picture is by paths alone, which are cheaper here"
+            } else {
+                ""
+            };
             rows.push(
                 "lights",
                 format!(
-                    "{}, {} direct and {} indirect; clamp {clamp}",
+                    "{}, {} direct and {} indirect; clamp {clamp}{unused}",
                     counted(lights.count, "VPL", "VPLs"),
                     HumanCount(lights.direct),
                     HumanCount(lights.indirect)
@@ -329,8 +334,8 @@ impl RenderReport {
         if let Some(claim) = &self.picture_claim {
             rows.push("claim", claim.to_string());
             if !claim.reached {
-                let PictureClaim { share, .. } = claim;
-                rows.push("", format!("{} % were asked for: --time gives it longer", 100.0 * share));
+                let aim = 100.0 * claim.share;
+                rows.push("", format!("more time or passes certify more pixels, up to the aim of {aim} %"));
             }
             if self.tally.of(Claim::Audited) + self.tally.wider == 0 {
                 rows.push("", "no map of half-widths: too few truths of the audited pixels are known");
@@ -338,11 +343,11 @@ impl RenderReport {
         } else if self.is_audited && self.tiles != "1/1" {
             rows.push("claim", "none of a part; `tashika merge` audits the picture when all parts are there");
         } else if self.tally.out_of_budget > 0 {
-            let further = if self.picture { "; --error works on until they are good enough" } else { "" };
-            rows.push(
-                "",
-                format!("{} of them ran out of budget{further}", HumanCount(self.tally.out_of_budget)),
-            );
+            rows.push("", format!("{} of them ran out of budget", HumanCount(self.tally.out_of_budget)));
+        }
+        if self.is_audited {
+            let own = "the renderer's own reconstruction";
+            rows.push("denoiser", self.denoiser.clone().unwrap_or_else(|| own.to_owned()));
         }
         if self.tally.not_found > 0 {
             rows.push("", about_light_not_found(self.tally.not_found));
@@ -364,9 +369,6 @@ impl RenderReport {
                 format!("alone: clustering {clustering}, lights {lights}, compensation {compensation}")
             };
             rows.push("half-width", format!("median {total}; {made_of}"));
-        }
-        if self.reconstructed {
-            rows.push("picture", format!("{ABOUT}; {:.2} s", self.seconds.reconstruction));
         }
         if let Some(other_set) = &self.other_set {
             rows.push("other VPLs", other_set.words());

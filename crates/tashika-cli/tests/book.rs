@@ -33,13 +33,21 @@ fn commands(chapter: &str) -> Vec<String> {
     lines.filter(|line| !line.is_empty()).map(str::to_owned).collect()
 }
 
-/// Words of a command with small values of options; the first is the program.
+/// Options by which a render has an end of its own. Others are audited pictures until a time limit.
+const ENDS: [&str; 7] = ["--error", "--time", "--passes", "--quality", "--claim", "--method", "--truth"];
+
+/// Words of a command with small values of options; the first is the program. Pictures that only a
+/// time limit would end have two passes.
 fn small(command: &str) -> Vec<String> {
     let mut words: Vec<String> = command.split_whitespace().map(str::to_owned).collect();
     for at in 1..words.len() {
         if let Some((_, small)) = SMALL.iter().find(|(option, _)| words[at - 1] == *option) {
             words[at] = (*small).to_owned();
         }
+    }
+    let has_end = words.iter().any(|word| ENDS.contains(&word.as_str()) || word == "--tiles");
+    if words.get(1).is_some_and(|command| command == "render") && !has_end {
+        words.extend(["--passes", "2"].map(str::to_owned));
     }
     words
 }
@@ -88,7 +96,8 @@ fn commands_are_found_and_made_small() {
         "text\n```sh\ntashika render a --size 640x360 --paths 1024 # why\n\n```\n```text\nnot this\n```\n";
     let found = commands(chapter);
     assert_eq!(found, ["tashika render a --size 640x360 --paths 1024"]);
-    assert_eq!(small(&found[0]).join(" "), "tashika render a --size 12x12 --paths 4");
+    assert_eq!(small(&found[0]).join(" "), "tashika render a --size 12x12 --paths 4 --passes 2");
+    assert_eq!(small("tashika render a --error 2%").join(" "), "tashika render a --error 20%");
 }
 
 /// Runs the commands of the chapter on farms. The merged shares have the same bits and the same

@@ -332,14 +332,14 @@ fn a_job_for_slurm_gives_the_same_bytes() {
     assert!(folder.join("job/part-3.exr").exists() && !folder.join("job/part-3.exr.checkpoint").exists());
 }
 
-/// A job with the default method. The set of VPLs is traced once for all shares, and pixels that
-/// run out of budget do not change the exit code of a picture.
+/// A job with the default method. The set of VPLs is traced once for all shares.
 #[cfg(unix)]
 #[test]
 fn a_picture_is_shared_with_the_lights_of_one() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let render = "render builtin:tiny --size 40x30 --vpls 20k --clamp 0.03 --max-pairs 150 --filter tent -q";
+    let render = "render builtin:tiny --size 40x30 --vpls 20k --clamp 0.03 --max-pairs 150 --filter tent \
+                  --accept-budget -q";
     succeeds(folder, &format!("{render} -o whole.exr"));
     let program = env!("CARGO_BIN_EXE_tashika");
     succeeds(folder, &format!("farm slurm --shares 3 --out job --program {program} -- {render} -o a.exr"));
@@ -348,7 +348,10 @@ fn a_picture_is_shared_with_the_lights_of_one() {
     assert!(folder.join("job/lights.vpl").exists());
     let share = fs::read_to_string(folder.join("job/share.sh")).unwrap();
     assert!(share.contains("lights.vpl") && !share.contains("--vpls"), "{share}");
-    succeeds(folder, "merge job/part-1.exr job/part-2.exr job/part-3.exr -o b.exr --json b.json");
+    succeeds(
+        folder,
+        "merge --accept-budget job/part-1.exr job/part-2.exr job/part-3.exr -o b.exr --json b.json",
+    );
     let json: serde_json::Value = serde_json::from_slice(&fs::read(folder.join("b.json")).unwrap()).unwrap();
     assert!(json["budget_hit"].as_u64().unwrap() > 0, "{json}");
 }

@@ -8,7 +8,7 @@
 pub mod io;
 
 // Modules of the lower crates, so that paths such as `crate::math` are valid in every crate.
-use tashika_film::{color, error, film, reconstruction};
+use tashika_film::{color, error, film};
 use tashika_math::math;
 #[cfg(test)]
 use tashika_math::{rng, warp};

@@ -51,6 +51,11 @@ impl fmt::Debug for Oidn {
 }
 
 impl Oidn {
+    /// Name of our own reconstruction, in [`by_name`](Self::by_name).
+    pub const OWN: &str = "own";
+    /// Name of the library where it is found, else of our reconstruction.
+    pub const AUTO: &str = "auto";
+
     /// Loads the library from a file, or by a [name](SYSTEM) that the system resolves, and makes a
     /// device on the processor with `threads` threads; 0 stands for all that there are.
     ///
@@ -69,7 +74,8 @@ impl Oidn {
 
     /// Returns the denoiser that a user selects by `name`. `own`: `None`, the built-in
     /// reconstruction. `oidn`: the library that the environment variable `TASHIKA_OIDN` names, else
-    /// `found`, else [the system's](SYSTEM). Any other name: the library in that file.
+    /// `found`, else [the system's](SYSTEM). `auto`: as `oidn`, but `None` if neither `found` nor
+    /// the system has one. Any other name: the library in that file.
     ///
     /// # Errors
     /// As [`Oidn::load`].
@@ -79,8 +85,12 @@ impl Oidn {
         threads: usize,
     ) -> Result<Option<Arc<dyn Smoother>>> {
         let library = match name.to_str() {
-            Some("own") => return Ok(None),
-            Some("oidn") => {
+            Some(Self::OWN) => return Ok(None),
+            Some(Self::AUTO) if std::env::var_os(VARIABLE).is_none() => {
+                let library = found().unwrap_or_else(|| SYSTEM.into());
+                return Ok(Self::load(&library, threads).ok().map(|oidn| Arc::new(oidn) as _));
+            }
+            Some("oidn" | Self::AUTO) => {
                 let named = std::env::var_os(VARIABLE).map(PathBuf::from);
                 named.or_else(found).unwrap_or_else(|| SYSTEM.into())
             }
@@ -138,6 +148,10 @@ mod tests {
     #[test]
     fn names_are_those_of_users() {
         assert!(Oidn::by_name(Path::new("own"), || panic!("nothing is looked for"), 1).unwrap().is_none());
+        if std::env::var_os(VARIABLE).is_none() {
+            let found = || Some("/nowhere/found.so".into());
+            assert!(Oidn::by_name(Path::new("auto"), found, 1).unwrap().is_none());
+        }
         let file = Path::new("/nowhere/it.so");
         let refused = Oidn::by_name(file, || panic!("a file is named"), 1).unwrap_err().to_string();
         assert!(refused.contains("/nowhere/it.so"), "{refused}");

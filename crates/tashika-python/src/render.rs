@@ -16,6 +16,7 @@ use tashika::io::KeptTiles;
 use tashika::render::{Begun, Finished, Progress, TileShare};
 use tashika::renderer::{Observer, Renderer};
 use tashika::request::{CameraChange, Framing, Method, ProjectionName, Request};
+use tashika_oidn::Oidn;
 
 use crate::attended::{Watch, attended};
 use crate::denoiser;
@@ -40,15 +41,16 @@ use crate::words;
 ///   lens, as in `Camera`.
 /// - `method`: "tashika", "exact", "lightcuts", "mdlc", "nabata2016", "sakai2018", "iwasaki2019" or
 ///   "path".
-/// - `error`: relative error allowed in a pixel. By default it is 0.05 (0.02 with `truth` "vpl"),
-///   the work is limited to minutes, and pixels that are not within the error by then are marked.
-///   With `method` "path" there is no default: 64 `paths` a pixel are traced. `absolute`: error
-///   that suffices in dark pixels (W/m²/sr); by default 0 for a sum, and `error` times a hundredth
-///   of the view's mean for light transport. `control`: "luminance" or "channels"; `confidence` of
-///   the intervals, 0.95; `claim`: "calibrated" or "certified", or "audited": of the picture as a
-///   whole (below); `truth`: "transport" (light in the scene, the default), "vpl" (the sum over one
-///   set, the default for certified claims and for a `VplSet`) or "clamped"; `max_pairs`: largest
-///   cut of a pixel; with "transport", largest number of pairs and paths.
+/// - `error`: relative error allowed in a pixel; each pixel is then rendered until it keeps it.
+///   Without `error` and `claim`, the picture is audited as a whole (below), within 0.1 and about
+///   30 s for 640×360 pixels. With `method` "path", 64 `paths` a pixel are traced. `absolute`:
+///   error that suffices in dark pixels (W/m²/sr); by default 0 for a sum, and `error` times a
+///   hundredth of the view's mean for light transport. `control`: "luminance" or "channels";
+///   `confidence` of the intervals, 0.95; `claim`: "calibrated" (within 0.05) or "certified", or
+///   "audited": of the picture as a whole (below); `truth`: "transport" (light in the scene, the
+///   default), "vpl" (the sum over one set, the default for certified claims and for a `VplSet`) or
+///   "clamped"; `max_pairs`: largest cut of a pixel; with "transport", largest number of pairs and
+///   paths.
 /// - `vpls`: a `VplSet`, or the number to trace (a million at 0.05, 2.5 million at 0.02; 5000 with
 ///   `truth` "vpl"); `clamp`: "auto", "off" or metres; `instants`: number of times at which the
 ///   VPLs sample moving objects (32); `gather`: gather points a pixel (51 at 0.05, 128 at 0.02; 4
@@ -59,10 +61,12 @@ use crate::words;
 ///   (600) of its pixels are computed. The claim is that `share` (0.95) of the pixels are within
 ///   `error` (0.1), with the confidence `assurance` (0.99); `Image.picture_claim` has the result.
 ///   Rendering takes about `time` seconds at most; the result is then the claim that was reached.
+///   `passes` (1 to 12) instead is a fixed amount of work, whose bits are the same on any machine.
 ///   Parts (`tiles`) claim nothing; `merge` audits the whole.
 /// - `denoiser`: smoother of audited pictures: "own", "oidn" (Open Image Denoise 2, from
-///   `pip install tashika[oidn]`, or as named by TASHIKA_OIDN or the system), or the file of that
-///   library. With the library, bits may differ between machines.
+///   `pip install tashika[oidn]`, or as named by TASHIKA_OIDN or the system), "auto" (oidn where it
+///   is found, else own; the default without `passes` and `tiles`), or the file of that library.
+///   With the library, bits may differ between machines.
 /// - `cryptomatte`: True, or the number of names that a pixel distinguishes (6), adds the planes
 ///   "CryptoObject00" and "CryptoMaterial00", "…01", "…02" of Cryptomatte, whose manifests are in
 ///   the metadata, and "object_id" and "material_id", the numbers of the object and the material
@@ -103,7 +107,7 @@ use crate::words;
     vpls=None, gather=None, seed=1, threads=0, max_pairs=None, absolute=None, control=None, tiles=None, clamp=None,
     paths=None, filter=None, checkpoint=None, progress=None, projection=None, fov=None, lens_radius=None,
     focus_distance=None, blades=None, blade_rotation=None, quality=None, share=None, assurance=None, audit=None,
-    time=None, denoiser=None, cryptomatte=None, groups=None, motion_vectors=false, instants=None
+    time=None, denoiser=None, cryptomatte=None, groups=None, motion_vectors=false, instants=None, passes=None
 ))]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn render(
@@ -146,6 +150,7 @@ pub fn render(
     groups: Option<&Bound<'_, PyAny>>,
     motion_vectors: bool,
     instants: Option<u64>,
+    passes: Option<u64>,
 ) -> PyResult<Image> {
     let scene = scene.get();
     let (given, of_lights) = vpls::said(vpls, clamp, instants)?;
@@ -166,6 +171,7 @@ pub fn render(
         share,
         assurance,
         audit,
+        passes,
         ..of_lights
     };
     let request = match quality.map(words::quality).transpose()? {
@@ -178,7 +184,7 @@ pub fn render(
     let change = CameraChange { projection, fov, lens_radius, focus_distance, blades, blade_rotation };
     let (camera, framing) = (scene.camera(camera)?, Framing { size, crop });
     // Unusable values are raised before the work begins.
-    framing.of(&change.of(camera).map_err(raised)?).map_err(raised)?;
+    let framed = framing.of(&change.of(camera).map_err(raised)?).map_err(raised)?;
     let share = tiles.map_or(Ok(TileShare::default()), words::tiles)?;
     let said = [
         ("audit", audit.map(|count| count.to_string())),
@@ -193,7 +199,8 @@ pub fn render(
     let resolved = in_scene.resolve().map_err(raised)?;
     let is_audited = matches!(resolved.method, Method::Audited { .. });
     if let (true, true, Some(path)) = (is_audited, share.is_whole(), &checkpoint) {
-        let expected = "none with claim audited but for parts (tiles): the picture is made in passes";
+        let expected = "none of a picture that is audited as a whole, which is made in passes; one with an error, or \
+                        parts (tiles), can be kept";
         return Err(option("checkpoint", path.display(), expected));
     }
     if let (true, false, Some(seconds)) = (is_audited, share.is_whole(), time) {
@@ -211,7 +218,14 @@ pub fn render(
             &format!("{name} means nothing to method {method}, which this scene needs, and is not used"),
         )?;
     }
-    let smoother = denoiser.map(|name| denoiser::of(py, &name, threads)).transpose()?.flatten();
+    if let (Some(passes), true) = (passes, time.is_some() || !share.is_whole()) {
+        return Err(option("passes", passes, "none with time or tiles; take one of the two away"));
+    }
+    let time = time.or_else(|| request.default_seconds(framed.window.area()).filter(|_| share.is_whole()));
+    let time = time.filter(|_| passes.is_none());
+    let is_fixed = passes.is_some() || !share.is_whole();
+    let name = denoiser.unwrap_or_else(|| if is_fixed { Oidn::OWN } else { Oidn::AUTO }.into());
+    let smoother = if is_audited { denoiser::of(py, &name, threads)? } else { None };
     let mattes = cryptomatte.map(words::ranks).transpose()?.flatten();
     let groups = groups.map(words::groups).transpose()?;
     let given = given.map(|set| set.get().shared());

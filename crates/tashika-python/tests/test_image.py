@@ -158,15 +158,17 @@ def test_notebooks_show_the_image_and_its_half_widths(image: tashika.Image) -> N
     assert re.search(r"as many others change a pixel by [\d.]+ % in the median", repr(image)), repr(image)
 
 
-def test_pictures_are_reconstructed_and_promises_are_not(tiny: tashika.Scene) -> None:
-    said = {"size": (16, 12), "vpls": 20_000, "max_pairs": 150}
-    picture, promise = tashika.render(tiny, **said), tashika.render(tiny, error=0.2, **said)
-    assert picture["reconstruction"].shape == (12, 16, 3) and "reconstruction" not in promise
-    assert "over these VPLs" not in repr(picture)
-    parts = [tashika.render(tiny, tiles=share, **said) for share in ("1/2", "2/2")]
-    assert all("reconstruction" not in part for part in parts)
-    merged = tashika.merge(parts)
-    assert np.array_equal(merged["reconstruction"], picture["reconstruction"])
+def test_a_render_without_an_error_is_an_audited_picture(tiny: tashika.Scene) -> None:
+    said = {"size": (16, 12), "vpls": 20_000}
+    picture, again = (tashika.render(tiny, passes=3, threads=threads, **said) for threads in (1, 3))
+    assert np.array_equal(picture["radiance"], again["radiance"]), "fixed work has the same bits"
+    claim = picture.picture_claim
+    assert claim is not None and (claim["passes"], claim["looks"]) == (3, 1)
+    assert "denoiser" not in picture.metadata
+    assert tashika.render(tiny, error=0.2, **said).picture_claim is None
+    for wrong in ({"passes": 0}, {"passes": 3, "time": 5.0}, {"passes": 3, "tiles": "1/2"}, {"passes": 3, "error": 0.1}):
+        with pytest.raises(tashika.OptionError, match="passes"):
+            tashika.render(tiny, **wrong, **said)
 
 
 def test_names_of_scenes_are_no_markup(tiny: tashika.Scene) -> None:
@@ -174,7 +176,7 @@ def test_names_of_scenes_are_no_markup(tiny: tashika.Scene) -> None:
         [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], material=tashika.Material.diffuse(1)
     )
     scene = tashika.Scene.build([square], name="<script>")
-    assert "<script>" not in tashika.render(scene, size=(2, 2), vpls=10)._repr_html_()
+    assert "<script>" not in tashika.render(scene, size=(2, 2), vpls=10, passes=1)._repr_html_()
 
 
 def test_comparisons_tell_errors_and_claims(
@@ -210,9 +212,9 @@ def test_comparisons_tell_errors_and_claims(
     ours.save(tmp_path / "error.html", tonemap="filmic")
     assert "<option selected>filmic</option>" in (tmp_path / "error.html").read_text(encoding="utf-8")
     with pytest.raises(tashika.InputError, match="an image of 16x12 pixels"):
-        tashika.compare(image, tashika.render(tiny, size=(8, 6), vpls=10))
+        tashika.compare(image, tashika.render(tiny, size=(8, 6), vpls=10, passes=1))
     other = tmp_path / "other.exr"
-    tashika.render(tiny, size=(8, 6), vpls=10).save(other)
+    tashika.render(tiny, size=(8, 6), vpls=10, passes=1).save(other)
     with pytest.raises(tashika.InputError, match=r"expected what .*other\.exr shows: 8x6 pixels"):
         tashika.compare(image, tashika.read(other))
 

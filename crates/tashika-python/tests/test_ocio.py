@@ -268,12 +268,8 @@ def test_planes_are_shown_too(tiny: tashika.Scene, image: tashika.Image, tmp_pat
     depth = tashika.ocio.display(image, config=config, plane="depth", exposure=-3)
     assert np.abs(depth - 255 * np.clip(image["depth"] / 8, 0, 1)[..., None]).max() <= 0.5 + 1e-4
     assert np.ptp(depth) > 0
-    picture = tashika.render(tiny, size=(16, 12), vpls=20_000, max_pairs=150)
-    shown, seen, raw = (
-        tashika.ocio.display(picture, config=config, exposure=-2, plane=plane)
-        for plane in ("", "reconstruction", "radiance")
-    )
-    assert np.array_equal(shown, seen) and not np.array_equal(shown, raw)
+    shown, seen = (tashika.ocio.display(image, config=config, exposure=-2, plane=plane) for plane in ("", "radiance"))
+    assert np.array_equal(shown, seen)
 
 
 def decoded(data: bytes) -> np.ndarray:

@@ -61,7 +61,7 @@ def test_sums_over_lights(program: Path, tmp_path: Path, typed: str, said: dict[
 @pytest.mark.parametrize(
     ("typed", "said"),
     [
-        ("--size 8x6", {"size": (8, 6)}),
+        ("--size 8x6 --passes 2", {"size": (8, 6), "passes": 2}),
         ("--method path --size 8x6 --filter tent", {"method": "path", "size": (8, 6), "filter": "tent"}),
         ("--method path --size 4x3 --error 20% --paths 512", {
             "method": "path", "size": (4, 3), "error": 0.2, "paths": 512,

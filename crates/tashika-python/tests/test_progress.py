@@ -36,7 +36,7 @@ def test_an_exception_ends_the_render_and_is_raised_again(tiny: tashika.Scene) -
         tashika.render(tiny, progress=progress, **LONG)
     assert time.monotonic() - begun < 60
     # A cancelled render leaves nothing behind that would disturb the next.
-    assert tashika.render(tiny, size=(4, 3), vpls=10).complete
+    assert tashika.render(tiny, size=(4, 3), vpls=10, passes=1).complete
 
 
 def test_other_threads_run_meanwhile(tiny: tashika.Scene) -> None:
@@ -76,7 +76,7 @@ try:
     tashika.{call}
 except KeyboardInterrupt:
     print("interrupted", flush=True)
-    print(tashika.render(scene, size=(4, 3), vpls=10).complete)
+    print(tashika.render(scene, size=(4, 3), vpls=10, passes=1).complete)
 """
     child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
     assert child.stdout is not None and child.stdout.readline() == "begun\n"

@@ -89,7 +89,7 @@ def test_normals_and_texture_coordinates_are_taken() -> None:
     tilted = np.tile(np.float32([0.6, 0.8, 0]), (4, 1))
     mesh = tashika.Mesh(FLOOR, QUAD, material=tashika.Material.diffuse(0.5), normals=tilted, uvs=FLOOR[:, :2])
     scene = tashika.Scene.build([mesh], camera=tashika.Camera((0, 3, 0.1), (0, 0, 0)), sky=1.0)
-    normal = tashika.render(scene, size=(4, 4), vpls=50)["normal"]
+    normal = tashika.render(scene, size=(4, 4), vpls=50, passes=1)["normal"]
     assert np.allclose(normal[2, 2], tilted[0], atol=1e-6)
 
 
@@ -115,7 +115,7 @@ def test_materials_are_seen(material: tashika.Material) -> None:
     scene = tashika.Scene.build(
         [tashika.Mesh(FLOOR, QUAD, material=material)], lights=[sun], camera=camera, sky=0.5
     )
-    radiance = tashika.render(scene, size=(6, 4), vpls=100, gather=16)["radiance"]
+    radiance = tashika.render(scene, size=(6, 4), vpls=100, gather=16, error=0.5)["radiance"]
     assert np.isfinite(radiance).all() and (radiance > 0).all()
 
 
@@ -133,7 +133,7 @@ def test_images_are_on_surfaces_where_their_coordinates_say() -> None:
         scene = tashika.Scene.build(
             [tashika.Mesh(wide, QUAD, material=material, uvs=uvs)], camera=camera, sky=1
         )
-        return tashika.render(scene, vpls=50, gather=64)["albedo"].reshape(4, 5, 8, 5, 3)[:, 2, :, 2]
+        return tashika.render(scene, vpls=50, gather=64, error=0.5)["albedo"].reshape(4, 5, 8, 5, 3)[:, 2, :, 2]
 
     assert np.allclose(albedo(picture), picture, atol=1e-4)
     assert np.allclose(albedo(picture[:, :, 0]), picture[:, :, :1], atol=1e-4), "gray"
@@ -153,7 +153,7 @@ def test_a_map_of_the_sky_is_turned_as_documented() -> None:
     def seen(towards: tuple[float, float, float]) -> np.ndarray:
         up = (0, 0, 1) if towards[1] else (0, 1, 0)
         camera = tashika.Camera((0, 0, 0), towards, up=up, vertical_fov=1, size=(1, 1))
-        return tashika.render(tashika.Scene.build([], sky=sky, camera=camera), vpls=10)["radiance"][0, 0]
+        return tashika.render(tashika.Scene.build([], sky=sky, camera=camera), vpls=10, passes=1)["radiance"][0, 0]
 
     assert scene.triangles["stored"] == 0
     assert np.allclose(seen((0, 1, 0)), (1, 0, 0), atol=0.02)
@@ -171,7 +171,7 @@ def test_transforms_place_a_mesh_by_columns() -> None:
     mesh = tashika.Mesh(FLOOR, QUAD, material=white, transforms=places)
     scene = tashika.Scene.build([mesh], camera=camera, sky=1)
     assert scene.triangles == {"stored": 2, "instanced": 6}
-    covered = tashika.render(scene, vpls=10, gather=256)["coverage"]
+    covered = tashika.render(scene, vpls=10, gather=256, error=0.5)["coverage"]
     wanted = np.zeros((8, 8))
     wanted[3:5, 3:5] = wanted[6:8, 3:5] = 1
     # The copy at x = 3 is half as large and covers a quarter of each of four pixels.
@@ -227,7 +227,7 @@ def test_what_is_missing_is_made_and_told() -> None:
     named = tashika.Camera((0, 1, 0.1), (0, 0, 0), name="top", size=(20, 10))
     scene = tashika.Scene.build([], camera=named, sky=1)
     assert scene.cameras == {"top": (20, 10)} and any("no triangle" in note for note in scene.notes)
-    assert tashika.render(scene, vpls=10, camera="top").size == (20, 10)
+    assert tashika.render(scene, vpls=10, camera="top", passes=1).size == (20, 10)
 
 
 def test_arrays_that_cannot_be_are_refused() -> None:
@@ -358,7 +358,7 @@ def test_a_scene_is_loaded_as_it_is_at_a_time(tmp_path: Path) -> None:
     assert (still.time, later.time) == (None, 2)
     assert tashika.builtin("tiny").animated_seconds is None
     blurred = tashika.load(tmp_path / "s.pbrt", shutter=(1, 2))
-    methods = [tashika.render(s, size=(4, 4), vpls=100).metadata["method"] for s in (later, blurred)]
+    methods = [tashika.render(s, size=(4, 4), vpls=100, error=0.5).metadata["method"] for s in (later, blurred)]
     assert methods[0] != "path" and methods[1] == "path"
     assert (tashika.vpls(later, count=50).instants == [0.5]).all()
     lights = tashika.vpls(blurred, count=200, instants=4)
@@ -376,7 +376,7 @@ def test_a_scene_is_loaded_as_it_is_at_a_time(tmp_path: Path) -> None:
         tashika.render(blurred, size=(4, 4), vpls=lights, instants=8)
     again = still.at(2)
     assert again.time == 2 and again.animated_seconds == [1, 3]
-    pictures = [tashika.render(s, size=(8, 4), vpls=100)["depth"] for s in (still, later, again)]
+    pictures = [tashika.render(s, size=(8, 4), vpls=100, passes=1)["depth"] for s in (still, later, again)]
     assert (pictures[1] == pictures[2]).all() and (pictures[0] != pictures[1]).any()
     assert tashika.render(again.at(0, shutter=(1, 2)), size=(4, 4), paths=4).metadata["method"] == "path"
     with pytest.raises(tashika.OptionError, match="at = inf; expected a finite number of seconds"):

@@ -116,12 +116,9 @@ impl Tolerance {
         (Self { absolute: absolute.unwrap_or(own.absolute), ..own }, from)
     }
 
-    /// Returns the error that a film was rendered to; `None` if its metadata do not state one, if
-    /// no error was requested for it, or if the error is out of range.
+    /// Returns the error that a film was rendered to; `None` if its metadata do not state one, or
+    /// if it is out of range.
     pub fn of(film: &Film) -> Option<Self> {
-        if film.metadata().bool(keys::PICTURE) == Some(true) {
-            return None;
-        }
         let number = |key| film.metadata().number(key);
         let absolute = number(keys::ERROR_ABSOLUTE).unwrap_or(0.0);
         let tolerance = Self { relative: number(keys::ERROR)?, absolute };

@@ -45,7 +45,7 @@ pub use truths::Truths;
 mod tests;
 
 // Imports from lower crates, so that paths such as `crate::math` are the same in every crate.
-use tashika_film::{color, error, film, reconstruction};
+use tashika_film::{color, error, film};
 use tashika_math::math;
 #[cfg(test)]
 use tashika_math::rng;

@@ -234,9 +234,6 @@ fn what_a_film_was_rendered_to_is_a_tolerance_if_it_can_be() {
         image.metadata_mut().set("error", error);
         assert_eq!(Tolerance::of(&image), None, "{error}");
     }
-    image.metadata_mut().set("error", 0.05);
-    image.metadata_mut().set("picture", true);
-    assert_eq!(Tolerance::of(&image), None, "nobody asked for an error");
 }
 
 #[test]

@@ -13,6 +13,9 @@
 //! claim is counted as inside, since its reference value is known only to within an interval.
 //!
 //! # Guarantee
+//! Where all pixels of a picture are audited, no pixel is left to chance, and only intervals may
+//! miss: [`upper_share_outside_of_all`].
+//!
 //! Each statement is wrong with probability at most `δ`; several interim analyses of one set of
 //! pixels share the risk evenly (Bonferroni). Both are conservative if pixels are drawn without
 //! repetition from few pixels (Hoeffding 1963).
@@ -43,6 +46,39 @@ pub fn upper_share_outside(outside: u64, audited: u64, risk: f64, missed: f64) -
     // The two-sided interval with twice the risk has the given risk in each tail.
     let upper = clopper_pearson(outside, audited, 1.0 - 2.0 * risk).high;
     (upper / (1.0 - missed)).min(1.0)
+}
+
+/// Upper bound on the share of a picture's pixels that are outside of the claim, if all `audited`
+/// pixels of the picture are audited and `outside` of them are found outside. It is the largest
+/// share `K/n` with
+///
+/// ```text
+/// P(X ≤ k | K, 1 − γ) > δ      X binomial: the pixels outside that are found outside
+/// ```
+///
+/// * `risk`, `missed`: as for [`upper_share_outside`].
+///
+/// # Panics
+/// If `outside` exceeds `audited`.
+///
+/// # Example
+/// ```
+/// use tashika_stats::upper_share_outside_of_all;
+///
+/// // Three pixels are all missed with probability 0.05³ = 0.000125.
+/// assert_eq!(upper_share_outside_of_all(0, 100, 0.001, 0.05), 0.02);
+/// ```
+pub fn upper_share_outside_of_all(outside: u64, audited: u64, risk: f64, missed: f64) -> f64 {
+    assert!(outside <= audited, "{outside} of {audited}");
+    // At least `all − outside` of `all` intervals miss with a probability that is the lower tail of
+    // the found ones: the interval of twice the risk ends above the share that is found.
+    let is_possible = |all: u64| clopper_pearson(outside, all, 1.0 - 2.0 * risk).high > 1.0 - missed;
+    let (mut possible, mut impossible) = (outside, audited + 1);
+    while impossible - possible > 1 {
+        let middle = possible + (impossible - possible) / 2;
+        if is_possible(middle) { possible = middle } else { impossible = middle }
+    }
+    possible as f64 / audited.max(1) as f64
 }
 
 /// Rank `m`, counted from 1, in a random sample of `n` numbers: at least the share `share` of all
@@ -96,6 +132,24 @@ mod tests {
         let [sure, unsure] = [0.0, 0.2].map(|missed| upper_share_outside(3, 153, 0.05, missed));
         assert!((unsure - sure / 0.8).abs() < 1e-12);
         assert_eq!(upper_share_outside(153, 153, 0.05, 0.2), 1.0);
+    }
+
+    /// Bounds by sums of binomial terms, where every pixel is audited.
+    #[test]
+    fn bounds_of_a_picture_that_is_audited_as_a_whole_are_binomial() {
+        let tail = |found: u64, all: u64, missed: f64| -> f64 {
+            let choose = |k: u64| (0..k).map(|i| (all - i) as f64 / (i + 1) as f64).product::<f64>();
+            let term = |k: u64| choose(k) * (1.0 - missed).powi(k as i32) * missed.powi((all - k) as i32);
+            (0..=found).map(term).sum()
+        };
+        for (found, risk, missed) in [(0, 0.001, 0.05), (3, 0.01, 0.05), (7, 0.005, 0.2), (20, 0.05, 0.5)] {
+            let most = (found..=100).take_while(|all| tail(found, *all, missed) > risk).last().unwrap();
+            let bound = upper_share_outside_of_all(found, 100, risk, missed);
+            assert_eq!(bound, most as f64 / 100.0, "{found} {risk} {missed}");
+            assert!(bound < upper_share_outside(found, 100, risk, missed));
+        }
+        assert_eq!(upper_share_outside_of_all(100, 100, 0.01, 0.05), 1.0);
+        assert_eq!(upper_share_outside_of_all(2, 100, 0.01, 0.0), 0.02, "no interval misses");
     }
 
     #[test]

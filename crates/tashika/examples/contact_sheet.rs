@@ -17,9 +17,8 @@ use std::{env, fs};
 use tashika::Renderer;
 use tashika::color::Rgb;
 use tashika::error::Error;
-use tashika::film::{Film, Plane, PlaneSpec, SampleKind, Window};
+use tashika::film::{Film, Plane, PlaneSpec, SampleKind, Window, planes};
 use tashika::io::{Exposure, LoadOptions, ToneMap, load_scene, write_png};
-use tashika::reconstruction::seen;
 use tashika::report::error_budget;
 
 /// Pictures a row.
@@ -54,11 +53,11 @@ fn picture(path: &Path, camera: Option<&str>) -> Result<(Colors, [u32; 2], Strin
     let most = CELL.map(|side| side - 2 * FRAME);
     let scale = (f64::from(most[0]) / f64::from(w)).min(f64::from(most[1]) / f64::from(h));
     let size = [w, h].map(|side| ((f64::from(side) * scale) as u32).max(1));
-    let film = Renderer::new(scene).camera(camera).size(size).render()?.film;
+    let film = Renderer::new(scene).camera(camera).size(size).passes(5).render()?.film;
     let pixels = film.window().pixels();
     let half_width = error_budget(&film).map_or(0.0, |budget| 100.0 * budget.total);
     let told = format!("{told}, {:.0} s in all, half-width {half_width:.1} %", start.elapsed().as_secs_f64());
-    let colors = seen(&film).and_then(Plane::colors).expect("an image");
+    let colors = film.plane(planes::RADIANCE).and_then(Plane::colors).expect("an image");
     Ok((pixels.zip(colors).collect(), size, told))
 }
 

@@ -81,7 +81,8 @@ Exit codes:
   0    done
   2    usage: an option or its value cannot be
   3    files: an input cannot be used, or an output cannot be written
-  4    rendered, but some pixels ran out of budget, where an error was asked for
+  4    rendered, but some pixels ran out of budget, or an audited picture without a limit on its
+       time or passes has not reached its share
   5    rendered, but the audit contradicts what is claimed
   6    rendered, but some pixels are infinite or not a number; they claim nothing
   130  interrupted (Ctrl-C, SIGTERM); what is finished is written, a second Ctrl-C ends it at once";
@@ -89,15 +90,15 @@ Exit codes:
 const RENDER_EXAMPLES: &str = "\
 Examples:
   tashika render                                   the built-in room: render.exr, .png, .html
-  tashika render kitchen.glb -o kitchen.exr        a picture of which each pixel says what it is worth
+  tashika render kitchen.glb -o kitchen.exr        a picture in 30 s, with the share that is certain
+  tashika render kitchen.glb --time 5m             the same with more time
   tashika render kitchen.glb --size 320x180 --crop 100,50,64,64 --camera top
   tashika render kitchen.glb --camera all -o view.exr    view-top.exr, view-side.exr, ...
   tashika render walk.glb --frames 1..48 -o walk.exr     walk-0001.exr, walk-0002.exr, ...
   tashika render kitchen.glb --projection spherical --size 1024x512
   tashika render kitchen.glb --tiles 1/2 -o left.exr     on one machine, 2/2 on another
-  tashika render kitchen.glb --error 2% --confidence 95% --audit 100
+  tashika render kitchen.glb --error 2% --confidence 95% --audit 100   a promise for each pixel
   tashika render kitchen.glb --claim certified --error 5%
-  tashika render kitchen.glb --quality draft --time 60s  a clean picture, and what it is worth
   tashika render kitchen.glb --truth vpl --vpls 55k --gather 16
   tashika render kitchen.glb --cryptomatte               with mattes of objects and materials
   tashika render kitchen.glb --method path --groups each   with a layer of what each light gives
@@ -241,9 +242,9 @@ pub struct RenderArgs {
     pub method: Method,
 
     /// Relative error that a pixel may have, for the methods that control it: above 0, at most
-    /// 100%. Without this option, light transport is rendered as a picture that takes minutes;
-    /// pixels that do not reach 5% are marked as such
-    /// [default: 2% for a sum (--truth vpl)]
+    /// 100%. Each pixel of light transport is then rendered until it keeps it; without this option
+    /// and without --claim, the picture is audited as a whole
+    /// [default: 10% for an audited picture, 5% with --claim calibrated, 2% for a sum]
     #[arg(long, value_name = "2%|0.02", value_parser = values::percentage, allow_negative_numbers = true,
         help_heading = "Method")]
     pub error: Option<f64>,
@@ -271,7 +272,7 @@ pub struct RenderArgs {
     /// interval of each pixel covers the truth at least as often as the confidence says, by
     /// measurement. Certified: by proof, for two to six times the rays. Audited: the picture is
     /// reconstructed, and --share of its pixels are within --error, by a check of --audit pixels
-    /// [default: calibrated; audited with --quality draft and good]
+    /// [default: calibrated with --error and for sums; else audited]
     #[arg(long, value_enum, help_heading = "Method")]
     pub claim: Option<Claim>,
 
@@ -294,16 +295,23 @@ pub struct RenderArgs {
 
     /// Approximate time limit of an audited picture, including its audit; the claim states the
     /// share that was reached by then. Parts of a picture (--tiles) have no time limit
-    /// [default: as long as 64 million paths take]
+    /// [default: 30s for 640x360, in proportion to the pixels, at least 8s; with --quality or
+    /// --claim, until the share is reached, or as long as 64 million paths take]
     #[arg(long, value_name = "60s|5m|1h", value_parser = values::duration, help_heading = "Method")]
     pub time: Option<Duration>,
 
+    /// Number of passes of an audited picture, each of which doubles its paths: a fixed amount of
+    /// work, so that the bits are the same on any machine; 1 to 12
+    /// [default: as many as the time permits]
+    #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
+    pub passes: Option<u64>,
+
     /// Denoiser of an audited picture: our reconstruction (own), or Open Image Denoise 2, in the
-    /// library that TASHIKA_OIDN or the system names (oidn) or in this FILE. With Open Image
-    /// Denoise the bits may depend on the machine. Parts (--tiles) store its name, and `merge`
-    /// needs the same --denoiser
-    /// [default: own]
-    #[arg(long, value_name = "own|oidn|FILE", help_heading = "Method")]
+    /// library that TASHIKA_OIDN or the system names (oidn) or in this FILE; auto is oidn where it
+    /// is found, else own. With Open Image Denoise the bits may depend on the machine. Parts
+    /// (--tiles) store its name, and `merge` needs the same --denoiser
+    /// [default: auto; own with --passes and --tiles]
+    #[arg(long, value_name = "auto|own|oidn|FILE", help_heading = "Method")]
     pub denoiser: Option<PathBuf>,
 
     /// Truth that --error is measured from, with --method tashika: light transport itself
@@ -323,19 +331,19 @@ pub struct RenderArgs {
 
     /// Largest cut, in pairs of clusters; for light transport, in pairs and paths. A pixel that
     /// reaches it is marked as such and claims nothing
-    /// [default: for light transport 65536, or without --error 128 to 4096 by the size of the
-    /// image; for lightcuts and mdlc 1000, as published; else 1048576]
+    /// [default: for light transport 65536; for lightcuts and mdlc 1000, as published; else
+    /// 1048576]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub max_pairs: Option<u64>,
 
     /// Number of paths a pixel, with --method path; with --error or --claim calibrated, the largest
     /// number
-    /// [default: 64; 1048576 with --error; 128 to 4096 by the size of the image with --claim
-    /// calibrated alone]
+    /// [default: 64; 1048576 with --error or --claim calibrated]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub paths: Option<u64>,
 
-    /// Seed of all random numbers; the same seed gives the same image on any machine
+    /// Seed of all random numbers; the same seed gives the same image on any machine, except under
+    /// a time limit or with Open Image Denoise
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Method")]
     pub seed: u64,
 
@@ -642,8 +650,7 @@ pub struct CompareArgs {
     #[arg(value_name = "REF.exr")]
     pub reference: PathBuf,
 
-    /// Layer of A.exr to measure instead of the estimate, such as reconstruction; a layer has no
-    /// claims
+    /// Layer of A.exr to measure instead of the image; a layer has no claims
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
 

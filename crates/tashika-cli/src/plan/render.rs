@@ -1,11 +1,13 @@
 //! Plan of `render`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
-use tashika::film::Matte;
+use tashika::film::{Matte, Window};
 use tashika::io::{ExrLayout, ToneMap};
-use tashika::request::{ClaimName, Method, MethodName, Request, Resolved};
+use tashika::reconstruction::Smoother;
+use tashika::request::{ClaimName, MethodName, Request, Resolved};
 use tashika::scene::LightGrouping;
 use tashika_oidn::Oidn;
 
@@ -43,7 +45,7 @@ pub struct RenderPlan {
     pub serve: Option<Serving>,
     /// Options of every command.
     pub common: Common,
-    /// Time limit of an audited picture.
+    /// Time limit of an audited picture, if one was given.
     pub time: Option<Duration>,
     /// Number of pixels whose truths are computed after the render.
     pub audit: Option<u64>,
@@ -57,32 +59,26 @@ impl RenderPlan {
         let share = args.tiles.clone().unwrap_or_default();
         let asked = Asked { share, ..Asked::new(request(args)?, args.source.vpl_file.as_deref())? };
         let resolved = asked.request.resolve()?;
-        let is_audited = matches!(resolved.method, Method::Audited { .. });
-        if let (Some(file), true) = (&args.write_vpls, is_audited || asked.request.method == MethodName::Path)
-        {
-            let expected = "none with method path and claim audited, which render with no set of lights; take one of the two away";
-            return Err(Failure::option("write-vpls", file.display(), expected));
-        }
+        let is_audited = asked.request.claim() == Some(ClaimName::Audited);
         if let Some(time) = args.time {
             asked.request.check_audited("time", format!("{time:?}"))?;
         }
         if let Some(name) = &args.denoiser {
             asked.request.check_audited("denoiser", name.display())?;
         }
-        let smoother = args.denoiser.as_deref();
-        let smoother =
-            smoother.map(|name| Oidn::by_name(name, || None, args.common.threads)).transpose()?.flatten();
+        let smoother = if is_audited { smoother(args)? } else { None };
         let asked =
             Asked { smoother, mattes: args.planes.cryptomatte.map(Matte::ranks).transpose()?, ..asked };
         let asked = Asked { motion_vectors: args.planes.motion_vectors, ..asked };
         let typed = args.planes.groups.iter().map(String::as_str);
         let groups = (!args.planes.groups.is_empty()).then(|| LightGrouping::parse(typed)).transpose()?;
         let asked = Asked { groups, ..asked };
-        if args.checkpoint && is_audited && asked.share.is_whole() {
-            return Err(Failure::usage(
-                "--checkpoint: a picture with --claim audited is made in passes, not in tiles, but for parts \
-                 of it (--tiles)",
-            ));
+        if let (Some(_), Some(passes)) = (args.time, args.passes) {
+            return Err(Failure::option("passes", passes, "none with --time; take one of the two away"));
+        }
+        if args.passes.is_some() && !asked.share.is_whole() {
+            let expected = "none of a part (--tiles), whose work follows from its errors";
+            return Err(Failure::option("passes", args.passes.unwrap_or(0), expected));
         }
         if args.time.is_some() && is_audited && !asked.share.is_whole() {
             return Err(Failure::usage(
@@ -105,6 +101,18 @@ impl RenderPlan {
                 frames.typed(),
                 format!("--at, for one frame, with {option}"),
             ));
+        }
+        if args.checkpoint && is_audited && asked.share.is_whole() {
+            return Err(Failure::usage(
+                "--checkpoint: a picture that is audited as a whole is made in passes, not in tiles; --error 5% \
+                 or parts of it (--tiles) can be kept",
+            ));
+        }
+        if let (Some(file), true) = (&args.write_vpls, is_audited || asked.request.method == MethodName::Path)
+        {
+            let expected = "none with method path, nor with a picture that is audited as a whole, which render with no \
+                            set of lights; --error 5% renders with one";
+            return Err(Failure::option("write-vpls", file.display(), expected));
         }
         let inputs = stage.inputs(asked.vpl_file());
         if !args.serve && (args.serving.port != 0 || args.serving.no_browser) {
@@ -145,6 +153,24 @@ impl RenderPlan {
     }
 }
 
+impl RenderPlan {
+    /// Time limit of an audited picture of this part of an image: the given one, else the
+    /// [default](Request::default_seconds). Parts for several machines have none.
+    pub fn time_limit(&self, window: Window) -> Option<Duration> {
+        let by_default = || self.asked.request.default_seconds(window.area()).map(Duration::from_secs_f64);
+        self.time.or_else(by_default).filter(|_| self.asked.share.is_whole())
+    }
+}
+
+/// Denoiser of an audited picture; `None` for our reconstruction. Pictures of fixed work, and
+/// parts, have ours unless another was given, so that they are the same bits everywhere.
+fn smoother(args: &RenderArgs) -> Result<Option<Arc<dyn Smoother>>, Failure> {
+    let is_fixed = args.passes.is_some() || args.tiles.is_some();
+    let by_default = if is_fixed { Oidn::OWN } else { Oidn::AUTO };
+    let name = args.denoiser.as_deref().unwrap_or(Path::new(by_default));
+    Ok(Oidn::by_name(name, || None, args.common.threads)?)
+}
+
 /// Returns an option that was given and is possible for one image only, if there is one.
 fn of_one_image(args: &RenderArgs) -> Option<&'static str> {
     [
@@ -173,6 +199,7 @@ fn request(args: &RenderArgs) -> Result<Request, Failure> {
         share: args.share,
         assurance: args.assurance,
         audit: args.audit,
+        passes: args.passes,
         truth: args.truth,
         error: args.error,
         control: args.control,

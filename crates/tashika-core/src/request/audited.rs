@@ -6,7 +6,7 @@ use std::str::FromStr;
 use super::Request;
 use crate::error::{Error, Result};
 use crate::integrator::{Promise, SumMethod};
-use crate::stats::{tolerance_rank, upper_share_outside};
+use crate::stats::{tolerance_rank, upper_share_outside, upper_share_outside_of_all};
 
 /// A kind of claim, as users name it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -73,18 +73,22 @@ impl FromStr for ClaimName {
 pub struct AuditTerms {
     /// Share of the pixels that is to be within the error. Default 0.95; in (0, 1).
     pub share: f64,
-    /// Confidence of the claim about that share. Default 0.99; in [½, 1).
+    /// Confidence of the claim about that share. Default 0.99; in (½, 1).
     pub assurance: f64,
     /// Number of pixels to audit. Default 600.
     pub pixels: u64,
     /// Number of interim analyses that share the risk, at least 1. With fewer analyses, each gives
-    /// a tighter bound. Default [`LOOKS`](Self::LOOKS); 1 for a picture in parts.
+    /// a tighter bound. Default [`LOOKS`](Self::LOOKS); 2 with a time
+    /// limit, 1 for a picture in parts or of fixed work.
     pub looks: u32,
+    /// Number of pixels that the audited ones are drawn from, once it is known. If all of them are
+    /// audited, the audit has no error of sampling.
+    pub population: Option<u64>,
 }
 
 impl Default for AuditTerms {
     fn default() -> Self {
-        Self { share: 0.95, assurance: 0.99, pixels: 600, looks: Self::LOOKS }
+        Self { share: 0.95, assurance: 0.99, pixels: 600, looks: Self::LOOKS, population: None }
     }
 }
 
@@ -94,6 +98,8 @@ impl AuditTerms {
     /// Largest number of interim analyses: one for each picture, and a second one for the first
     /// picture, with more pixels.
     pub const LOOKS: u32 = Self::PICTURES + 1;
+    /// Largest number of passes of a picture. The paths double with each pass.
+    pub const MAX_PASSES: u32 = 12;
     /// Joint confidence of all intervals of one audited pixel's truth.
     pub const CONFIDENCE: f64 = 0.95;
 
@@ -105,7 +111,17 @@ impl AuditTerms {
     /// Upper bound on the share of the pixels that is outside the error, if `outside` of `audited`
     /// pixels are.
     pub fn upper_outside(&self, outside: u64, audited: u64) -> f64 {
-        upper_share_outside(outside, audited, self.risk(), 1.0 - Self::CONFIDENCE)
+        let missed = 1.0 - Self::CONFIDENCE;
+        if self.is_of_all(audited) {
+            upper_share_outside_of_all(outside, audited, self.risk(), missed)
+        } else {
+            upper_share_outside(outside, audited, self.risk(), missed)
+        }
+    }
+
+    /// Returns true if the audited pixels are all that there are.
+    fn is_of_all(&self, audited: u64) -> bool {
+        audited > 0 && self.population.is_some_and(|population| audited >= population)
     }
 
     /// Number of pixels of a more precise audit. If 95 % of the picture is to be within the error,
@@ -123,7 +139,13 @@ impl AuditTerms {
     /// scales the map of half-widths. `None` if the pixels are too few. The rank allows for
     /// intervals that miss the truth of an audited pixel.
     pub fn rank(&self, audited: u64) -> Option<u64> {
-        tolerance_rank(audited, 1.0 - (1.0 - self.share) * Self::CONFIDENCE, self.risk())
+        let share = 1.0 - (1.0 - self.share) * Self::CONFIDENCE;
+        if self.is_of_all(audited) {
+            // With the largest number of pixels outside with which the share is reached.
+            let outside = (0..=audited).take_while(|outside| self.is_reached(*outside, audited)).last()?;
+            return Some(audited - outside).filter(|rank| *rank > 0);
+        }
+        tolerance_rank(audited, share, self.risk())
     }
 
     /// Checks that all values are in range.
@@ -134,8 +156,8 @@ impl AuditTerms {
         if !(self.share > 0.0 && self.share < 1.0) {
             return Err(Error::option("share", self.share, "above 0 and below 1 (100%)"));
         }
-        if !(self.assurance >= 0.5 && self.assurance < 1.0) {
-            return Err(Error::option("assurance", self.assurance, "at least 0.5 (50%) and below 1 (100%)"));
+        if !(self.assurance > 0.5 && self.assurance < 1.0) {
+            return Err(Error::option("assurance", self.assurance, "above 0.5 (50%) and below 1 (100%)"));
         }
         if !self.is_reached(0, self.pixels) || self.rank(self.pixels).is_none() {
             let is_enough = |n: &u64| self.is_reached(0, *n) && self.rank(*n).is_some();

@@ -12,7 +12,7 @@
 //! | truth | method tashika; with other methods, only the truth that they estimate |
 //! | max_pairs | a method that refines cuts |
 //! | audit | a method that makes a claim |
-//! | share, assurance | claim audited |
+//! | share, assurance, passes | claim audited |
 //! | quality | no claim of another kind, and a method that can make the claim |
 //!
 //! An option whose need is not met is refused, with one exception. In scenes that move or whose
@@ -123,7 +123,7 @@ impl Request {
             || with_method("unless an error or a claim is asked for: so many paths promise nothing");
         let of_interval = |why: &str| if is_path { of_count() } else { with_method(why) };
         let of_claim =
-            |why: &str| if is_path && self.claim.is_none() { of_count() } else { with_method(why) };
+            |why: &str| if is_path && self.claim().is_none() { of_count() } else { with_method(why) };
 
         let mut found = Vec::new();
         let mut row = |name, value: Option<String>, is_in_vain: bool, expected: &dyn Fn() -> String| {
@@ -168,7 +168,9 @@ impl Request {
                 of_interval("which states no interval")
             }
         });
-        for (name, value) in [("share", text(self.share)), ("assurance", text(self.assurance))] {
+        let of_audits =
+            [("share", text(self.share)), ("assurance", text(self.assurance)), ("passes", text(self.passes))];
+        for (name, value) in of_audits {
             row(name, value, !is_audited, &|| WITHOUT_AUDIT.to_owned());
         }
         row("claim", text(self.claim), !(is_ours || is_audited || is_calibrated), &|| {
@@ -190,7 +192,7 @@ impl Request {
 
 /// Accepted values of an option of audits in a request without an audit.
 const WITHOUT_AUDIT: &str =
-    "none without claim audited (quality draft or good): take it away, or ask for such a picture";
+    "none without claim audited: take it away, or have such a picture, without an error or by a quality";
 /// Remedy for two options that contradict each other.
 const ONE_OF_TWO: &str = "take one of the two away";
 

@@ -5,18 +5,10 @@ use std::str::FromStr;
 
 use super::AuditTerms;
 use crate::error::{Error, Result};
-use crate::film::{Film, Metadata, keys};
 use crate::integrator::{ControlOptions, PathStop, Promise, SumMethod, Truth};
-use crate::reconstruction::reconstruct;
 use crate::scene::Abilities;
 use crate::vpl::VplOptions;
 
-/// Most pairs and paths of all pixels where no error is requested. A picture then takes minutes,
-/// and each pixel states its own error.
-const PICTURE_WORK: u64 = 50_000_000;
-/// Fewest and most pairs or paths a pixel: fewer would leave noise, and more are used only if an
-/// error is set.
-const PIXEL_WORK: [u64; 2] = [128, 4096];
 /// Terms of a pixel up to which our method computes the whole sum, which takes no longer than an
 /// estimate to 2 %. Measured.
 const SHORT_SUM: u64 = 16_000;
@@ -105,8 +97,6 @@ pub enum Method {
         truth: Truth,
         /// Error, confidence and budget of a pixel.
         options: ControlOptions,
-        /// True if no error was requested, so that pixels may run out of budget.
-        is_picture: bool,
     },
     /// A reconstructed picture of light transport, audited as a whole.
     Audited {
@@ -117,13 +107,13 @@ pub enum Method {
         options: ControlOptions,
         /// Share, assurance and size of the audit.
         terms: AuditTerms,
+        /// Number of passes; `None` if the audit or a time limit ends them.
+        passes: Option<u32>,
     },
     /// Unidirectional path tracing, without VPLs.
     Path {
         /// Condition under which a pixel has enough paths.
         stop: PathStop,
-        /// True if no error was requested, so that pixels may run out of budget.
-        is_picture: bool,
     },
 }
 
@@ -135,7 +125,7 @@ impl Method {
         match self {
             Self::Sum { method, .. } => *method == SumMethod::Exact || method.states_interval(),
             Self::Transport { .. } | Self::Audited { .. } => true,
-            Self::Path { stop, .. } => stop.options().is_some(),
+            Self::Path { stop } => stop.options().is_some(),
         }
     }
 
@@ -153,35 +143,6 @@ impl Method {
         matches!(self, Self::Sum { .. })
     }
 
-    /// Returns true if no error was requested, so that pixels may run out of budget.
-    pub fn is_picture(&self) -> bool {
-        matches!(self, Self::Transport { is_picture: true, .. } | Self::Path { is_picture: true, .. })
-    }
-
-    /// Returns true if a film with this metadata was made by a method for which
-    /// [`is_picture`](Self::is_picture) is true.
-    pub fn was_picture(metadata: &Metadata) -> bool {
-        metadata.bool(keys::PICTURE) == Some(true)
-    }
-
-    /// Finishes a film. A picture without a requested error is [reconstructed](reconstruct). If it
-    /// has planes of light groups, the film stays unchanged, since these planes add up to the
-    /// radiance before reconstruction. Films of parts are finished after they are joined, with the
-    /// metadata of the parts. Runs on the current thread pool.
-    pub fn finish(film: &mut Film) {
-        let has_groups = film.metadata().get(keys::LIGHT_GROUPS).is_some();
-        if Self::was_picture(film.metadata()) && !has_groups {
-            reconstruct(film);
-        }
-    }
-
-    /// Writes metadata about the request that the integrator does not write.
-    pub fn describe(&self, metadata: &mut Metadata) {
-        if self.is_picture() {
-            metadata.set(keys::PICTURE, true);
-        }
-    }
-
     /// Returns the method for `lights` VPLs and `points` gather points a pixel. Our method computes
     /// a sum of at most 16,000 terms whole, unless the request sets the size of its cuts.
     #[must_use]
@@ -194,25 +155,5 @@ impl Method {
             *method = SumMethod::Exact;
         }
         chosen
-    }
-
-    /// Returns the method for an image of `size` (pixels). A picture without a requested error
-    /// takes minutes, whatever its size: 50 million pairs and paths in all, 128 to 4096 a pixel.
-    #[must_use]
-    pub fn sized(&self, size: [u32; 2]) -> Self {
-        let mut sized = self.clone();
-        let pixels = size.map(u64::from).iter().product::<u64>().max(1);
-        let [fewest, most] = PIXEL_WORK;
-        let of_pixel = (PICTURE_WORK / pixels).clamp(fewest, most);
-        match &mut sized {
-            Self::Transport { options, is_picture: true, .. } => {
-                options.max_pairs.get_or_insert(of_pixel);
-            }
-            Self::Path { stop: PathStop::Calibrated { most, .. }, is_picture: true } => {
-                *most = of_pixel as u32;
-            }
-            _ => {}
-        }
-        sized
     }
 }

@@ -9,12 +9,14 @@
 //!
 //! | unset | default |
 //! |---|---|
-//! | method | our method, with calibrated claims |
+//! | method | our method |
+//! | claim | [`Request::claim`] |
 //! | truth | light transport; the sum over one set of VPLs with certified claims or given VPLs |
 //! | error | 5 % of light transport, 2 % of a sum, 10 % of an audited picture |
 //! | share, assurance, audited pixels | those of [`AuditTerms`] |
 //! | confidence, control, absolute | those of [`ControlOptions`] |
-//! | most pairs | those of the method; by [`Method::sized`] for light transport without an error |
+//! | most pairs | those of the method |
+//! | passes | as many as the claim, the time limit or 64 million paths permit |
 //! | VPLs | those of [`VplOptions`], or by the error `ε` as below |
 //! | gather points | those of [`GatherOptions`], or by the error as below |
 //! | filter | the box |
@@ -52,6 +54,11 @@ use crate::vpl::{Clamp, VplOptions};
 
 /// Default relative error of light transport.
 const PICTURE_ERROR: f64 = 0.05;
+/// Time limit of a picture of this many pixels, if nothing else ends it (s).
+const PICTURE_SECONDS: f64 = 30.0;
+const PICTURE_PIXELS: f64 = 640.0 * 360.0;
+/// Smallest such time limit (s): guidance takes most of it.
+const FEWEST_SECONDS: f64 = 8.0;
 /// Default relative error of an audited picture.
 const AUDITED_ERROR: f64 = 0.1;
 /// Number of VPLs of an audited picture, times the squared error. The number must grow with the
@@ -79,7 +86,8 @@ pub struct Request {
     /// Method of the render. Default: ours.
     pub method: MethodName,
     /// Claim of our method, which replaces the claim in the name of `method`; or claim of path
-    /// tracing, which then stops by our interval or is audited.
+    /// tracing, which then stops by our interval or is audited. Default:
+    /// [`claim`](Request::claim).
     pub claim: Option<ClaimName>,
     /// Share of the pixels that is to be within the error, for an audited picture.
     pub share: Option<f64>,
@@ -87,6 +95,8 @@ pub struct Request {
     pub assurance: Option<f64>,
     /// Number of pixels to audit.
     pub audit: Option<u64>,
+    /// Number of passes of an audited picture, whose work is then fixed.
+    pub passes: Option<u64>,
     /// Quantity that the error of our method is measured from.
     pub truth: Option<Truth>,
     /// Relative error allowed in a pixel.
@@ -129,6 +139,7 @@ impl Default for Request {
             share: None,
             assurance: None,
             audit: None,
+            passes: None,
             truth: None,
             error: None,
             control: None,
@@ -180,12 +191,12 @@ impl Request {
         let is_default = self.method == MethodName::default();
         if is_default
             && !self.lights_given
-            && self.claim != Some(ClaimName::Certified)
+            && self.claim() != Some(ClaimName::Certified)
             && self.truth() == Truth::Transport
         {
             // A number of paths without an error is a request for that number, without a claim.
             let is_count = self.paths.is_some() && self.error.is_none();
-            let claim = self.claim.or((!is_count).then_some(ClaimName::Calibrated));
+            let claim = self.claim().or((!is_count).then_some(ClaimName::Calibrated));
             return Self { method: MethodName::Path, claim, ..self.clone() };
         }
         self.clone()
@@ -198,7 +209,7 @@ impl Request {
     pub fn resolve(&self) -> Result<Resolved> {
         let options = self.control_options()?;
         let is_certified = self.method.of_lights() == Some(SumMethod::Tashika(Promise::Certified));
-        if is_certified && self.claim == Some(ClaimName::Calibrated) {
+        if is_certified && self.claim() == Some(ClaimName::Calibrated) {
             let method = Promise::Certified.method_name();
             return Err(Error::option(
                 "claim",
@@ -219,7 +230,6 @@ impl Request {
                     lights: if self.lights_given { None } else { Some(self.many_lights()?) },
                     truth,
                     options,
-                    is_picture: self.error.is_none(),
                 }
             }
             Some(method) => {
@@ -286,9 +296,39 @@ impl Request {
         Ok(self.path_count()?.unwrap_or(PATHS))
     }
 
+    /// Returns the claim, if the request has one: the given claim, or [`ClaimName::Audited`] for
+    /// the default method without an error and without any option that only a claim about each
+    /// pixel or a fixed number of paths has.
+    pub fn claim(&self) -> Option<ClaimName> {
+        let is_of_pixels = self.error.is_some()
+            || self.lights_given
+            || self.groups_asked
+            || self.truth.is_some_and(|truth| truth != Truth::Transport)
+            || self.control.is_some_and(|control| control != Controlled::Luminance)
+            || [self.max_pairs, self.paths].iter().any(Option::is_some)
+            || self.confidence.is_some();
+        let is_picture = self.method == MethodName::default() && !is_of_pixels;
+        self.claim.or(is_picture.then_some(ClaimName::Audited))
+    }
+
+    /// Time limit of a picture of `pixels` pixels for which neither precision nor work is set (s):
+    /// 30 s for 640×360, in proportion to the pixels, and at least 8 s. `None` for other requests.
+    pub fn default_seconds(&self, pixels: u64) -> Option<f64> {
+        let is_open = self.is_audited() && self.claim.is_none() && self.passes.is_none();
+        is_open.then(|| (PICTURE_SECONDS * pixels as f64 / PICTURE_PIXELS).max(FEWEST_SECONDS))
+    }
+
+    /// Number of passes of an audited picture, if given.
+    fn fixed_passes(&self) -> Result<Option<u32>> {
+        let Some(said) = self.passes else { return Ok(None) };
+        let count = u32::try_from(said).ok().filter(|count| (1..=AuditTerms::MAX_PASSES).contains(count));
+        let expected = || Error::option("passes", said, format!("1 to {}", AuditTerms::MAX_PASSES));
+        count.map(Some).ok_or_else(expected)
+    }
+
     /// Method with the claim of the request; `None` for path tracing.
     fn sum_method(&self) -> Option<SumMethod> {
-        match (self.method.of_lights(), self.claim.and_then(ClaimName::promise)) {
+        match (self.method.of_lights(), self.claim().and_then(ClaimName::promise)) {
             (Some(SumMethod::Tashika(_)), Some(promise)) => Some(SumMethod::Tashika(promise)),
             (method, _) => method,
         }
@@ -312,7 +352,7 @@ impl Request {
     /// Returns true if the claim is about the picture as a whole.
     fn is_audited(&self) -> bool {
         let is_picture = self.is_ours() || self.method == MethodName::Path;
-        is_picture && self.claim == Some(ClaimName::Audited)
+        is_picture && self.claim() == Some(ClaimName::Audited)
     }
 
     /// Method of an audited picture: `method`, or path tracing if there is none.
@@ -341,7 +381,7 @@ impl Request {
         let [fewest, most] = AUDITED_VPLS;
         let count = (AUDITED_VPLS_BY_ERROR / (options.error * options.error)).round().clamp(fewest, most);
         let lights = method.map(|_| self.lights_of(count as u64)).transpose()?;
-        Ok(Method::Audited { lights, options, terms })
+        Ok(Method::Audited { lights, options, terms, passes: self.fixed_passes()? })
     }
 
     fn is_ours(&self) -> bool {
@@ -382,7 +422,7 @@ impl Request {
 
     /// Returns true if path tracing states our own interval.
     fn is_by_calibrated_paths(&self) -> bool {
-        self.method == MethodName::Path && self.claim == Some(ClaimName::Calibrated)
+        self.method == MethodName::Path && self.claim() == Some(ClaimName::Calibrated)
     }
 
     /// Path tracing and its stopping rule: our own interval with a calibrated claim, else Student's
@@ -396,7 +436,7 @@ impl Request {
             Some(_) => PathStop::until(options, most),
             None => PathStop::Count(said.unwrap_or(PATHS)),
         };
-        Ok(Method::Path { stop, is_picture: is_calibrated && said.is_none() && self.error.is_none() })
+        Ok(Method::Path { stop })
     }
 }
 

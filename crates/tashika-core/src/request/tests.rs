@@ -55,13 +55,12 @@ fn what_is_not_said_is_the_default() {
     let certified = resolved(&Request { claim: Some(ClaimName::Certified), ..Request::default() });
     assert!(matches!(certified.method, Method::Sum { .. }));
 
-    let transport = Request::default();
+    let transport = Request { claim: Some(ClaimName::Calibrated), ..Request::default() };
     let of_sets = Resolved {
         method: Method::Transport {
             lights: Some(VplOptions { count: 1_000_000, ..lights.clone() }),
             truth: Truth::Transport,
             options: ControlOptions { error: 0.05, ..options },
-            is_picture: true,
         },
         gather: GatherOptions { points: 51, ..GatherOptions::default() },
         unused: Vec::new(),
@@ -75,17 +74,17 @@ fn what_is_not_said_is_the_default() {
         let lights = Some(VplOptions { count, ..lights.clone() });
         let options = ControlOptions { error, ..options };
         let truth = Truth::Transport;
-        assert_eq!(found.method, Method::Transport { lights, truth, options, is_picture: false });
+        assert_eq!(found.method, Method::Transport { lights, truth, options });
         assert_eq!(found.gather.points, points);
     }
 
     let path = Request { method: MethodName::Path, ..Request::default() };
-    assert_eq!(resolved(&path).method, Method::Path { stop: PathStop::Count(64), is_picture: false });
+    assert_eq!(resolved(&path).method, Method::Path { stop: PathStop::Count(64) });
     assert!(!resolved(&path).method.promises());
     let until = Request { error: Some(0.1), ..path };
     let told = ControlOptions { error: 0.1, ..options };
     let stop = PathStop::Until { options: told, first: 64, most: 1 << 20 };
-    assert_eq!(resolved(&until).method, Method::Path { stop, is_picture: false });
+    assert_eq!(resolved(&until).method, Method::Path { stop });
     assert!(resolved(&until).method.promises());
     for method in [SumMethod::Lightcuts, SumMethod::Mdlc] {
         let bounded = Request { method: method.into(), ..Request::default() };
@@ -98,17 +97,62 @@ fn what_is_not_said_is_the_default() {
     assert!(both.resolve().unwrap_err().to_string().contains("tashika-certified"));
 }
 
+/// Without an error, the default method makes an audited picture, unless an option is set that only
+/// claims about each pixel, or a number of paths, have.
 #[test]
-fn a_picture_without_an_error_has_its_work_by_its_size() {
-    let work = |request: &Request, size| match resolved(request).method.sized(size) {
-        Method::Transport { options, .. } => options.max_pairs,
-        other => panic!("{other:?}"),
-    };
+fn a_request_without_an_error_is_for_an_audited_picture() {
     let bare = Request::default();
-    assert_eq!(work(&bare, [320, 180]), Some(50_000_000 / (320 * 180)));
-    assert_eq!([[8, 6], [7680, 4320]].map(|size| work(&bare, size)), [Some(4096), Some(128)]);
-    assert_eq!(work(&Request { max_pairs: Some(9), ..bare.clone() }, [320, 180]), Some(9));
-    assert_eq!(work(&Request { error: Some(0.1), ..bare }, [320, 180]), None, "as much as it takes");
+    let Method::Audited { lights: Some(_), options, terms, passes: None } = resolved(&bare).method else {
+        panic!("{:?}", resolved(&bare).method)
+    };
+    assert_eq!((options.error, terms), (0.1, AuditTerms::default()));
+    let still_audited = [
+        Request { absolute: Some(0.1), ..bare.clone() },
+        Request { vpls: Some(1000), gather: Some(4), filter: Some(Filter::Tent), ..bare.clone() },
+        Request { truth: Some(Truth::Transport), share: Some(0.9), ..bare.clone() },
+        bare.by_paths(),
+    ];
+    assert!(still_audited.iter().all(|request| request.claim() == Some(ClaimName::Audited)));
+    let of_pixels = [
+        Request { error: Some(0.1), ..bare.clone() },
+        Request { truth: Some(Truth::Vpl), ..bare.clone() },
+        Request { control: Some(Controlled::Channels), ..bare.clone() },
+        Request { confidence: Some(0.9), ..bare.clone() },
+        Request { max_pairs: Some(9), ..bare.clone() },
+        Request { paths: Some(9), ..bare.clone() },
+        Request { lights_given: true, ..bare.clone() },
+        Request { groups_asked: true, ..bare.clone() },
+        Request { method: MethodName::Path, ..bare.clone() },
+        Request { method: SumMethod::Mdlc.into(), ..bare.clone() },
+    ];
+    for request in of_pixels {
+        assert_eq!(request.claim(), None, "{request:?}");
+        assert!(!matches!(resolved(&request).method, Method::Audited { .. }));
+    }
+}
+
+/// A picture for which nothing else is set has a time limit in proportion to its pixels.
+#[test]
+fn bare_pictures_have_a_time_limit_by_their_pixels() {
+    let bare = Request::default();
+    let seconds = |pixels| bare.default_seconds(pixels).unwrap();
+    assert_eq!([640 * 360, 1280 * 720, 16 * 9].map(seconds), [30.0, 120.0, 8.0]);
+    for request in [
+        Request { passes: Some(3), ..bare.clone() },
+        Request { claim: Some(ClaimName::Audited), ..bare.clone() },
+        Request { error: Some(0.1), ..bare.clone() },
+    ] {
+        assert_eq!(request.default_seconds(1000), None, "{request:?}");
+    }
+}
+
+#[test]
+fn passes_have_limits() {
+    let with = |passes| Request { passes: Some(passes), ..Request::default() }.resolve();
+    assert!(matches!(with(12).unwrap().method, Method::Audited { passes: Some(12), .. }));
+    for passes in [0, 13, u64::MAX] {
+        assert!(with(passes).unwrap_err().to_string().contains("1 to 12"));
+    }
 }
 
 #[test]
@@ -130,15 +174,15 @@ fn what_is_said_arrives() {
 
     let found = resolved(&Request { truth: Some(Truth::Clamped), ..all_said() });
     let truth = Truth::Clamped;
-    assert_eq!(found.method, Method::Transport { lights: Some(lights), truth, options, is_picture: false });
+    assert_eq!(found.method, Method::Transport { lights: Some(lights), truth, options });
     assert_eq!((found.gather, found.unused), (gather, vec!["instants", "paths"]));
 
     let of_paths = Request { method: MethodName::Path, ..all_said() };
     let stop = PathStop::Calibrated { options, most: 5 };
-    assert_eq!(resolved(&of_paths).method, Method::Path { stop, is_picture: false });
+    assert_eq!(resolved(&of_paths).method, Method::Path { stop });
     let found = resolved(&Request { claim: Some(ClaimName::Certified), ..of_paths });
     let stop = PathStop::Until { options, first: 5, most: 5 };
-    assert_eq!(found.method, Method::Path { stop, is_picture: false });
+    assert_eq!(found.method, Method::Path { stop });
     assert_eq!(found.gather.filter, Filter::Tent);
     assert_eq!(found.unused, ["vpls", "clamp", "instants", "gather", "claim", "truth", "max_pairs"]);
 
@@ -173,26 +217,21 @@ fn audited_pictures_have_vpls_by_their_error() {
 #[test]
 fn what_is_claimed_is_kept_by_paths_where_nothing_else_can() {
     let claimed = |claim: Option<ClaimName>| Request { claim, ..Request::default() }.by_paths();
-    for claim in [None, Some(ClaimName::Calibrated)] {
-        let found = resolved(&claimed(claim));
-        let sized = found.method.sized([1000, 500]);
-        let Method::Path { stop: PathStop::Calibrated { options, most: 128 }, is_picture: true } = sized
-        else {
-            panic!("{sized:?} claims nothing")
-        };
-        assert_eq!((options.error, &*found.unused), (0.05, [].as_slice()));
-    }
+    let found = resolved(&claimed(Some(ClaimName::Calibrated)));
+    let Method::Path { stop: PathStop::Calibrated { options, .. } } = found.method else {
+        panic!("{:?} claims nothing", found.method)
+    };
+    assert_eq!((options.error, &*found.unused), (0.05, [].as_slice()));
+    let found = resolved(&claimed(None));
+    assert!(matches!(found.method, Method::Audited { lights: None, .. }) && found.unused.is_empty());
     let counted = Request { paths: Some(8), ..Request::default() };
     let stop = PathStop::Count(8);
-    assert_eq!(resolved(&counted.by_paths()).method, Method::Path { stop, is_picture: false });
+    assert_eq!(resolved(&counted.by_paths()).method, Method::Path { stop });
     let within = resolved(&Request { error: Some(0.02), ..counted }.by_paths());
-    assert!(matches!(
-        within.method,
-        Method::Path { stop: PathStop::Calibrated { most: 8, .. }, is_picture: false }
-    ));
+    assert!(matches!(within.method, Method::Path { stop: PathStop::Calibrated { most: 8, .. } }));
     let audited = Request { error: Some(0.2), ..claimed(Some(ClaimName::Audited)) };
     let found = resolved(&audited);
-    let Method::Audited { lights: None, options, terms } = found.method else {
+    let Method::Audited { lights: None, options, terms, .. } = found.method else {
         panic!("{:?} sums over VPLs", found.method)
     };
     assert_eq!((options.error, terms, found.unused), (0.2, AuditTerms::default(), Vec::new()));
@@ -244,6 +283,7 @@ fn options_that_contradict_each_other_are_refused() {
     let exact = || Request { method: SumMethod::Exact.into(), ..bare() };
     let mdlc = || Request { method: SumMethod::Mdlc.into(), ..bare() };
     let audited = || Request { claim: Some(ClaimName::Audited), ..bare() };
+    let within = || Request { error: Some(0.1), ..bare() };
     let refused = |request: Request| request.check().unwrap_err().to_string();
     for (request, said) in [
         (Request { vpls: Some(7), ..path() }, "vpls = 7; expected none with method path"),
@@ -266,8 +306,12 @@ fn options_that_contradict_each_other_are_refused() {
             Request { confidence: Some(0.5), ..audited() },
             "confidence = 0.5; expected none with claim audited",
         ),
-        (Request { share: Some(0.5), ..bare() }, "share = 0.5; expected none without claim audited"),
-        (Request { assurance: Some(0.5), ..bare() }, "assurance = 0.5; expected none without claim audited"),
+        (Request { share: Some(0.5), ..within() }, "share = 0.5; expected none without claim audited"),
+        (
+            Request { assurance: Some(0.5), ..within() },
+            "assurance = 0.5; expected none without claim audited",
+        ),
+        (Request { passes: Some(5), ..within() }, "passes = 5; expected none without claim audited"),
         (
             Request { claim: Some(ClaimName::Certified), ..path() },
             "claim = certified; expected none with method path",
@@ -293,9 +337,9 @@ fn options_that_contradict_each_other_are_refused() {
         assert!(found.starts_with(said), "{found}, not {said}");
     }
     assert!(
-        bare().check_audited("time", "5s").unwrap_err().to_string().starts_with("time = 5s; expected none")
+        within().check_audited("time", "5s").unwrap_err().to_string().starts_with("time = 5s; expected none")
     );
-    assert!(audited().check_audited("time", "5s").is_ok());
+    assert!([audited(), bare()].iter().all(|request| request.check_audited("time", "5s").is_ok()));
     for goes in [
         Request { error: Some(0.5), paths: Some(9), audit: Some(9), ..path() },
         Request { paths: Some(7), groups_asked: true, ..bare() },

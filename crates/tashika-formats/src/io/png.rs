@@ -1,5 +1,4 @@
-//! 8-bit sRGB picture of a film: its [reconstruction](crate::reconstruction), or the main plane if
-//! it has none, mapped by a [`ToneMap`].
+//! 8-bit sRGB picture of a film: its radiance, mapped by a [`ToneMap`].
 //!
 //! The file is marked as sRGB. The picture shows the film's window. Pixels that were not rendered
 //! have 0 in the plane `stop`; they are transparent and do not affect the exposure.
@@ -15,8 +14,7 @@ use std::path::Path;
 use super::output::write_file;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
-use crate::film::{Film, Plane, RenderFilm, ToneMap, srgb_png};
-use crate::reconstruction::seen;
+use crate::film::{Film, Plane, RenderFilm, ToneMap, planes, srgb_png};
 
 /// Writes the picture of a film to a PNG file; returns the exposure used (stops).
 ///
@@ -35,7 +33,7 @@ pub fn write_png(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<f32> {
 /// # Errors
 /// As [`write_png`], except errors of files.
 pub fn encode_png(path: &Path, film: &Film, tone_map: &ToneMap) -> Result<(Vec<u8>, f32)> {
-    let Some(colors) = seen(film).and_then(Plane::colors) else {
+    let Some(colors) = film.plane(planes::RADIANCE).and_then(Plane::colors) else {
         let planes: Vec<&str> = film.planes().iter().map(|p| p.name()).collect();
         let found = format!("a film of the planes {planes:?}");
         return Err(Error::invalid(

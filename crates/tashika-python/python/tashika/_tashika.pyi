@@ -379,6 +379,7 @@ def render(
     groups: str | dict[str, list[str]] | None = None,
     motion_vectors: bool = False,
     instants: int | None = None,
+    passes: int | None = None,
 ) -> Image: ...
 def exact(
     scene: Scene,

@@ -73,8 +73,7 @@ def display(
     - `exposure`: stops from -64 to 64, before the view; None puts the log-average at middle gray,
       as `Image.save` does. At 0, "radiance" looks as in any other program that shows the OpenEXR
       file with this configuration.
-    - `plane`: a plane of colours, or of one channel as gray; by default that of `Image.save`:
-      "reconstruction" if there is one, or else "radiance".
+    - `plane`: a plane of colours, or of one channel as gray; by default "radiance".
 
     Pixels that were not rendered are black, and so are channels that are not a number; nothing is
     brighter than the largest half, 65504.
@@ -148,7 +147,7 @@ def _colors(image: Image, plane: str) -> NDArray[np.float32]:
             return []
         return [0, 0, 0] if len(names) == 1 else [names.index(channel) for channel in "RGB"]
 
-    name = plane or ("reconstruction" if "reconstruction" in planes else "radiance")
+    name = plane or "radiance"
     if name not in planes or not channels(name):
         raise _option("plane", name, f"one of {', '.join(filter(channels, planes))}")
     return np.ascontiguousarray(np.atleast_3d(image[name])[..., channels(name)])

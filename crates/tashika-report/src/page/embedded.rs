@@ -24,7 +24,6 @@ use crate::film::{
     planes, srgb_png,
 };
 use crate::own_error::OwnError;
-use crate::reconstruction::seen;
 use crate::{count, least_certain};
 
 /// Largest number of pixels of all images of a page together; 300,000 with eleven channels are
@@ -149,11 +148,10 @@ fn is_some(film: &Film, spec: PlaneSpec) -> bool {
     film.plane(spec).and_then(Plane::f32_samples).is_some_and(|samples| samples.iter().any(|v| *v > 0.0))
 }
 
-/// Picture that the scripts show first. If there is a reference, it shows the estimates, from which
-/// errors are computed; otherwise the plane that is [`seen`].
+/// Picture that the scripts show first.
 fn still(shown: &Shown<'_>, picks: &[[u32; 2]], size: [u32; 2], tone: Tone) -> Option<String> {
     let film = shown.film;
-    let plane = if shown.reference.is_some() { film.plane(planes::RADIANCE) } else { seen(film) };
+    let plane = film.plane(planes::RADIANCE);
     let colors: Vec<Rgb> = plane?.colors()?.collect();
     let read = RenderFilm::of(film);
     let place = |&[x, y]: &[u32; 2]| film.window().index(x, y);

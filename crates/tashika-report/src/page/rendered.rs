@@ -3,7 +3,6 @@
 use super::{Images, Page, Plot, Provenance, Shown};
 use crate::color::Controlled;
 use crate::film::{Claim, Film, PictureClaim, Plane, RenderFilm, Stop, Tally, Tone, keys, planes};
-use crate::reconstruction::ABOUT;
 use crate::{
     about_light_not_found, about_not_finite, about_truth, count, percent_of_error, percent_of_share,
     percent_of_tolerance, truth_in_short,
@@ -39,6 +38,15 @@ pub fn render_page(film: &Film, facts: &RenderFacts) -> String {
 /// Text for an audited picture whose half-widths are not known.
 const NO_MAP: &str = "There is no map of half-widths: too few truths of the audited pixels are known. The view \
                       “relative standard error” has what is foreseen, of which nothing is claimed.";
+
+/// Formats a positive number with at least two significant digits.
+fn two_digits(number: f64) -> String {
+    // The exponent of `d.de-4` has the number of decimals before the digits.
+    let scientific = format!("{number:.1e}");
+    let exponent = scientific.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok());
+    let decimals = (1 - exponent.unwrap_or(0)).max(0) as usize;
+    format!("{number:.decimals$}")
+}
 
 /// Returns one sentence with the claim of a film and the share of its pixels that make it.
 pub fn headline(film: &Film) -> String {
@@ -91,7 +99,7 @@ impl Counts {
                 let claim = if published { "claim, as their method was published," } else { "claim" };
                 let dark = match metadata.number(keys::ERROR_ABSOLUTE) {
                     Some(absolute) if absolute > 0.0 => {
-                        format!(", or {absolute} W·m⁻²·sr⁻¹ where it is dark,")
+                        format!(", or {} W·m⁻²·sr⁻¹ where it is dark,", two_digits(absolute))
                     }
                     _ => String::new(),
                 };
@@ -128,9 +136,6 @@ impl Counts {
         {
             lines.push(format!("An audit found {within} of {of} pixels at random within the error."));
         }
-        if film.plane(planes::RECONSTRUCTION).is_some() {
-            lines.push(format!("The picture is {ABOUT}; the view “image” has the estimates."));
-        }
         let is_audited = PictureClaim::of(metadata).is_some();
         for claim in Claim::ALL {
             let n = match claim {
@@ -148,9 +153,7 @@ impl Counts {
         if let Some(claim) = PictureClaim::of(metadata) {
             if !claim.reached {
                 let share = percent_of_tolerance(claim.share);
-                lines.push(format!(
-                    "Asked for were {share} of the pixels: a longer time (--time) reaches more."
-                ));
+                lines.push(format!("The aim is {share} of the pixels: more time or passes certify more."));
             }
             if self.audited == 0 {
                 lines.push(NO_MAP.to_owned());
@@ -232,4 +235,16 @@ fn half_widths(film: &Film) -> Vec<f64> {
     let read = RenderFilm::of(film);
     let pixels = (0..film.window().area() as usize).filter(|pixel| read.claim(*pixel).states_interval());
     pixels.filter_map(|pixel| read.relative_half_width(pixel)).filter(|h| !h.is_nan()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::two_digits;
+
+    #[test]
+    fn numbers_in_sentences_have_two_digits() {
+        for (number, text) in [(0.000_218_278, "0.00022"), (0.5, "0.50"), (3.14, "3.1"), (271.8, "272")] {
+            assert_eq!(two_digits(number), text);
+        }
+    }
 }

@@ -220,7 +220,7 @@ fn published_claims_are_told_as_such_and_none_is_called_kept() {
     assert!(headline(&film).ends_with(published), "{}", headline(&film));
     film.metadata_mut().set(keys::ERROR_ABSOLUTE, 0.5);
     film.metadata_mut().set(keys::CONTROL, "channels");
-    let dark = "within 2 % of the sum over its VPLs, or 0.5 W·m⁻²·sr⁻¹ where it is dark, in each channel at 95 % confidence";
+    let dark = "within 2 % of the sum over its VPLs, or 0.50 W·m⁻²·sr⁻¹ where it is dark, in each channel at 95 % confidence";
     assert!(headline(&film).ends_with(dark), "{}", headline(&film));
     let body = rendered(&film);
     let told = body.split("<script").next().unwrap();
@@ -263,7 +263,7 @@ fn audited_pictures_are_told_as_a_whole() {
         headline(&film)
     );
     let page = rendered(&film);
-    assert!(page.contains("Asked for were 90 % of the pixels") && !page.contains("ran out of budget"));
+    assert!(page.contains("The aim is 90 % of the pixels") && !page.contains("ran out of budget"));
     assert!(page.contains("There is no map of half-widths") && !page.contains("do not rely on"));
     let plot = rendered::plots(&film).into_iter().find(|plot| plot.name == "audited").unwrap();
     // Errors of 0.1 and of 3, over a half-width of 0.5.

@@ -54,10 +54,10 @@ use crate::vpl::{Clamp, VplSet};
 
 /// A scene, and the options of its render.
 ///
-/// Unset options have the defaults of [`Request`]: a picture of light transport that takes minutes,
-/// by our own method, without a requested error. [`prepare`](Self::prepare) checks all values at
-/// once. Work runs on the current thread pool ([`with_threads`](crate::render::with_threads) makes
-/// another).
+/// Unset options have the defaults of [`Request`]: an audited picture of light transport, by our
+/// own method. A time limit is the [observer's](Observer::seconds_left); without one, the picture
+/// takes up to 64 million paths. [`prepare`](Self::prepare) checks all values at once. Work runs on
+/// the current thread pool ([`with_threads`](crate::render::with_threads) makes another).
 ///
 /// ```
 /// use tashika::{Renderer, scene::builtin};
@@ -253,6 +253,13 @@ impl<'a> Renderer<'a> {
         self
     }
 
+    /// Sets the number of passes of an audited picture, 1 to 12: a fixed amount of work.
+    #[must_use]
+    pub fn passes(mut self, passes: u64) -> Self {
+        self.request.passes = Some(passes);
+        self
+    }
+
     /// Sets the paths a pixel of path tracing.
     #[must_use]
     pub fn paths(mut self, paths: u64) -> Self {
@@ -319,7 +326,6 @@ impl<'a> Renderer<'a> {
         let Resolved { method, gather, unused } = resolved;
         let Framed { camera, size, window } = framed;
         let groups = self.groups.as_ref().map(|grouping| self.grouped(grouping, &method)).transpose()?;
-        let method = method.sized(size);
         let seed = self.request.seed;
         let lights = self.light(&method, &View { camera: &camera, size, gather, seed })?;
         let method = match &lights {

@@ -19,9 +19,13 @@ use crate::render::{
     blank, resume,
 };
 use crate::request::{CameraChange, Method};
+use crate::rng::{self, Purpose};
 use crate::scene::{Camera, LightGrouping, LightGroups};
 use crate::tree::LightSet;
 use crate::vpl::{Provenance, VplOptions};
+
+/// Number of the key of a pilot among those of guidance.
+const PILOT: u64 = 0x1e57;
 
 /// The lights of a render, as its method needs them.
 #[derive(Clone, Debug)]
@@ -141,7 +145,7 @@ impl Prepared<'_> {
                     _ => Box::new(transport),
                 }
             }
-            (Method::Path { stop, .. }, _) => {
+            (Method::Path { stop }, _) => {
                 let tracer = self.path_tracer(self.in_view(*stop)?)?;
                 Box::new(match &self.groups {
                     Some(Grouped { groups, .. }) => tracer.with_groups(groups),
@@ -163,6 +167,11 @@ impl Prepared<'_> {
         Ok(PathStop::Calibrated { options: options.in_view_of(brightness), most })
     }
 
+    /// Key of the random numbers of a pilot.
+    pub(super) fn pilot_key(&self) -> u64 {
+        rng::key(self.seed, Purpose::Guidance, PILOT)
+    }
+
     /// Stopping rule with which path tracing would bring each single pixel of an audited picture
     /// within the tolerance.
     pub(super) fn of_audited(&self, options: &ControlOptions) -> Result<PathStop> {
@@ -174,7 +183,7 @@ impl Prepared<'_> {
         PathTracer::new(&self.tracer, stop, VplOptions::default().path_depth())
     }
 
-    /// Renders the view; a complete picture is [reconstructed](Method::finish).
+    /// Renders the view.
     ///
     /// # Errors
     /// Options out of range.
@@ -226,13 +235,12 @@ impl Prepared<'_> {
     }
 
     fn render_radiance(&self, begin: impl FnOnce(Film) -> Result<Begun>) -> Result<Rendered> {
-        if let Method::Audited { options, terms, .. } = &self.method {
-            return audited::render(self, options, terms, begin);
+        if let Method::Audited { options, terms, passes, .. } = &self.method {
+            return audited::render(self, options, terms, *passes, begin);
         }
         let (setting, integrator) = (self.setting(), self.integrator()?);
         let options = RenderOptions { window: self.window, share: self.share.clone() };
         let mut film = blank(&setting, integrator.as_ref(), &options)?;
-        self.method.describe(film.metadata_mut());
         self.change.describe(film.metadata_mut());
         if let Some(Grouped { grouping, paths, .. }) = &self.groups {
             film.metadata_mut().set(keys::LIGHT_GROUPS, grouping.to_string());
@@ -248,13 +256,9 @@ impl Prepared<'_> {
             promises: self.method.promises(),
         };
         let watch = |done: &Finished<'_>| self.observer.tile(done);
-        let mut rendered = during(self.observer, phase, || {
+        during(self.observer, phase, || {
             resume(&setting, integrator.as_ref(), &options, begun, &watch, self.observer.cancel())
-        })?;
-        if self.is_whole(&rendered) && self.method.is_picture() {
-            during(self.observer, Phase::Reconstruction, || Method::finish(&mut rendered.film));
-        }
-        Ok(rendered)
+        })
     }
 
     /// Returns true if there is a promise about each pixel that [`audit`](Self::audit) can judge.
@@ -304,7 +308,7 @@ impl Prepared<'_> {
     pub(super) fn promise(&self, absolute: Option<f64>) -> Option<ControlOptions> {
         let options = match &self.method {
             Method::Sum { options, .. } | Method::Transport { options, .. } => options,
-            Method::Path { stop, .. } => stop.options()?,
+            Method::Path { stop } => stop.options()?,
             Method::Audited { .. } => return None,
         };
         Some(ControlOptions { absolute_error: absolute.unwrap_or(options.absolute_error), ..*options })

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::*;
-use crate::film::{Film, Plane, planes};
+use crate::film::{Film, Plane};
 use crate::gather::GatherOptions;
 use crate::integrator::{
     ControlOptions, FullSum, Integrator, LightTransport, PathStop, PathTracer, Setting, SumMethod,
@@ -101,17 +101,6 @@ fn films_are_those_of_the_parts() {
     let guided = GuidedLights::trace(&tracer, &lights, Truth::Transport, &view).unwrap();
     let transport = of(&LightTransport::new(&tracer, &guided, &told), points);
     assert_eq!(tiny().error(0.3).render().unwrap().film, transport);
-}
-
-/// A whole picture without a requested error is reconstructed. With a requested error, or if only a
-/// share is rendered, it is not.
-#[test]
-fn pictures_are_reconstructed() {
-    let has =
-        |renderer: Renderer<'_>| renderer.render().unwrap().film.plane(planes::RECONSTRUCTION).is_some();
-    assert!(has(tiny().max_pairs(64)));
-    assert!(!has(tiny().error(0.5)));
-    assert!(!has(tiny().max_pairs(64).tiles("1/2".parse().unwrap())));
 }
 
 #[test]

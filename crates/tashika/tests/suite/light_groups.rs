@@ -1,13 +1,10 @@
 //! Groups of lights. Their planes add up to the picture, and each plane is the picture by the
 //! lights of that group alone. In pixels with claims the planes are estimated by separate paths.
 
-use std::sync::Arc;
-
 use tashika::Renderer;
-use tashika::accel::Tracer;
 use tashika::bsdf::HenyeyGreenstein;
 use tashika::color::Rgb;
-use tashika::film::{Film, Plane, planes};
+use tashika::film::{Film, Plane};
 use tashika::integrator::Truth;
 use tashika::math::Vec3;
 use tashika::render::{TileShare, with_threads};
@@ -105,17 +102,6 @@ fn planes_add_up_to_the_picture() {
             assert!(plane(&film, group).f32_samples().unwrap().iter().any(|v| *v > 0.0), "{group} is dark");
         }
     }
-}
-
-/// A picture of fog without a requested error is normally reconstructed. With groups it is not,
-/// because it would then differ from the sum of its planes.
-#[test]
-fn a_picture_with_groups_is_not_reconstructed() {
-    let tracer = Tracer::new(Arc::new(room([true; 4], true)));
-    let renderer = || Renderer::on(&tracer).size([8, 6]);
-    let is_reconstructed = |film: Film| film.plane(planes::RECONSTRUCTION).is_some();
-    assert!(is_reconstructed(renderer().render().unwrap().film));
-    assert!(!is_reconstructed(renderer().light_groups(LightGrouping::Each).render().unwrap().film));
 }
 
 /// The default method with groups: its pixels are those of a render without groups, and its planes

@@ -100,9 +100,7 @@ fn check(film: &Film, air: Air, asked: &str) {
             let may_lack = match row.key {
                 "TIME" => air != Air::Motion,
                 "TRANSMITTANCE" => !in_fog,
-                "RECONSTRUCTION" | "AUDITED" | "HALVES" | "TRUTH" | "REFERENCE" | "REFERENCE_HALF_WIDTH" => {
-                    true
-                }
+                "AUDITED" | "HALVES" | "TRUTH" | "REFERENCE" | "REFERENCE_HALF_WIDTH" => true,
                 _ => false,
             };
             assert!(may_lack, "{asked}: no plane {}", row.key);

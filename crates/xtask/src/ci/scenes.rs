@@ -27,8 +27,7 @@ pub fn check(shell: &Shell, program: &Path) -> Outcome<()> {
     // A scene takes a second or two. One that takes two minutes is taken to hang.
     let small = |scene: &Path| {
         let _ = fs::remove_file(&image);
-        let options =
-            "--allow-outside --allow-missing --size 64x36 --vpls 10k --gather 8 --max-pairs 128 --quiet -o";
+        let options = "--allow-outside --allow-missing --size 64x36 --vpls 10k --passes 1 --quiet -o";
         let task = shell.command("timeout", "120").arg(program).arg("render").arg(scene);
         task.args(options.split(' ')).arg(&image).ended()
     };

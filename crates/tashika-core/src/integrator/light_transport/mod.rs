@@ -116,7 +116,8 @@ impl OfView<'_> {
     /// Paths of the neighbourhood of a pixel, with the given clamp distance.
     fn nearby(&self, common: &Common<'_>, pixel: [u32; 2], clamp: usize) -> &Nearby {
         let seed = rng::key(self.method.options.seed, Purpose::Guidance, clamp as u64);
-        about(&self.cells[clamp], pixel, common, self.method.clamp_distance(clamp), seed)
+        let (distance, options) = (self.method.clamp_distance(clamp), &self.method.options);
+        about(&self.cells[clamp], pixel, common, distance, options, seed)
     }
 }
 

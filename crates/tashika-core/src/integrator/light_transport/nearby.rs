@@ -6,10 +6,15 @@
 //! mirror sharply are kept apart from others: a glossy pixel among matt ones is as noisy as other
 //! glossy pixels.
 //!
+//! Where full paths seem cheap, the pixels rely on the variance that these paths show. A tail that
+//! they missed makes paths seem cheap, and intervals narrow. The cell therefore follows an eighth
+//! of the paths that its pixels are predicted to take, and only then decides.
+//!
 //! # Independence
 //! Pixels and paths come from streams of their own ([`Purpose::Guidance`]); a cell is a function of
 //! the image and its place.
 
+use std::ops::Range;
 use std::sync::OnceLock;
 
 use super::super::ControlOptions;
@@ -21,6 +26,11 @@ use crate::stats::{Moments, student_t_two_sided};
 
 /// Number of paths of a cell, for each estimator.
 pub(super) const PATHS: u64 = 1024;
+/// Share of the predicted full paths of a cell's pixels by which it confirms that they are cheap.
+/// Chosen.
+const CONFIRMING_SHARE: f64 = 0.125;
+/// Most of these paths, with those of the pilot.
+const MOST_CONFIRMING: u64 = 1 << 15;
 /// Fewest paths of a kind whose moments are used.
 const FEWEST: u64 = 64;
 
@@ -43,6 +53,38 @@ struct Paths {
     rays: u64,
 }
 
+impl Paths {
+    /// Number of paths.
+    fn count(&self) -> f64 {
+        self.found.count() as f64
+    }
+
+    /// Adds further paths of the same estimator.
+    fn merge(&mut self, other: &Self) {
+        let share = other.count() / (self.count() + other.count());
+        let pooled = |own: f64, others: f64| own + share * (others - own);
+        self.expected = [0, 1].map(|k| pooled(self.expected[k], other.expected[k]));
+        self.by_light_paths = pooled(self.by_light_paths, other.by_light_paths);
+        for (own, others) in self.moments.iter_mut().flatten().zip(other.moments.iter().flatten()) {
+            own.merge(others);
+        }
+        self.found.merge(&other.found);
+        self.sees_emission |= other.sees_emission;
+        self.met += other.met;
+        self.rays += other.rays;
+    }
+
+    /// Predicted number of full paths by which a pixel meets its tolerance, if they take less work
+    /// than any sum over VPLs and found light.
+    fn predicted_cheap(&self, options: &ControlOptions) -> Option<f64> {
+        let of_path = self.moments[2].first().filter(|of_path| of_path.mean() > 0.0)?;
+        let tolerance = options.tolerance_of(of_path.mean());
+        let errors = student_t_two_sided(options.confidence, self.count() - 1.0);
+        let paths = of_path.variance() * (errors / tolerance) * (errors / tolerance);
+        (paths * self.rays as f64 / self.count() < SMALLEST_SUM_IN_RAYS).then_some(paths)
+    }
+}
+
 /// Share of the expected caustic light below which paths are taken to miss it.
 pub(super) const MIN_SAMPLED_SHARE: f64 = 0.5;
 
@@ -55,6 +97,7 @@ const SMALLEST_SUM_IN_RAYS: f64 = 8192.0;
 pub(super) struct Nearby {
     place: [u32; 2],
     key: u64,
+    options: ControlOptions,
     compensation: Paths,
     /// Full paths, followed when a pixel first needs them.
     whole: OnceLock<Paths>,
@@ -109,17 +152,9 @@ impl Nearby {
     }
 
     /// Returns true if full paths are predicted to meet the tolerance with less work than any sum
-    /// over VPLs takes, as where light comes straight from the sky. Where paths vary so little,
-    /// those of the neighbourhood give the mean luminance to a few per cent.
-    pub(super) fn are_full_paths_cheaper(&self, common: &Common<'_>, options: &ControlOptions) -> bool {
-        let whole = self.paths_of_all(common);
-        let Some(of_path) = whole.moments[2].first().filter(|of_path| of_path.mean() > 0.0) else {
-            return false;
-        };
-        let tolerance = options.tolerance_of(of_path.mean());
-        let errors = student_t_two_sided(options.confidence, PATHS as f64 - 1.0);
-        let paths = of_path.variance() * (errors / tolerance) * (errors / tolerance);
-        paths * whole.rays as f64 / (PATHS as f64) < SMALLEST_SUM_IN_RAYS
+    /// over VPLs takes, as where light comes straight from the sky.
+    pub(super) fn are_full_paths_cheaper(&self, common: &Common<'_>) -> bool {
+        self.paths_of_all(common).predicted_cheap(&self.options).is_some()
     }
 
     /// Returns true if any camera sample here met no surface.
@@ -131,11 +166,15 @@ impl Nearby {
     pub(super) fn importance_brightness(&self, common: &Common<'_>) -> f64 {
         let whole = self.paths_of_all(common);
         let mean = whole.moments[2].first().map_or(0.0, Moments::mean);
-        if whole.met == 0 { 0.0 } else { mean * PATHS as f64 / whole.met as f64 }
+        if whole.met == 0 { 0.0 } else { mean * whole.count() / whole.met as f64 }
     }
 
     fn paths_of_all(&self, common: &Common<'_>) -> &Paths {
-        self.whole.get_or_init(|| follow(Estimator::Paths, self.place, common, 0.0, self.key))
+        self.whole.get_or_init(|| {
+            let pixels = pixels_of(self.place, common.setting.view.size).area();
+            let follow = |numbers| follow(Estimator::Paths, self.place, common, 0.0, self.key, numbers);
+            confirmed(&self.options, pixels, follow)
+        })
     }
 
     /// Rays of the cell's paths by an estimator, divided among its pixels.
@@ -157,26 +196,45 @@ pub(super) fn about<'c>(
     pixel: [u32; 2],
     common: &Common<'_>,
     clamp_distance: f32,
+    options: &ControlOptions,
     seed: u64,
 ) -> &'c Nearby {
     let place = cell_of(pixel);
     cells.at(place, || {
         let key = key_of(place, seed);
-        let compensation = follow(Estimator::Vpls, place, common, clamp_distance, key);
-        Nearby { place, key, compensation, whole: OnceLock::new() }
+        let compensation = follow(Estimator::Vpls, place, common, clamp_distance, key, 0..PATHS);
+        Nearby { place, key, options: *options, compensation, whole: OnceLock::new() }
     })
 }
 
+/// Follows the paths of a pilot and, if they seem cheap, as many more as make their number that
+/// share of the paths that `pixels` pixels are predicted to take.
+///
+/// * `follow`: follows the paths of these numbers.
+fn confirmed(options: &ControlOptions, pixels: u64, follow: impl Fn(Range<u64>) -> Paths) -> Paths {
+    let mut whole = follow(0..PATHS);
+    if let Some(paths) = whole.predicted_cheap(options) {
+        let wanted = (CONFIRMING_SHARE * paths * pixels as f64) as u64;
+        if wanted > PATHS {
+            whole.merge(&follow(PATHS..wanted.min(MOST_CONFIRMING)));
+        }
+    }
+    whole
+}
+
+/// Follows the paths of these numbers.
 fn follow(
     estimator: Estimator,
     place: [u32; 2],
     common: &Common<'_>,
     clamp_distance: f32,
     key: u64,
+    numbers: Range<u64>,
 ) -> Paths {
     let window = pixels_of(place, common.setting.view.size);
     let key = rng::key(key, Purpose::Guidance, 1 + estimator as u64);
-    let mut stream = Stream::new(key, Purpose::Guidance, 0);
+    let mut stream = Stream::new(key, Purpose::Guidance, numbers.start);
+    let count = numbers.end - numbers.start;
     let parts = common.controlled.parts();
     let mut compensation = Compensation::new(common.lit(estimator, clamp_distance));
     let mut found = Moments::default();
@@ -185,7 +243,7 @@ fn follow(
     let mut sees_emission = false;
     let mut met = 0;
     let mut moments = [(); 3].map(|()| vec![Moments::default(); parts.len()]);
-    for path in 0..PATHS {
+    for path in numbers {
         let pixel = random_pixel(&window, &mut stream);
         let key = rng::key(key, Purpose::Guidance, path);
         let seen = common.samples(pixel, 1, key);
@@ -201,16 +259,16 @@ fn follow(
             of_path = compensation.caustic();
         }
         if estimator == Estimator::Paths {
-            by_light_paths += common.by_light_paths(&seen) / PATHS as f64;
+            by_light_paths += common.by_light_paths(&seen) / count as f64;
         }
         found.push(of_path.found);
-        expected = [0, 1].map(|k| expected[k] + of_path.expected[k] / PATHS as f64);
+        expected = [0, 1].map(|k| expected[k] + of_path.expected[k] / count as f64);
         for (number, part) in parts.iter().enumerate() {
             moments[kind][number].push(part.of(value));
             moments[2][number].push(part.of(value));
         }
     }
-    Paths { moments, found, expected, by_light_paths, sees_emission, met, rays: PATHS + compensation.rays() }
+    Paths { moments, found, expected, by_light_paths, sees_emission, met, rays: count + compensation.rays() }
 }
 
 #[cfg(test)]
@@ -227,6 +285,35 @@ mod tests {
     use crate::math::{Affine3A, Vec3};
     use crate::scene::{Camera, Emission, Material, MeshData, SceneBuilder, Surface};
     use crate::vpl::{EmitterSampler, VplOptions};
+
+    fn options_of(error: f64) -> ControlOptions {
+        ControlOptions { error, ..ControlOptions::default() }
+    }
+
+    /// A pilot that missed a tail seems cheap until it is confirmed by more paths: one path in
+    /// three thousand carries a seventh of the light.
+    #[test]
+    fn a_tail_that_a_pilot_missed_is_found_by_more_paths() {
+        let follow = |numbers: Range<u64>| {
+            let (mut of_path, mut found) = (Moments::default(), Moments::default());
+            let rays = 7 * (numbers.end - numbers.start);
+            for k in numbers {
+                of_path.push(if k % 3000 == 2999 { 20.0 } else { 0.03 * (k % 4) as f64 });
+                found.push(0.0);
+            }
+            Paths { moments: [(); 3].map(|()| vec![of_path]), found, rays, ..Paths::default() }
+        };
+        let options = options_of(0.2);
+        let predicted = follow(0..PATHS).predicted_cheap(&options).expect("the pilot seems cheap");
+        let whole = confirmed(&options, 600, follow);
+        let expected = (CONFIRMING_SHARE * 600.0 * predicted) as u64;
+        assert!(expected > 3000 && (whole.count(), whole.rays) == (expected as f64, 7 * expected));
+        assert!(whole.predicted_cheap(&options).is_none());
+        // A few pixels take fewer paths than the pilot has; very many do not take more than the
+        // most.
+        assert_eq!(confirmed(&options, 6, follow).count(), PATHS as f64);
+        assert_eq!(confirmed(&options, 1 << 40, follow).count(), MOST_CONFIRMING as f64);
+    }
 
     /// Calls `look` for a cell of the image that sees a tile on a matt floor below a lamp.
     fn look_at_tile(surface: Surface, look: impl Fn(&Nearby, &Common<'_>)) {
@@ -259,7 +346,7 @@ mod tests {
         let common =
             Common { setting: &setting, emitters: &emitters, lights: &lights, compensates: true, controlled };
         let cells = Cells::new(view.size);
-        let nearby = about(&cells, [3, 5], &common, 0.02, 7);
+        let nearby = about(&cells, [3, 5], &common, 0.02, &options_of(0.05), 7);
         look(nearby, &common);
     }
 
@@ -298,7 +385,8 @@ mod tests {
                 let mut whole = nearby.whole.get().unwrap().clone();
                 whole.by_light_paths = factor * most;
                 let compensation = nearby.compensation.clone();
-                let other = Nearby { place: [0; 2], key: 0, compensation, whole: OnceLock::from(whole) };
+                let (options, whole) = (options_of(0.05), OnceLock::from(whole));
+                let other = Nearby { place: [0; 2], key: 0, options, compensation, whole };
                 assert_eq!(other.is_light_undersampled(common), is_unmet, "{factor}");
             }
         });
@@ -310,9 +398,8 @@ mod tests {
     fn paths_are_cheap_where_little_is_asked_of_what_hardly_varies() {
         let matt = Surface::Lambert { reflectance: Rgb::gray(0.5).into() };
         look_at_tile(matt, |nearby, common| {
-            let is_cheap = |error| {
-                nearby.are_full_paths_cheaper(common, &ControlOptions { error, ..ControlOptions::default() })
-            };
+            let whole = nearby.paths_of_all(common);
+            let is_cheap = |error| whole.predicted_cheap(&options_of(error)).is_some();
             assert!(is_cheap(0.5) && !is_cheap(0.01));
         });
     }
@@ -331,7 +418,8 @@ mod tests {
             }
             let compensation =
                 Paths { moments: [(); 3].map(|()| vec![moments]), rays: PATHS, ..Paths::default() };
-            let nothing_found = Nearby { place: [0; 2], key: 0, compensation, whole };
+            let options = options_of(0.05);
+            let nothing_found = Nearby { place: [0; 2], key: 0, options, compensation, whole };
             assert!(!nothing_found.are_vpls_in_vain(common), "paths that found nothing tell nothing");
         });
         look_at_tile(gloss(), |nearby, common| assert!(nearby.are_vpls_in_vain(common)));

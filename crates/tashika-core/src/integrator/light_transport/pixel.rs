@@ -257,7 +257,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
     /// needed. If light may be unsampled in the pixel, VPLs are used, since only their estimate
     /// states the amount of unsampled light.
     fn are_vpls_in_vain(&mut self) -> bool {
-        let (method, common) = (self.method, self.common);
+        let common = self.common;
         if !common.compensates || common.sees_lamps(self.at) {
             return false;
         }
@@ -267,7 +267,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
         }
         self.nearby_whole();
         let are_in_vain = nearby.are_vpls_in_vain(&common)
-            || (nearby.are_full_paths_cheaper(&common, &method.options) && !self.is_background());
+            || (nearby.are_full_paths_cheaper(&common) && !self.is_background());
         if are_in_vain {
             // If VPLs are used, `by_vpls` counts these rays.
             self.rays += nearby.rays_per_pixel(Estimator::Vpls);

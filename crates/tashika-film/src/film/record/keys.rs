@@ -98,7 +98,6 @@ keys! {
     CONFIDENCE "confidence" Making, "confidence of the intervals, 0 to 1";
     CONTROL "control" Making, "what the error is the error of: `luminance` or `channels`";
     CLAIM "claim" Making, "kind of the intervals: `calibrated`, `certified` or `audited`";
-    PICTURE "picture" Making, "true if nobody asked for an error";
     MAX_PAIRS "max_pairs" Making, "most pairs a pixel";
     MIN_PAIRS "min_pairs" Making, "fewest pairs a pixel";
     PAIRS_ARE "pairs.are" Making, "what the plane `pairs` counts";

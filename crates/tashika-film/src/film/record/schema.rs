@@ -333,9 +333,6 @@ schema! {
             "share of camera samples that met a surface";
     }
     beside {
-        RECONSTRUCTION F32 "reconstruction" ["R", "G", "B"] "W·m⁻²·sr⁻¹",
-            Shown::Color, in_pages true, "picture, reconstructed",
-            "radiance as a mean of pixels that are alike; nothing is claimed of it";
         AUDITED F32 "audited" ["low", "high", "verdict"] "W·m⁻²·sr⁻¹",
             Shown::Value, in_pages true, "audited pixels",
             "luminance that an audit found of a pixel, from and to, NaN if it is not known, and its verdict: 1 within the error, 2 outside or not known well enough, 0 not audited";

@@ -47,12 +47,9 @@
     state.views = source.images.flatMap((image, i) =>
       Views.of(image, i, source, palette, tolerance, several ? `${image.label}: ` : ""),
     );
-    // Errors are those of the estimate.
-    const isJudged = state.views.some(({ id }) => id === "0/error");
-    const { reconstruction, half_width: halfWidth, standard_error: standardError, rays } = Record.plane;
-    const wantedLeft = [isJudged ? "0/estimate" : `0/${reconstruction}`, "0/estimate"];
+    const { half_width: halfWidth, standard_error: standardError, rays } = Record.plane;
     const wantedRight = ["0/error", `0/${halfWidth}`, `0/${standardError}`, "1/estimate", `0/${rays}`, "0/estimate"];
-    for (const [side, wanted] of [["left", wantedLeft], ["right", wantedRight]]) {
+    for (const [side, wanted] of [["left", ["0/estimate"]], ["right", wantedRight]]) {
       const select = controls[side];
       const before = select.value;
       select.replaceChildren(...state.views.map(({ id, label }) => option(id, label)));
@@ -113,9 +110,8 @@
     if (state.touched || !source.images.length) return;
     const overview = source.overview(0);
     const has = (name) => source.images[0].planes.some((plane) => plane.name === name);
-    const { reconstruction, radiance, stop } = Record.plane;
-    const seen = [reconstruction, radiance].find(has);
-    const planes = seen === undefined ? null : overview.planes(has(stop) ? [seen, stop] : [seen]);
+    const { radiance, stop } = Record.plane;
+    const planes = has(radiance) ? overview.planes(has(stop) ? [radiance, stop] : [radiance]) : null;
     if (!planes) return;
     state.automatic = Views.automaticStops(planes[0], planes[1]?.[0]);
     expose();

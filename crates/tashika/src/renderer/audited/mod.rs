@@ -8,12 +8,13 @@
 //! ```
 //!
 //! The schedule of pictures is fixed beforehand by the view, the lights, the seed and the time
-//! limit, if there is one. The audit decides only where to stop. A picture has an interim analysis
-//! if it is predicted to be good enough, and the last picture always has one; at most
-//! [`AuditTerms::PICTURES`] pictures have one. If pictures are expensive, [more
-//! pixels](AuditTerms::more_pixels) are audited. The possible analyses are fixed along with the
-//! pictures (`looks`), and each has an equal share of the risk. The result is always valid: either
-//! a certificate, or the share that is certain to be within the error.
+//! limit or the number of passes, if there is one. The audit decides only where to stop. A picture
+//! has an interim analysis if it is predicted to be good enough, and the last picture always has
+//! one; at most [`AuditTerms::PICTURES`] pictures have one, two with a time limit, and one with a
+//! number of passes. If pictures are expensive, [more pixels](AuditTerms::more_pixels) are audited.
+//! The possible analyses are fixed along with the pictures (`looks`), and each has an equal share
+//! of the risk. The result is always valid: either a certificate, or the share that is certain to
+//! be within the error.
 //!
 //! The film also has a map of half-widths: the errors predicted by the reconstruction, multiplied
 //! by one factor. The factor is the ratio of error to prediction that has a certain
@@ -25,20 +26,23 @@
 //! widen the map by 8 to 34 %: with so few pixels in a group, the rank is that of the group's
 //! largest ratio.
 //!
-//! The paths of the picture use VPLs or, if the scene needs paths, path tracing alone. A share of
+//! The paths of the picture draw VPLs, or a pilot finds that paths alone take less work
+//! ([`Works`]). The audit draws VPLs in either case, since they know of light that paths miss. Some
+//! scenes need paths alone, for both. A share of
 //! the tiles, for one of several machines, is rendered differently ([`parts`]). The picture joined
 //! from such shares differs from a picture rendered as a whole, and has a single analysis.
 //!
 //! # Guarantee
 //! With at least the stated assurance, the claim is true: among the pixels that show more than a
-//! constant background, the stated share is within the error of light transport. The same holds for
-//! the map. The assumption is that the interval of an audited pixel misses that pixel's truth no
-//! more often than stated ([`AuditTerms::CONFIDENCE`]).
+//! constant background in the first passes, the stated share is within the error of light
+//! transport. The same holds for the map. The assumption is that the interval of an audited pixel
+//! misses that pixel's truth no more often than stated ([`AuditTerms::CONFIDENCE`]).
 //!
 //! # Held to this by
 //! `stats::audit` (pictures at the edge of the claim) and the tests of `renderer::audited`; the
 //! record of 2026-11-26 (audited pictures) has measurements of real scenes.
 
+mod choice;
 mod foreseen;
 mod looks;
 mod parts;
@@ -55,81 +59,118 @@ use std::sync::atomic::Ordering;
 
 use super::observer::{Phase, during};
 use super::{Lights, Prepared};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::film::{Claim, Film, Metadata, RenderFilm, keys};
-use crate::integrator::{ControlOptions, Integrator, LightTransport, SamplePaths};
+use crate::integrator::{ControlOptions, Integrator, LightTransport, PathStop, SamplePaths};
 use crate::picture::Picture;
 use crate::reconstruction::Reconstructed;
 use crate::render::{Begun, Finished, Progress, RenderOptions, Rendered, Totals, blank};
 use crate::request::AuditTerms;
+use choice::Works;
 use foreseen::{half_widths, importance_of, share_outside};
 use looks::{Looks, can_pass, is_expensive};
 use truth::Around;
 use truths::{Source, Truths};
-use verdict::{Look, Pictured, Stated, Tolerance, Verdict};
+use verdict::{Look, Pictured, Stated, Tolerance, Verdict, count_true};
 
 /// Largest number of paths of all pixels if there is no time limit; a picture then takes minutes.
 const MOST_PATHS: u64 = 64_000_000;
-/// Smallest and largest number of passes, whatever the size of the image.
-const PASSES: [u32; 2] = [5, 12];
-/// With a time limit, smallest growth for which another pass is made.
-const LEAST_GROWTH: f64 = 0.2;
+/// Fewest passes without a time limit, whatever the size of the image.
+const FEWEST_PASSES: u32 = 6;
+/// With a time limit, smallest growth for which another pass is made: less hardly changes the
+/// picture, and its time decides more pixels of the audit. Chosen.
+const LEAST_GROWTH: f64 = 0.5;
 
 /// Renders the picture. `begin` receives the film with which the render begins, and returns it.
+///
+/// * `passes`: number of passes, if it is fixed.
 pub(super) fn render(
     prepared: &Prepared<'_>,
     options: &ControlOptions,
     terms: &AuditTerms,
+    passes: Option<u32>,
     begin: impl FnOnce(Film) -> Result<Begun>,
 ) -> Result<Rendered> {
     let setting = prepared.setting();
-    if let Lights::Guided(lights) = &prepared.lights {
-        let method = LightTransport::new(&prepared.tracer, lights, options);
-        let options = ControlOptions { absolute_error: method.absolute_error(), ..*options };
-        return render_by(prepared, &method, method.path_sampler(setting), &options, terms, begin);
+    let planned = Planned { prepared, terms: *terms, passes };
+    let Lights::Guided(lights) = &prepared.lights else { return planned.by_paths_alone(options, begin) };
+    let method = LightTransport::new(&prepared.tracer, lights, options);
+    let options = ControlOptions { absolute_error: method.absolute_error(), ..*options };
+    let sampler = method.path_sampler(setting);
+    let alone = prepared.path_tracer(PathStop::Count(1))?;
+    let works = Works::measure(prepared, &sampler, &alone.path_sampler(setting), &Tolerance::to(&options));
+    if works.is_some_and(|works| works.is_alone_better()) {
+        return planned.by_paths_alone(&options, begin);
     }
-    let stop = prepared.of_audited(options)?;
-    let method = prepared.path_tracer(stop)?;
-    let options = stop.options().unwrap_or(options);
-    render_by(prepared, &method, method.path_sampler(setting), options, terms, begin)
+    planned.render(&method, sampler, &options, begin)
 }
 
-/// Renders with paths of the sampler, and writes the metadata of the method.
-fn render_by<'v>(
-    prepared: &'v Prepared<'_>,
-    method: &dyn Integrator,
-    sampler: impl SamplePaths + 'v,
-    options: &ControlOptions,
-    terms: &AuditTerms,
-    begin: impl FnOnce(Film) -> Result<Begun>,
-) -> Result<Rendered> {
-    if !prepared.share.is_whole() {
-        return parts::render(prepared, method, &sampler, options, terms, begin);
+/// Terms and work of a picture, before its paths are chosen.
+struct Planned<'v, 'p> {
+    prepared: &'v Prepared<'p>,
+    terms: AuditTerms,
+    /// Number of passes, if it is fixed.
+    passes: Option<u32>,
+}
+
+impl<'v> Planned<'v, '_> {
+    fn by_paths_alone(
+        &self,
+        options: &ControlOptions,
+        begin: impl FnOnce(Film) -> Result<Begun>,
+    ) -> Result<Rendered> {
+        let stop = self.prepared.of_audited(options)?;
+        let method = self.prepared.path_tracer(stop)?;
+        let options = stop.options().unwrap_or(options);
+        self.render(&method, method.path_sampler(self.prepared.setting()), options, begin)
     }
-    let whole = RenderOptions { window: prepared.window, share: prepared.share.clone() };
-    let mut film = blank(&prepared.setting(), method, &whole)?;
-    describe(prepared, terms, film.metadata_mut());
-    let mut work = Work {
-        prepared,
-        terms,
-        options,
-        tolerance: Tolerance { error: options.error, absolute: options.absolute_error },
-        by_lights: matches!(prepared.lights, Lights::Guided(_)),
-        film: begin(film)?.film,
-        picture: Picture::new(sampler, prepared.window, options.seed),
-        reconstructed: Reconstructed::default(),
-        truths: None,
-        look: None,
-        looks: Looks::default(),
-        taken: 0,
-    };
-    work.go_on()?;
-    work.finish()
+
+    /// Renders with paths of the sampler, and writes the metadata of the method.
+    fn render(
+        &self,
+        method: &dyn Integrator,
+        sampler: impl SamplePaths,
+        options: &ControlOptions,
+        begin: impl FnOnce(Film) -> Result<Begun>,
+    ) -> Result<Rendered> {
+        let prepared = self.prepared;
+        if let (Some(passes), false) = (self.passes, prepared.share.is_whole()) {
+            let expected = "none of a share of the tiles, whose work follows from its errors";
+            return Err(Error::option("passes", passes, expected));
+        }
+        if !prepared.share.is_whole() {
+            return parts::render(prepared, method, &sampler, options, &self.terms, begin);
+        }
+        let looks = match (self.passes, prepared.observer.seconds_left()) {
+            (Some(_), _) => Looks::FIXED,
+            (None, Some(_)) => Looks::IN_TIME,
+            (None, None) => Looks::OPEN,
+        };
+        let terms = AuditTerms { looks: looks.most(), ..self.terms };
+        let whole = RenderOptions { window: prepared.window, share: prepared.share.clone() };
+        let mut film = blank(&prepared.setting(), method, &whole)?;
+        describe(prepared, &terms, film.metadata_mut());
+        let mut work = Work {
+            prepared,
+            terms,
+            passes: self.passes,
+            options,
+            tolerance: Tolerance::to(options),
+            film: begin(film)?.film,
+            picture: Picture::new(sampler, prepared.window, options.seed),
+            reconstructed: Reconstructed::default(),
+            truths: None,
+            look: None,
+            looks,
+            taken: 0,
+        };
+        work.go_on()?;
+        work.finish()
+    }
 }
 
 /// Writes the metadata of the audit that the integrator does not write.
 fn describe(prepared: &Prepared<'_>, terms: &AuditTerms, metadata: &mut Metadata) {
-    prepared.method.describe(metadata);
     prepared.change.describe(metadata);
     if let Some(smoother) = &prepared.smoother {
         metadata.set(keys::DENOISER, smoother.name());
@@ -149,11 +190,11 @@ fn describe(prepared: &Prepared<'_>, terms: &AuditTerms, metadata: &mut Metadata
 /// A picture in progress, and its audit.
 struct Work<'p, 'v> {
     prepared: &'p Prepared<'p>,
-    terms: &'p AuditTerms,
+    terms: AuditTerms,
+    /// Number of passes, if it is fixed.
+    passes: Option<u32>,
     options: &'p ControlOptions,
     tolerance: Tolerance,
-    /// True if the paths draw VPLs.
-    by_lights: bool,
     film: Film,
     picture: Picture<'v>,
     reconstructed: Reconstructed,
@@ -179,15 +220,17 @@ impl<'p> Work<'p, '_> {
             let after = observer.seconds_left();
             let of_path =
                 before.zip(after).map(|(a, b)| (a - b) / (self.picture.paths() - paths).max(1) as f64);
-            if self.truths.is_none() {
-                self.truths = self.first_truths(of_path)?;
-                if self.truths.is_none() {
-                    return Ok(());
-                }
+            let is_ready = self.passes.is_none_or(|fixed| self.picture.passes() >= fixed);
+            if self.truths.is_none() && is_ready {
+                self.truths = self.first_truths()?;
+                let Some(truths) = &self.truths else { return Ok(()) };
+                self.terms.population = Some(count_true(&truths.population));
             }
-            let next = self.growth(of_path);
+            // There is nothing to audit in a picture of the background alone.
+            let next = if self.terms.population == Some(0) { None } else { self.growth(of_path) };
             let is_last = next.is_none();
-            let is_due = is_last || self.looks.is_due(self.terms, share_outside(&self.importance()));
+            let is_due = is_last
+                || self.passes.is_none() && self.looks.is_due(&self.terms, share_outside(&self.importance()));
             let is_reached = is_due && self.audit(is_last)?;
             match next {
                 Some(next) if !is_reached => growth = next,
@@ -198,18 +241,24 @@ impl<'p> Work<'p, '_> {
 
     /// Computes the truths of the first audited pixels. Numbers of paths follow from the variances
     /// of the picture. `None` if cancelled.
-    fn first_truths(&self, of_path: Option<f64>) -> Result<Option<Truths<'p>>> {
-        let Self { prepared, options, terms, tolerance, by_lights, picture, .. } = self;
-        let source = Source::new(&prepared.setting(), options, tolerance, *by_lights, prepared.observer)?;
+    fn first_truths(&self) -> Result<Option<Truths<'p>>> {
+        let Self { prepared, options, terms, tolerance, picture, .. } = self;
+        let source = Source::of(prepared, options, tolerance)?;
+        // The audit of a fixed amount of work has as many paths as the picture.
+        let paths = self.passes.map(|_| picture.paths());
         let around = |pixel| Around::of(picture, pixel, &self.reconstructed.radiance, tolerance);
-        Truths::compute(source, &picture.film()?, &around, terms, of_path)
+        Truths::compute(source, &picture.film()?, &around, terms, self.looks.extends(), paths)
     }
 
     /// Ratio of the paths of the next pass to all paths so far; `None` if there is no next pass.
     ///
     /// * `of_path`: time of a path (s), if there is a time limit.
     fn growth(&self, of_path: Option<f64>) -> Option<f64> {
-        if self.picture.passes() >= PASSES[1] {
+        let passes = self.picture.passes();
+        if let Some(fixed) = self.passes {
+            return (passes < fixed).then_some(1.0);
+        }
+        if passes >= AuditTerms::MAX_PASSES {
             return None;
         }
         let Some((of_path, left)) = of_path.zip(self.prepared.observer.seconds_left()) else {
@@ -250,7 +299,7 @@ impl<'p> Work<'p, '_> {
 
     /// Returns true if the limit on paths permits another pass.
     fn has_paths_left(&self) -> bool {
-        self.picture.passes() < PASSES[0] || 2 * self.picture.paths() <= MOST_PATHS
+        self.picture.passes() < FEWEST_PASSES || 2 * self.picture.paths() <= MOST_PATHS
     }
 
     /// Predicted error of each pixel over its tolerance.
@@ -269,7 +318,7 @@ impl<'p> Work<'p, '_> {
             let of = self.audited();
             let is_reached = self.look(is_last)?;
             let outside = self.look.as_ref().map_or(0, |look| look.outside);
-            if is_reached || of == most || !can_pass(self.terms, outside, [of, most]) {
+            if is_reached || of == most || !can_pass(&self.terms, outside, [of, most]) {
                 return Ok(is_reached);
             }
         }
@@ -287,7 +336,7 @@ impl<'p> Work<'p, '_> {
 
     /// Most pixels of an analysis of this picture.
     fn most_pixels(&self) -> u64 {
-        let is_expensive = is_expensive(self.terms, self.picture.rays());
+        let is_expensive = is_expensive(&self.terms, self.picture.rays());
         let spare = self.truths.as_ref().filter(|_| is_expensive).map_or(0, Truths::spare);
         self.audited() + spare as u64
     }
@@ -298,13 +347,13 @@ impl<'p> Work<'p, '_> {
         let half_widths = half_widths(&self.reconstructed, &self.tolerance);
         let (terms, of, most) = (self.terms, self.audited(), self.most_pixels());
         let decides = |outside: u64, may_be: u64| {
-            terms.is_reached(may_be, of) || !(is_last || can_pass(terms, outside, [of, most]))
+            terms.is_reached(may_be, of) || !(is_last || can_pass(&terms, outside, [of, most]))
         };
         let Some(truths) = &mut self.truths else { return Ok(false) };
         let (window, radiance) = (self.prepared.window, &self.reconstructed.radiance);
         truths.refine(&window, radiance, decides)?;
         let look = truths.look(&window, radiance, &half_widths);
-        let is_reached = look.is_reached(self.terms);
+        let is_reached = look.is_reached(&self.terms);
         self.look = Some(look);
         self.taken += 1;
         Ok(is_reached)
@@ -319,7 +368,7 @@ impl<'p> Work<'p, '_> {
             half_widths: &half_widths(&self.reconstructed, &self.tolerance),
         };
         self.film.metadata_mut().set(keys::PASSES, self.picture.passes());
-        picture.store(&mut self.film, |_| Stated::NOTHING);
+        picture.store(&mut self.film, |_, _| Stated::NOTHING);
         Ok(())
     }
 
@@ -328,7 +377,7 @@ impl<'p> Work<'p, '_> {
         let Some((truths, look)) = self.truths.as_ref().zip(self.look.as_ref()) else { return Ok(()) };
         let verdict = Verdict {
             look,
-            terms: self.terms,
+            terms: &self.terms,
             tolerance: &self.tolerance,
             population: &truths.population,
             looks: self.taken,
@@ -340,6 +389,10 @@ impl<'p> Work<'p, '_> {
             reconstructed: &self.reconstructed,
             half_widths: &half_widths(&self.reconstructed, &self.tolerance),
         };
+        if truths.pixels.is_empty() {
+            picture.store(&mut self.film, |k, record| verdict.unaudited(k, record));
+            return Ok(());
+        }
         verdict.store(&picture, &mut self.film);
         self.film.metadata_mut().set(keys::AUDIT_RAYS, truths.rays);
         truths.describe(&mut self.film);

@@ -1,8 +1,8 @@
 //! Tests of claims about pictures, of reports to observers, and of faults that an audit has to
 //! notice.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Arc, Mutex};
 
 use super::truth::Around;
 use super::truths::{Source, Truths};
@@ -13,13 +13,14 @@ use crate::film::{Claim, Film, PictureClaim, RenderFilm, Stop, Window, keys, pla
 use crate::integrator::{ControlOptions, PathStop, PathTracer, Truth};
 use crate::reconstruction::Smoother;
 use crate::render::{Finished, Progress, RenderOptions, Rendered, TileShare, render, with_threads};
-use crate::renderer::{Lights, Observer, Prepared, Renderer, Silent};
+use crate::renderer::{Lights, Observer, Prepared, Renderer};
 use crate::request::{AuditTerms, ClaimName, MethodName, Request};
 use crate::scene::builtin;
 
 const SIZE: [u32; 2] = [32, 24];
 const ERROR: f64 = 0.25;
-const TERMS: AuditTerms = AuditTerms { share: 0.9, assurance: 0.9, pixels: 60, looks: AuditTerms::LOOKS };
+const TERMS: AuditTerms =
+    AuditTerms { share: 0.9, assurance: 0.9, pixels: 60, looks: AuditTerms::LOOKS, population: None };
 
 fn renderer<'a>(seed: u64) -> Renderer<'a> {
     let request = Request {
@@ -116,15 +117,15 @@ fn around(film: &Film) -> impl Fn([u32; 2]) -> Around {
     }
 }
 
-fn source<'p>(prepared: &'p Prepared<'_>, observer: &'p dyn Observer) -> Source<'p> {
-    let options = ControlOptions { error: ERROR, ..ControlOptions::default() };
-    let by_lights = matches!(prepared.lights, Lights::Guided(_));
-    Source::new(&prepared.setting(), &options, &tolerance(), by_lights, observer).unwrap()
+fn truths<'p>(prepared: &'p Prepared<'p>, film: &Film) -> Truths<'p> {
+    truths_of(prepared, film, film)
 }
 
-fn truths<'p>(prepared: &'p Prepared<'_>, film: &Film) -> Truths<'p> {
-    let source = source(prepared, &Silent);
-    Truths::compute(source, film, &around(film), &TERMS, None).unwrap().unwrap()
+/// Truths of pixels of a picture, with the paths of another film around them.
+fn truths_of<'p>(prepared: &'p Prepared<'p>, picture: &Film, film: &Film) -> Truths<'p> {
+    let options = ControlOptions { error: ERROR, ..ControlOptions::default() };
+    let source = Source::of(prepared, &options, &tolerance()).unwrap();
+    Truths::compute(source, picture, &around(film), &TERMS, true, None).unwrap().unwrap()
 }
 
 /// The audit rejects a picture that is too bright and one in which all pixels are equal. It accepts
@@ -225,17 +226,64 @@ fn more_pixels_are_audited_beside_the_first() {
 fn as_many_pixels_are_audited_as_there_is_time_for() {
     let prepared = renderer(1).prepare().unwrap();
     let film = truth(&prepared);
-    let by = |observer: &dyn Observer, of_path: Option<f64>| {
-        let truths = Truths::compute(source(&prepared, observer), &film, &around(&film), &TERMS, of_path);
-        truths.unwrap().unwrap().pixels
+    let drawn = |prepared: &Prepared<'_>| -> Vec<[u32; 2]> {
+        truths(prepared, &film).pixels.iter().map(|truth| truth.pixel).collect()
     };
-    let without_end = by(&Silent, None);
-    // Twenty seconds are left; truths may take six of them.
-    let ending = Ending::new(2, true);
-    assert_eq!(by(&ending, Some(1e-9)), without_end, "all are affordable");
-    let few = by(&ending, Some(6.0 / 4.0 / 40.0 / 64.0));
-    assert_eq!(few, without_end[..few.len()]);
-    assert!((20..60).contains(&few.len()), "{}", few.len());
+    let without_end = drawn(&prepared);
+    // Twenty seconds are left, and truths may take five of them. The first 32 of them take the
+    // given time, in the first of their stages, which are assumed to take four times as long.
+    // The mean number of paths of all drawn pixels is not quite that of the first ones.
+    for (seconds, counts) in [(0.1, 60..=60), (1.0, 34..=48), (8.0, 32..=32)] {
+        // The first question decides the number of VPLs.
+        let clock = Clock { left: Mutex::new(20.0 + seconds), step: seconds };
+        let prepared = Prepared { observer: &clock, ..prepared.clone() };
+        let pixels = drawn(&prepared);
+        assert!(counts.contains(&pixels.len()), "{seconds} s: {}", pixels.len());
+        assert_eq!(pixels, without_end[..pixels.len()]);
+    }
+}
+
+/// With a fixed number of paths, the pixels are the first ones of the draw, and no stage has more
+/// paths than are left.
+#[test]
+fn as_many_pixels_are_audited_as_there_are_paths_for() {
+    let prepared = renderer(1).prepare().unwrap();
+    let film = truth(&prepared);
+    let options = ControlOptions { error: ERROR, ..ControlOptions::default() };
+    let with = |paths: Option<u64>| {
+        let source = Source::of(&prepared, &options, &tolerance()).unwrap();
+        Truths::compute(source, &film, &around(&film), &TERMS, false, paths).unwrap().unwrap()
+    };
+    let [all, none] = [None, Some(1)].map(with);
+    assert_eq!((all.pixels.len(), none.pixels.len()), (60, 32));
+    // A truth of this scene has about 450 paths in its first stage.
+    let few = with(Some(4 * 45 * 450));
+    assert!((33..60).contains(&few.pixels.len()), "{}", few.pixels.len());
+    assert_eq!(few.pixels, all.pixels[..few.pixels.len()]);
+    // A picture that is off by the tolerance leaves pixels open; without paths they stay so.
+    let window = Window::full(SIZE);
+    let radiance: Vec<Rgb> = film.colors().unwrap().map(|color| color * (1.0 + ERROR as f32)).collect();
+    let rays = |mut truths: Truths<'_>| {
+        let before = truths.rays;
+        assert!(truths.refine(&window, &radiance, |_, _| false).unwrap());
+        truths.rays - before
+    };
+    let [all, few, none] = [all, few, none].map(rays);
+    assert!(none == 0 && few > 0 && few < all, "{none} {few} {all}");
+}
+
+/// Observer with a time limit, of which each question takes `step` seconds.
+struct Clock {
+    left: Mutex<f64>,
+    step: f64,
+}
+
+impl Observer for Clock {
+    fn seconds_left(&self) -> Option<f64> {
+        let mut left = self.left.lock().unwrap();
+        *left -= self.step;
+        Some(*left + self.step)
+    }
 }
 
 /// The same pixels are audited in a picture and in a darkened copy. Truths depend on the picture
@@ -249,9 +297,7 @@ fn the_audit_knows_nothing_of_the_picture() {
     for (x, y) in Window::full(SIZE).pixels() {
         darker.plane_mut(planes::RADIANCE).unwrap().set_f32(x, y, &[0.0; 3]);
     }
-    let of = |picture: &Film| {
-        Truths::compute(source(&prepared, &Silent), picture, &around(&film), &TERMS, None).unwrap().unwrap()
-    };
+    let of = |picture: &Film| truths_of(&prepared, picture, &film);
     let [of_film, of_darker] = [&film, &darker].map(of);
     assert_eq!(of_film.pixels, of_darker.pixels);
     let chosen = |truths: &Truths| truths.pixels.iter().map(|truth| truth.pixel).collect::<Vec<_>>();
@@ -292,8 +338,7 @@ impl Smoother for Flat {
 #[test]
 fn a_smoother_that_returns_the_mean_is_noticed() {
     let of = |smoother: Option<Arc<dyn Smoother>>| {
-        let ending = Ending::new(1, true);
-        let renderer = renderer(1).error(0.1).observer(&ending);
+        let renderer = renderer(1).error(0.1).passes(6);
         let image = smoother.into_iter().fold(renderer, Renderer::smoother).render().unwrap();
         let name = image.film.metadata().text(keys::DENOISER).map(str::to_owned);
         (PictureClaim::of(image.film.metadata()).unwrap(), name)
@@ -353,10 +398,10 @@ fn there_is_an_answer_when_the_time_is_up() {
     assert_eq!(ending.pictures.load(Ordering::SeqCst), 2, "a third picture would be late");
     assert!(image.totals.tally.out_of_budget > 0);
     is_a_map_or_none(&image.film);
-    // If no time is left for truths, none is known, and there is no map.
+    // If no time is left for truths, the fewest are computed.
     let image = renderer(1).error(0.001).observer(&Ending::new(1, true)).render().unwrap();
-    let read = RenderFilm::of(&image.film);
-    assert!(PictureClaim::of(image.film.metadata()).is_some() && read.tally().of(Claim::Audited) == 0);
+    let claim = PictureClaim::of(image.film.metadata()).unwrap();
+    assert!(claim.audited == 32 && claim.looks == 1, "{claim}");
     is_a_map_or_none(&image.film);
     let audited = image.film.plane(planes::AUDITED).unwrap().f32_samples().unwrap();
     let is_unknown = |pixel: &[f32]| pixel[..2].iter().all(|end| end.is_nan());

@@ -97,6 +97,11 @@ impl Truth {
         Self { pixel, known: around, found: PathSamples::default(), stage: 0, rays: 0 }
     }
 
+    /// Number of paths of the last stage.
+    pub fn paths(&self) -> u64 {
+        self.found.luminance.count()
+    }
+
     /// Number of rays so far.
     pub fn rays(&self) -> u64 {
         self.rays

@@ -16,20 +16,21 @@ use crate::integrator::{
 use crate::picture::{Wanted, paths_of};
 use crate::render::Progress;
 use crate::renderer::observer::{Observer, Phase, during};
+use crate::renderer::{Lights, Prepared};
 use crate::request::AuditTerms;
 use crate::rng::{self, Purpose, Stream};
 use crate::vpl::VplOptions;
 
-/// Number of pixels from which the mean number of paths of a truth is predicted.
-const TRIED: usize = 64;
-/// Share of the remaining time that truths may take.
-const SHARE_OF_TIME: f64 = 0.3;
+/// Share of the remaining time that truths may take. Chosen.
+const SHARE_OF_TIME: f64 = 0.25;
 /// Assumed ratio of the time of all stages to the time of the first. Chosen.
 const STAGES_COST: f64 = 4.0;
-/// Smallest number of pixels of an audit, even if time is short.
-const FEWEST: usize = 20;
+/// Smallest number of pixels of an audit, even if time is short. Their time predicts that of more.
+const FEWEST: usize = 32;
 /// Number of VPLs that truths are drawn from.
 const VPLS: u64 = 500_000;
+/// Number of these VPLs if there is a time limit. Intervals include the variance between sets.
+const VPLS_IN_TIME: u64 = 150_000;
 
 /// The audited pixels of a picture.
 pub(super) struct Truths<'p> {
@@ -45,6 +46,8 @@ pub(super) struct Truths<'p> {
     pub rays: u64,
     /// Time of the first stage (s), if there is a time limit.
     seconds: f64,
+    /// Number of paths that further stages may have, if the work is fixed.
+    paths_left: Option<u64>,
 }
 
 /// Origin of truths: sampler, options and tolerance.
@@ -64,24 +67,19 @@ impl<'p> Source<'p> {
     /// Returns a source with lights, gather points and random numbers that the picture does not
     /// use.
     ///
-    /// * `options`: options of the picture; `by_lights`: true if truths use VPLs, false if they use
-    ///   path tracing alone.
-    pub fn new(
-        setting: &Setting<'p>,
-        options: &ControlOptions,
-        tolerance: &Tolerance,
-        by_lights: bool,
-        observer: &'p dyn Observer,
-    ) -> Result<Self> {
+    /// * `options`: options of the picture.
+    pub fn of(prepared: &'p Prepared<'p>, options: &ControlOptions, tolerance: &Tolerance) -> Result<Self> {
+        let (setting, observer) = (prepared.setting(), prepared.observer);
         let seed = seed_of(options.seed);
-        let setting = Setting { view: View { seed, ..setting.view }, ..*setting };
-        let lights = VplOptions { count: VPLS, seed, ..VplOptions::default() };
+        let setting = Setting { view: View { seed, ..setting.view }, ..setting };
+        let count = if observer.seconds_left().is_some() { VPLS_IN_TIME } else { VPLS };
+        let lights = VplOptions { count, seed, ..VplOptions::default() };
         let traced = || {
-            during(observer, Phase::Vpls { count: VPLS }, || {
+            during(observer, Phase::Vpls { count }, || {
                 GuidedLights::to_audit(setting.tracer, &lights, &setting.view)
             })
         };
-        let lights = by_lights.then(traced).transpose()?;
+        let lights = matches!(prepared.lights, Lights::Guided(_)).then(traced).transpose()?;
         let options = ControlOptions { seed, ..*options };
         Ok(Self { setting, options, tolerance: *tolerance, lights, observer })
     }
@@ -132,10 +130,26 @@ impl<'p> Source<'p> {
         during(self.observer, phase, || self.with_sampler(told))
     }
 
-    /// Number of paths of the next stage of these truths.
-    fn paths(&self, truths: &[Truth]) -> Result<u64> {
+    /// Number of these truths, in their order, whose next stages have at most `most` paths in all,
+    /// and the number of these paths.
+    fn affordable<'t>(&self, truths: impl Iterator<Item = &'t Truth>, most: u64) -> Result<(usize, u64)> {
         self.with_sampler(|sampler| {
-            Ok(truths.iter().map(|truth| u64::from(self.wanted(truth, sampler).paths)).sum())
+            let (mut count, mut paths) = (0, 0);
+            for truth in truths {
+                let wanted = u64::from(self.wanted(truth, sampler).paths);
+                if paths + wanted > most {
+                    break;
+                }
+                (count, paths) = (count + 1, paths + wanted);
+            }
+            Ok((count, paths))
+        })
+    }
+
+    /// Number of paths of the next stage of these truths.
+    fn paths<'t>(&self, truths: impl Iterator<Item = &'t Truth>) -> Result<u64> {
+        self.with_sampler(|sampler| {
+            Ok(truths.map(|truth| u64::from(self.wanted(truth, sampler).paths)).sum())
         })
     }
 
@@ -152,18 +166,22 @@ pub(super) fn seed_of(picture: u64) -> u64 {
 impl<'p> Truths<'p> {
     /// Draws pixels of a film and computes their truths; `None` if cancelled.
     ///
-    /// With a time limit, the number of pixels is chosen so that their truths are predicted to take
-    /// a given [share](SHARE_OF_TIME) of the remaining time. The prediction uses the numbers of
-    /// paths of some of these pixels, but no truth.
+    /// With a time limit, the number of pixels is chosen so that all stages of their truths are
+    /// predicted to take a given [share](SHARE_OF_TIME) of the remaining time; with a number of
+    /// paths, so that they are predicted to take these. The prediction uses the mean number of
+    /// paths of all drawn pixels, and the time of a path: the pixels that are audited then are the
+    /// first ones of a random order, whatever they cost.
     ///
     /// * `film`: the picture without its reconstruction; `around`: estimates about the paths of a
-    ///   pixel; `of_path`: time of a path (s), if there is a time limit.
+    ///   pixel; `extends`: true if more pixels may be audited later; `paths`: number of paths of
+    ///   all stages, if the work is fixed.
     pub fn compute(
         source: Source<'p>,
         film: &Film,
         around: &dyn Fn([u32; 2]) -> Around,
         terms: &AuditTerms,
-        of_path: Option<f64>,
+        extends: bool,
+        paths: Option<u64>,
     ) -> Result<Option<Self>> {
         let population = shown(film);
         let pixels = film.window().pixels().zip(&population);
@@ -172,30 +190,42 @@ impl<'p> Truths<'p> {
         let before = source.observer.seconds_left();
         let all = shown.len() as u64;
         let [count, more] = [terms.pixels, terms.more_pixels()].map(|pixels| pixels.min(all));
-        let with_spare = if before.is_some() { count } else { more };
+        let with_spare = if extends { more } else { count };
         let chosen = drawn(shown, with_spare, source.options.seed);
         let mut truths: Vec<Truth> = chosen.into_iter().map(|at| Truth::new(at, around(at))).collect();
-        let mut count = count as usize;
-        if let Some((of_path, left)) = of_path.zip(before) {
-            let tried = &truths[..TRIED.min(truths.len())];
-            let of_one = of_path * source.paths(tried)? as f64 / tried.len().max(1) as f64;
-            let affordable = SHARE_OF_TIME * left / (STAGES_COST * of_one);
-            count = count.min((affordable as usize).max(FEWEST));
+        let spare = truths.split_off(count as usize);
+        let spare = if extends { spare } else { Vec::new() };
+        let mean_paths = source.paths(truths.iter())? as f64 / truths.len().max(1) as f64;
+        if let Some(paths) = paths {
+            let count = (paths as f64 / (STAGES_COST * mean_paths.max(1.0))) as usize;
+            truths.truncate(count.max(FEWEST));
         }
-        let spare = truths.split_off(count);
-        let spare = if before.is_some() { Vec::new() } else { spare };
-        if !source.told(&mut truths.iter_mut().collect::<Vec<_>>())? {
+        let first_paths = source.paths(truths.iter())?;
+        if let Some(before) = before {
+            let tried = FEWEST.min(truths.len());
+            if !source.told(&mut truths[..tried].iter_mut().collect::<Vec<_>>())? {
+                return Ok(None);
+            }
+            let seconds = before - source.observer.seconds_left().unwrap_or(0.0);
+            let tried_paths: u64 = truths[..tried].iter().map(Truth::paths).sum();
+            let of_path = seconds.max(f64::MIN_POSITIVE) / tried_paths.max(1) as f64;
+            let count = (SHARE_OF_TIME * before / (STAGES_COST * of_path * mean_paths)) as usize;
+            truths.truncate(count.max(tried));
+        }
+        let mut others: Vec<&mut Truth> = truths.iter_mut().filter(|truth| truth.stage == 0).collect();
+        if !others.is_empty() && !source.told(&mut others)? {
             return Ok(None);
         }
+        let paths_left = paths.map(|paths| paths.saturating_sub(first_paths));
         let seconds = before.zip(source.observer.seconds_left());
         let seconds = seconds.map_or(0.0, |(before, after)| before - after);
         let pixels = truths.iter().map(|truth| truth.audited(&source.tolerance)).collect();
         let rays = truths.iter().map(Truth::rays).sum();
-        Ok(Some(Self { source, truths, pixels, spare, population, rays, seconds }))
+        Ok(Some(Self { source, truths, pixels, spare, population, rays, seconds, paths_left }))
     }
 
     /// Audits [more pixels](AuditTerms::more_pixels), if they are not audited already; false if
-    /// cancelled. With a time limit, there are no such pixels.
+    /// cancelled.
     pub fn extend(&mut self) -> Result<bool> {
         if self.spare.is_empty() {
             return Ok(true);
@@ -226,8 +256,8 @@ impl<'p> Truths<'p> {
     }
 
     /// Refines the truths of pixels that may be on either side of the tolerance, stage by stage;
-    /// false if cancelled. With a time limit, only as many are refined as the remaining time is
-    /// predicted to allow. Pixels that stay open count as outside.
+    /// false if cancelled. With a time limit, or a number of paths, only as many are refined as it
+    /// is predicted to allow. Pixels that stay open count as outside.
     ///
     /// * `radiance`: of the window's pixels, row by row.
     /// * `decides`: returns true if the outcome of the audit is decided, given the number of pixels
@@ -250,6 +280,11 @@ impl<'p> Truths<'p> {
             of_one *= f64::from(STAGES[stage].most_paths) / f64::from(STAGES[stage - 1].most_paths);
             if let Some(left) = self.source.observer.seconds_left() {
                 open.truncate((left / of_one) as usize);
+            }
+            if let Some(left) = self.paths_left {
+                let (count, paths) = self.source.affordable(open.iter().map(|k| &self.truths[*k]), left)?;
+                open.truncate(count);
+                self.paths_left = Some(left - paths);
             }
             let rays = |truths: &[Truth]| open.iter().map(|k| truths[*k].rays()).sum::<u64>();
             let before = rays(&self.truths);

@@ -10,6 +10,7 @@
 
 use crate::color::Rgb;
 use crate::film::{Claim, Film, PictureClaim, PixelRecord, RenderFilm, Samples, Stop, Window, keys, planes};
+use crate::integrator::ControlOptions;
 use crate::reconstruction::Reconstructed;
 use crate::request::AuditTerms;
 
@@ -30,6 +31,11 @@ pub(super) struct Tolerance {
 }
 
 impl Tolerance {
+    /// Tolerance of the pixels of a request.
+    pub fn to(options: &ControlOptions) -> Self {
+        Self { error: options.error, absolute: options.absolute_error }
+    }
+
     /// Tolerance of a pixel of the given luminance.
     pub fn of(&self, luminance: f64) -> f64 {
         (self.error * luminance).max(self.absolute)
@@ -132,7 +138,7 @@ impl Verdict<'_> {
             outside,
             upper_outside: terms.upper_outside(outside, audited),
             reached: look.is_reached(terms),
-            population: self.population.iter().map(|is_shown| u64::from(*is_shown)).sum(),
+            population: count_true(self.population),
             looks: self.looks.into(),
             passes: self.passes.into(),
         }
@@ -148,10 +154,16 @@ impl Verdict<'_> {
         }
         let of_pixels = if factor.is_some() { Claim::Audited } else { Claim::None };
         let stop = if claim.reached { Stop::RuleMet } else { Stop::Budget };
-        picture.store(film, |k| match self.population[k] {
+        picture.store(film, |k, record| match self.population[k] {
             true => Stated { claim: of_pixels, factor: factor.unwrap_or(f64::NAN), stop },
-            false => Stated::BACKGROUND,
+            false => self.unaudited(k, record),
         });
+    }
+
+    /// Statement about a pixel of a picture without audited pixels, or outside of the population.
+    /// Later passes may find something where the first one found nothing.
+    pub fn unaudited(&self, k: usize, record: &PixelRecord) -> Stated {
+        if self.population[k] || is_shown(record) { Stated::NOTHING } else { Stated::BACKGROUND }
     }
 }
 
@@ -181,18 +193,20 @@ pub(super) struct Pictured<'f> {
 }
 
 impl Pictured<'_> {
-    /// Stores the picture in a film, with a statement for each pixel.
-    pub fn store(&self, film: &mut Film, stated: impl Fn(usize) -> Stated) {
+    /// Stores the picture in a film, with a statement for each pixel and the record of its
+    /// estimate.
+    pub fn store(&self, film: &mut Film, stated: impl Fn(usize, &PixelRecord) -> Stated) {
         film.metadata_mut().set(keys::FORESEEN, self.reconstructed.importance_median());
         for (k, (x, y)) in film.window().pixels().enumerate() {
-            let Stated { claim, factor, stop } = stated(k);
+            let plain = self.plain.at(x, y);
+            let Stated { claim, factor, stop } = stated(k, &plain);
             let record = PixelRecord {
                 radiance: self.reconstructed.radiance[k],
                 standard_error: self.reconstructed.importance_error[k],
                 half_width: claim.stated(factor * self.half_widths[k]),
                 claim,
                 stop,
-                ..self.plain.at(x, y)
+                ..plain
             };
             record.store(film, x, y);
         }
@@ -229,6 +243,10 @@ pub(super) fn outside(
     (pixels.len() - pixels.iter().filter(is_within).count()) as u64
 }
 
+pub(super) fn count_true(values: &[bool]) -> u64 {
+    values.iter().map(|value| u64::from(*value)).sum()
+}
+
 pub(super) fn luminance_at(pixel: [u32; 2], window: &Window, radiance: &[Rgb]) -> f64 {
     radiance[window.index(pixel[0], pixel[1])].luminance().into()
 }
@@ -238,11 +256,11 @@ pub(super) fn luminance_at(pixel: [u32; 2], window: &Window, radiance: &[Rgb]) -
 /// other pixels. A pixel that is not finite is wrong, and therefore counts as showing more.
 pub(super) fn shown(film: &Film) -> Vec<bool> {
     let read = RenderFilm::of(film);
-    let is_shown = |(x, y)| {
-        let PixelRecord { radiance, coverage, standard_error, .. } = read.at(x, y);
-        coverage > 0.0 || standard_error > 0.0 || !radiance.is_finite()
-    };
-    film.window().pixels().map(is_shown).collect()
+    film.window().pixels().map(|(x, y)| is_shown(&read.at(x, y))).collect()
+}
+
+fn is_shown(PixelRecord { radiance, coverage, standard_error, .. }: &PixelRecord) -> bool {
+    *coverage > 0.0 || *standard_error > 0.0 || !radiance.is_finite()
 }
 
 #[cfg(test)]

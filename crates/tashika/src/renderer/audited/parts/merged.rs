@@ -3,18 +3,20 @@
 use std::path::Path;
 
 use super::super::foreseen::half_widths;
-use super::super::verdict::{AuditedPixel, Look, Pictured, Stated, Tolerance, Verdict, describe, shown};
+use super::super::verdict::{
+    AuditedPixel, Look, Pictured, Stated, Tolerance, Verdict, count_true, describe, shown,
+};
 use super::draw::draw;
 use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::film::{Film, Key, Metadata, PixelRecord, Plane, PlaneSpec, RenderFilm, Value, keys, planes};
 use crate::reconstruction::{Halves, Reconstructed, Smoother};
 use crate::render::Merged;
-use crate::request::{AuditTerms, Method};
+use crate::request::AuditTerms;
 
-/// Finishes joined parts: an audited picture by reconstruction and audit, any other film by
-/// [`Method::finish`]. Does nothing while pixels are missing, so that the result can be joined with
-/// further parts. Runs on the current thread pool.
+/// Finishes joined parts: an audited picture is reconstructed and audited, any other film stays as
+/// it is. Does nothing while pixels are missing, so that the result can be joined with further
+/// parts. Runs on the current thread pool.
 ///
 /// * `smoother`: the smoother for which the parts of an audited picture were rendered, or `None`
 ///   for our own. Ignored for other films.
@@ -28,8 +30,6 @@ pub fn finish_merged(merged: &mut Merged, smoother: Option<&dyn Smoother>) -> Re
     }
     if merged.film.plane(planes::HALVES).is_some() {
         merged.film = Parts::of(&merged.film, &merged.first)?.finished(smoother)?;
-    } else {
-        Method::finish(&mut merged.film);
     }
     Ok(())
 }
@@ -74,6 +74,7 @@ impl<'f> Parts<'f> {
         let halves = samples(film, &planes::HALVES, name)?;
         let truths = samples(film, &planes::TRUTH, name)?;
         let population = shown(film);
+        let terms = AuditTerms { population: Some(count_true(&population)), ..terms };
         let drawn = draw(&film.window(), size(keys::AUDIT_DRAWN)? as u64, seed(metadata, name)?);
         let audited = audited(film, truths, &population, &drawn, name)?;
         Ok(Self {
@@ -116,7 +117,7 @@ impl<'f> Parts<'f> {
             half_widths: &half_widths,
         };
         if self.audited.is_empty() {
-            picture.store(&mut film, |k| match self.population[k] {
+            picture.store(&mut film, |k, _| match self.population[k] {
                 true => Stated::NOTHING,
                 false => Stated::BACKGROUND,
             });

@@ -4,7 +4,7 @@ use super::super::foreseen::{importance_of, share_outside};
 use super::super::truth::{Around, Truth};
 use super::super::truths::Source;
 use super::super::verdict::{Tolerance, shown};
-use super::super::{MOST_PATHS, PASSES, describe};
+use super::super::{FEWEST_PASSES as FEWEST_OF_WHOLE, MOST_PATHS, describe};
 use super::draw::{count, draw};
 use crate::error::Result;
 use crate::film::{Film, Samples, Window, keys, planes};
@@ -14,8 +14,8 @@ use crate::reconstruction::{Halves, Reconstructed};
 use crate::render::{
     Begun, Finished, RenderOptions, Rendered, begin_pictures, picture_tiles, resume_pictures,
 };
+use crate::renderer::Prepared;
 use crate::renderer::observer::{Phase, during};
-use crate::renderer::{Lights, Prepared};
 use crate::request::AuditTerms;
 
 /// Largest ratio of the predicted share outside to the permitted share at which a tile is good
@@ -23,7 +23,7 @@ use crate::request::AuditTerms;
 /// pixels of a staircase were outside, where 16 may be.
 pub(super) const MAX_TILE_OUTSIDE: f64 = 0.25;
 /// Fewest passes of a tile.
-const FEWEST_PASSES: u32 = 3;
+const FEWEST_PASSES: u32 = 4;
 /// Limit on the paths of a tile, as a multiple of its share by area of the limit of a whole
 /// picture.
 const MOST_OF_TILE: u64 = 4;
@@ -44,7 +44,7 @@ pub(in crate::renderer::audited) fn render(
 ) -> Result<Rendered> {
     let (setting, window, observer) = (prepared.setting(), prepared.window, prepared.observer);
     let terms = AuditTerms { looks: 1, ..*terms };
-    let tolerance = Tolerance { error: options.error, absolute: options.absolute_error };
+    let tolerance = Tolerance::to(options);
     let seed = setting.view.seed;
     let count = count(sampler, &window, &terms, seed);
     let share = RenderOptions { window, share: prepared.share.clone() };
@@ -53,9 +53,7 @@ pub(in crate::renderer::audited) fn render(
     film.metadata_mut().set(keys::AUDIT_DRAWN, count);
     film.metadata_mut().set(keys::ERROR_ABSOLUTE, tolerance.absolute);
     let begun = begin(film)?;
-    let by_lights = matches!(prepared.lights, Lights::Guided(_));
-    let source =
-        Source::new(&setting, &ControlOptions { seed, ..*options }, &tolerance, by_lights, observer)?;
+    let source = Source::of(prepared, &ControlOptions { seed, ..*options }, &tolerance)?;
     let mut drawn = vec![false; window.area() as usize];
     draw(&window, count, seed).iter().for_each(|[x, y]| drawn[window.index(*x, *y)] = true);
     let phase = Phase::Pixels { method: "paths", window, is_of_a_sum: false, promises: false };
@@ -116,8 +114,8 @@ impl Work<'_> {
         let is_good = share_outside(importance) <= MAX_TILE_OUTSIDE * (1.0 - self.terms.share);
         let most = u128::from(MOST_OF_TILE * MOST_PATHS) * u128::from(tile.area())
             / u128::from(self.prepared.window.area());
-        let is_done = passes >= PASSES[0] && 2 * u128::from(picture.paths()) > most;
-        passes >= PASSES[1] || passes >= FEWEST_PASSES && is_good || is_done
+        let is_done = passes >= FEWEST_OF_WHOLE && 2 * u128::from(picture.paths()) > most;
+        passes >= AuditTerms::MAX_PASSES || passes >= FEWEST_PASSES && is_good || is_done
     }
 
     /// Truths of the audited pixels of a tile, in the layout of [`planes::TRUTH`].

@@ -20,7 +20,7 @@ use crate::stats::{Moments, upper_share_outside};
 /// Size of the image: six tiles, some of them cut by the border.
 const SIZE: [u32; 2] = [70, 40];
 const ERROR: f64 = 0.35;
-const TERMS: AuditTerms = AuditTerms { share: 0.9, assurance: 0.9, pixels: 60, looks: 1 };
+const TERMS: AuditTerms = AuditTerms { share: 0.9, assurance: 0.9, pixels: 60, looks: 1, population: None };
 
 fn request(seed: u64, error: f64) -> Request {
     Request {
