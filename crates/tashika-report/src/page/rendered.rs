@@ -243,7 +243,7 @@ mod tests {
 
     #[test]
     fn numbers_in_sentences_have_two_digits() {
-        for (number, text) in [(0.000_218_278, "0.00022"), (0.5, "0.50"), (3.14, "3.1"), (271.8, "272")] {
+        for (number, text) in [(0.000_218_278, "0.00022"), (0.5, "0.50"), (3.26, "3.3"), (271.8, "272")] {
             assert_eq!(two_digits(number), text);
         }
     }
