@@ -32,7 +32,7 @@ const MAIN: &str = "radiance";
 /// describes each. Rows go down from the top. An array is made at its first use, and stored.
 ///
 /// ```python
-/// >>> image = tashika.render(tashika.builtin("tiny"), size=(8, 6), vpls=200)
+/// >>> image = tashika.render(tashika.builtin("tiny"), size=(8, 6), vpls=200, error=0.5)
 /// >>> image.size, image["half_width"].shape, image["claim"].dtype
 /// ((8, 6), (6, 8), dtype('uint32'))
 /// >>> sorted(image)[:4]

@@ -98,8 +98,8 @@ use crate::words;
 ///
 /// ```python
 /// >>> image = tashika.render(tashika.builtin("tiny"), size=(8, 6), vpls=200)
-/// >>> image["radiance"].shape, image.metadata["method"]
-/// ((6, 8, 3), 'tashika')
+/// >>> image["radiance"].shape, image.metadata["claim"]
+/// ((6, 8, 3), 'audited')
 /// ```
 #[pyfunction]
 #[pyo3(signature = (
