@@ -179,11 +179,8 @@ fn image(
     watcher.close_viewer();
     let tally = done.rendered.totals.tally;
     let contradicted = done.audit.as_ref().is_some_and(|audit| audit.contradicts);
-    let has_limit = match done.method {
-        Method::Audited { passes, .. } => passes.is_some() || plan.time_limit(stage.framed.window).is_some(),
-        _ => false,
-    };
-    // A picture with a limit on its work ends with the precision that is reached.
+    // Only an audited picture has a limit on its work. It ends with the precision that is reached.
+    let has_limit = plan.asked.request.passes.is_some() || plan.time_limit(stage.framed.window).is_some();
     let accepts_budget = plan.accept_budget || has_limit;
     let ended = match outcome(accepts_budget, done.rendered.complete, contradicted, &tally) {
         // In a share of a job this exit code is suppressed; merging returns it.

@@ -12,6 +12,7 @@ use tashika::gather::Filter;
 use tashika::io::write_file;
 use tashika::renderer::Audit;
 use tashika::report::{ErrorBudget, about_light_not_found, about_not_finite, about_truth, percent_of_error};
+use tashika::request::MethodName;
 
 use crate::exit::Failure;
 use crate::notes::NoteReport;
@@ -268,9 +269,6 @@ pub struct RenderReport {
 }
 
 impl RenderReport {
-    /// Name of the method of pictures whose paths draw no VPLs.
-    const PATHS_ALONE: &str = "path";
-
     /// Rows with the summary for people.
     pub fn rows(&self) -> Rows {
         let mut rows = Rows::default();
@@ -300,7 +298,7 @@ impl RenderReport {
         if let Some(lights) = &self.lights {
             let clamp =
                 if lights.clamp_m > 0.0 { format!("{:.3} m", lights.clamp_m) } else { "off".to_owned() };
-            let unused = if self.is_audited && self.method == Self::PATHS_ALONE {
+            let unused = if self.is_audited && self.method == MethodName::Path.name() {
                 "; the picture is by paths alone, which are cheaper here"
             } else {
                 ""

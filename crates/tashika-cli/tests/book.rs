@@ -34,7 +34,8 @@ fn commands(chapter: &str) -> Vec<String> {
 }
 
 /// Options by which a render has an end of its own. Others are audited pictures until a time limit.
-const ENDS: [&str; 7] = ["--error", "--time", "--passes", "--quality", "--claim", "--method", "--truth"];
+const ENDS: [&str; 8] =
+    ["--error", "--time", "--passes", "--quality", "--claim", "--method", "--truth", "--tiles"];
 
 /// Words of a command with small values of options; the first is the program. Pictures that only a
 /// time limit would end have two passes.
@@ -45,7 +46,7 @@ fn small(command: &str) -> Vec<String> {
             words[at] = (*small).to_owned();
         }
     }
-    let has_end = words.iter().any(|word| ENDS.contains(&word.as_str()) || word == "--tiles");
+    let has_end = words.iter().any(|word| ENDS.contains(&word.as_str()));
     if words.get(1).is_some_and(|command| command == "render") && !has_end {
         words.extend(["--passes", "2"].map(str::to_owned));
     }

@@ -31,7 +31,7 @@ fn options_that_contradict_each_other_are_refused() {
         ("--quality good --method mdlc", ["--quality = good", "none with method mdlc"]),
         ("--error 5% --time 5s", ["--time = 5s", "none without claim audited"]),
         ("--method path --vpl-file a.vpl", ["--vpl-file = given ones", "none with method path"]),
-        ("--passes 3 --time 5s", ["--passes = 3", "none with --time"]),
+        ("--passes 3 --time 5s", ["--passes = 3", "none with time"]),
         ("--error 5% --passes 3", ["--passes = 3", "none without claim audited"]),
         ("--method path --audit 9", ["--audit = 9", "unless an error or a claim is asked for"]),
         ("--quality draft --write-vpls a.vpl", ["--write-vpls = a.vpl", "audited as a whole"]),

@@ -75,7 +75,7 @@ impl Oidn {
     /// Returns the denoiser that a user selects by `name`. `own`: `None`, the built-in
     /// reconstruction. `oidn`: the library that the environment variable `TASHIKA_OIDN` names, else
     /// `found`, else [the system's](SYSTEM). `auto`: as `oidn`, but `None` if neither `found` nor
-    /// the system has one. Any other name: the library in that file.
+    /// the system has one that loads. Any other name: the library in that file.
     ///
     /// # Errors
     /// As [`Oidn::load`].
@@ -87,8 +87,9 @@ impl Oidn {
         let library = match name.to_str() {
             Some(Self::OWN) => return Ok(None),
             Some(Self::AUTO) if std::env::var_os(VARIABLE).is_none() => {
-                let library = found().unwrap_or_else(|| SYSTEM.into());
-                return Ok(Self::load(&library, threads).ok().map(|oidn| Arc::new(oidn) as _));
+                let libraries = found().into_iter().chain([SYSTEM.into()]);
+                let loaded = libraries.filter_map(|library| Self::load(&library, threads).ok()).next();
+                return Ok(loaded.map(|oidn| Arc::new(oidn) as _));
             }
             Some("oidn" | Self::AUTO) => {
                 let named = std::env::var_os(VARIABLE).map(PathBuf::from);

@@ -41,7 +41,7 @@ use crate::words;
 ///   lens, as in `Camera`.
 /// - `method`: "tashika", "exact", "lightcuts", "mdlc", "nabata2016", "sakai2018", "iwasaki2019" or
 ///   "path".
-/// - `error`: relative error allowed in a pixel; each pixel is then rendered until it keeps it.
+/// - `error`: relative error allowed in a pixel; each pixel is then rendered until it is within it.
 ///   Without `error` and `claim`, the picture is audited as a whole (below), within 0.1 and about
 ///   30 s for 640×360 pixels. With `method` "path", 64 `paths` a pixel are traced. `absolute`:
 ///   error that suffices in dark pixels (W/m²/sr); by default 0 for a sum, and `error` times a
@@ -61,7 +61,7 @@ use crate::words;
 ///   (600) of its pixels are computed. The claim is that `share` (0.95) of the pixels are within
 ///   `error` (0.1), with the confidence `assurance` (0.99); `Image.picture_claim` has the result.
 ///   Rendering takes about `time` seconds at most; the result is then the claim that was reached.
-///   `passes` (1 to 12) instead is a fixed amount of work, whose bits are the same on any machine.
+///   `passes` (1 to 13) instead is a fixed amount of work, whose bits are the same on any machine.
 ///   Parts (`tiles`) claim nothing; `merge` audits the whole.
 /// - `denoiser`: smoother of audited pictures: "own", "oidn" (Open Image Denoise 2, from
 ///   `pip install tashika[oidn]`, or as named by TASHIKA_OIDN or the system), "auto" (oidn where it
@@ -218,11 +218,8 @@ pub fn render(
             &format!("{name} means nothing to method {method}, which this scene needs, and is not used"),
         )?;
     }
-    if let (Some(passes), true) = (passes, time.is_some() || !share.is_whole()) {
-        return Err(option("passes", passes, "none with time or tiles; take one of the two away"));
-    }
+    request.check_passes(time.is_some(), share.is_whole()).map_err(raised)?;
     let time = time.or_else(|| request.default_seconds(framed.window.area()).filter(|_| share.is_whole()));
-    let time = time.filter(|_| passes.is_none());
     let is_fixed = passes.is_some() || !share.is_whole();
     let name = denoiser.unwrap_or_else(|| if is_fixed { Oidn::OWN } else { Oidn::AUTO }.into());
     let smoother = if is_audited { denoiser::of(py, &name, threads)? } else { None };

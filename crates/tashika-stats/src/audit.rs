@@ -13,8 +13,8 @@
 //! claim is counted as inside, since its reference value is known only to within an interval.
 //!
 //! # Guarantee
-//! Where all pixels of a picture are audited, no pixel is left to chance, and only intervals may
-//! miss: [`upper_share_outside_of_all`].
+//! If all pixels of a picture are audited, there is no error of sampling. Only the intervals of the
+//! reference values may miss: [`upper_share_outside_of_all`], [`rank_of_all`].
 //!
 //! Each statement is wrong with probability at most `δ`; several interim analyses of one set of
 //! pixels share the risk evenly (Bonferroni). Both are conservative if pixels are drawn without
@@ -73,12 +73,37 @@ pub fn upper_share_outside_of_all(outside: u64, audited: u64, risk: f64, missed:
     // At least `all − outside` of `all` intervals miss with a probability that is the lower tail of
     // the found ones: the interval of twice the risk ends above the share that is found.
     let is_possible = |all: u64| clopper_pearson(outside, all, 1.0 - 2.0 * risk).high > 1.0 - missed;
-    let (mut possible, mut impossible) = (outside, audited + 1);
-    while impossible - possible > 1 {
-        let middle = possible + (impossible - possible) / 2;
-        if is_possible(middle) { possible = middle } else { impossible = middle }
+    last_true(outside, audited, is_possible) as f64 / audited.max(1) as f64
+}
+
+/// Returns the last number from `first` to `last` for which the predicate is true. It is true for
+/// `first`, and true up to that number.
+fn last_true(first: u64, last: u64, is_true: impl Fn(u64) -> bool) -> u64 {
+    let (mut below, mut above) = (first, last + 1);
+    while above - below > 1 {
+        let middle = below + (above - below) / 2;
+        if is_true(middle) { below = middle } else { above = middle }
     }
-    possible as f64 / audited.max(1) as f64
+    below
+}
+
+/// Rank, counted from 1, of a number among all `n` numbers of a picture: at least the share `share`
+/// of the true numbers is at most as large as the number of this rank. It is `n − k` for the
+/// largest `k` with [`upper_share_outside_of_all`] at most `1 − share`: if fewer true numbers were
+/// below, so many numbers above would be missed with a probability of at most the risk. `None` if
+/// there is no such `k`.
+///
+/// * `risk`, `missed`: as for [`upper_share_outside`], where a number is outside if it is above the
+///   returned one.
+///
+/// # Example
+/// ```
+/// // If two of 100 are found above a number, at most five are above it.
+/// assert_eq!(tashika_stats::rank_of_all(100, 0.95, 0.001, 0.05), Some(98));
+/// ```
+pub fn rank_of_all(n: u64, share: f64, risk: f64, missed: f64) -> Option<u64> {
+    let is_within = |k: u64| upper_share_outside_of_all(k, n, risk, missed) <= 1.0 - share;
+    (n > 0 && is_within(0)).then(|| n - last_true(0, n - 1, is_within))
 }
 
 /// Rank `m`, counted from 1, in a random sample of `n` numbers: at least the share `share` of all
@@ -98,12 +123,7 @@ pub fn tolerance_rank(n: u64, share: f64, risk: f64) -> Option<u64> {
     if n == 0 || !is_above(n) {
         return None;
     }
-    let (mut below, mut above) = (0, n);
-    while above - below > 1 {
-        let middle = below + (above - below) / 2;
-        if is_above(middle) { above = middle } else { below = middle }
-    }
-    Some(above)
+    Some(n - last_true(0, n - 1, |fewer| is_above(n - fewer)))
 }
 
 #[cfg(test)]
@@ -150,6 +170,28 @@ mod tests {
         }
         assert_eq!(upper_share_outside_of_all(100, 100, 0.01, 0.05), 1.0);
         assert_eq!(upper_share_outside_of_all(2, 100, 0.01, 0.0), 0.02, "no interval misses");
+    }
+
+    /// A picture in which just too few true numbers are at most 1, and intervals that miss as often
+    /// as they may. A number of the returned rank of at most 1 would be a false statement.
+    #[test]
+    fn ranks_among_all_numbers_are_wrong_no_more_often_than_the_risk() {
+        const PICTURES: u64 = 20_000;
+        let (n, share, risk, missed) = (300u64, 0.9, 0.05, 0.05);
+        let rank = rank_of_all(n, share, risk, missed).unwrap();
+        let above = (n as f64 * (1.0 - share)) as u64 + 1;
+        let is_wrong = |rank: u64| {
+            let count = (0..PICTURES).filter(|picture| {
+                let mut s = Stream::new(3, Purpose::Test, *picture);
+                let found_above = (0..above).filter(|_| f64::from(s.uniform()) >= missed).count() as u64;
+                n - found_above >= rank
+            });
+            count.count() as f64 / PICTURES as f64
+        };
+        // Three standard errors of the count.
+        assert!(is_wrong(rank) < risk + 0.0047, "{}", is_wrong(rank));
+        assert!(is_wrong(rank - 1) > risk, "{}", is_wrong(rank - 1));
+        assert_eq!(rank_of_all(10, 0.95, 0.001, 0.05), None, "two of ten may be missed");
     }
 
     #[test]

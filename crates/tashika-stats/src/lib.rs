@@ -55,7 +55,7 @@ pub mod stratified;
 mod student_t;
 
 pub use adaptive::{AdaptiveDensity, Weighted};
-pub use audit::{tolerance_rank, upper_share_outside, upper_share_outside_of_all};
+pub use audit::{rank_of_all, tolerance_rank, upper_share_outside, upper_share_outside_of_all};
 pub use binomial::{Interval, clopper_pearson};
 pub use discrete::{Block, Discrete, Piecewise2d};
 pub use moments::Moments;

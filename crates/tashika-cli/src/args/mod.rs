@@ -120,7 +120,7 @@ Examples:
 Of all parts the image is the one that a single machine renders, bit by bit. Parts of another scene,
 seed or method are refused; a part that was rendered twice is not.
 
-Audited pictures (`render --claim audited`, `--quality draft`, with --tiles) are reconstructed and
+Audited pictures (`render --tiles` without --error) are reconstructed and
 audited here, when no part is missing: exit code 4 where the share was not reached. Any number of parts
 gives the same bits, but other ones than the whole that a single machine makes without --tiles.";
 
@@ -242,7 +242,7 @@ pub struct RenderArgs {
     pub method: Method,
 
     /// Relative error that a pixel may have, for the methods that control it: above 0, at most
-    /// 100%. Each pixel of light transport is then rendered until it keeps it; without this option
+    /// 100%. Each pixel is then rendered until it is within it; without this option
     /// and without --claim, the picture is audited as a whole
     /// [default: 10% for an audited picture, 5% with --claim calibrated, 2% for a sum]
     #[arg(long, value_name = "2%|0.02", value_parser = values::percentage, allow_negative_numbers = true,
@@ -301,7 +301,7 @@ pub struct RenderArgs {
     pub time: Option<Duration>,
 
     /// Number of passes of an audited picture, each of which doubles its paths: a fixed amount of
-    /// work, so that the bits are the same on any machine; 1 to 12
+    /// work, so that the bits are the same on any machine; 1 to 13
     /// [default: as many as the time permits]
     #[arg(long, value_name = "N", value_parser = values::count, help_heading = "Method")]
     pub passes: Option<u64>,

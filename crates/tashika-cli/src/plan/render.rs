@@ -73,13 +73,7 @@ impl RenderPlan {
         let typed = args.planes.groups.iter().map(String::as_str);
         let groups = (!args.planes.groups.is_empty()).then(|| LightGrouping::parse(typed)).transpose()?;
         let asked = Asked { groups, ..asked };
-        if let (Some(_), Some(passes)) = (args.time, args.passes) {
-            return Err(Failure::option("passes", passes, "none with --time; take one of the two away"));
-        }
-        if args.passes.is_some() && !asked.share.is_whole() {
-            let expected = "none of a part (--tiles), whose work follows from its errors";
-            return Err(Failure::option("passes", args.passes.unwrap_or(0), expected));
-        }
+        asked.request.check_passes(args.time.is_some(), asked.share.is_whole())?;
         if args.time.is_some() && is_audited && !asked.share.is_whole() {
             return Err(Failure::usage(
                 "--time: a part (--tiles) of a picture with --claim audited is a fixed amount of work, so that \

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use super::Request;
 use crate::error::{Error, Result};
 use crate::integrator::{Promise, SumMethod};
-use crate::stats::{tolerance_rank, upper_share_outside, upper_share_outside_of_all};
+use crate::stats::{rank_of_all, tolerance_rank, upper_share_outside, upper_share_outside_of_all};
 
 /// A kind of claim, as users name it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -78,8 +78,8 @@ pub struct AuditTerms {
     /// Number of pixels to audit. Default 600.
     pub pixels: u64,
     /// Number of interim analyses that share the risk, at least 1. With fewer analyses, each gives
-    /// a tighter bound. Default [`LOOKS`](Self::LOOKS); 2 with a time
-    /// limit, 1 for a picture in parts or of fixed work.
+    /// a tighter bound. Default [`LOOKS`](Self::LOOKS); 2 with a time limit, 1 for a picture in
+    /// parts or of fixed work.
     pub looks: u32,
     /// Number of pixels that the audited ones are drawn from, once it is known. If all of them are
     /// audited, the audit has no error of sampling.
@@ -99,9 +99,11 @@ impl AuditTerms {
     /// picture, with more pixels.
     pub const LOOKS: u32 = Self::PICTURES + 1;
     /// Largest number of passes of a picture. The paths double with each pass.
-    pub const MAX_PASSES: u32 = 12;
+    pub const MAX_PASSES: u32 = 13;
     /// Joint confidence of all intervals of one audited pixel's truth.
     pub const CONFIDENCE: f64 = 0.95;
+    /// Largest probability that these intervals miss the truth.
+    const MISSED: f64 = 1.0 - Self::CONFIDENCE;
 
     /// Largest probability that one interim analysis is wrong.
     pub fn risk(&self) -> f64 {
@@ -111,12 +113,8 @@ impl AuditTerms {
     /// Upper bound on the share of the pixels that is outside the error, if `outside` of `audited`
     /// pixels are.
     pub fn upper_outside(&self, outside: u64, audited: u64) -> f64 {
-        let missed = 1.0 - Self::CONFIDENCE;
-        if self.is_of_all(audited) {
-            upper_share_outside_of_all(outside, audited, self.risk(), missed)
-        } else {
-            upper_share_outside(outside, audited, self.risk(), missed)
-        }
+        let bound = if self.is_of_all(audited) { upper_share_outside_of_all } else { upper_share_outside };
+        bound(outside, audited, self.risk(), Self::MISSED)
     }
 
     /// Returns true if the audited pixels are all that there are.
@@ -139,13 +137,10 @@ impl AuditTerms {
     /// scales the map of half-widths. `None` if the pixels are too few. The rank allows for
     /// intervals that miss the truth of an audited pixel.
     pub fn rank(&self, audited: u64) -> Option<u64> {
-        let share = 1.0 - (1.0 - self.share) * Self::CONFIDENCE;
         if self.is_of_all(audited) {
-            // With the largest number of pixels outside with which the share is reached.
-            let outside = (0..=audited).take_while(|outside| self.is_reached(*outside, audited)).last()?;
-            return Some(audited - outside).filter(|rank| *rank > 0);
+            return rank_of_all(audited, self.share, self.risk(), Self::MISSED);
         }
-        tolerance_rank(audited, share, self.risk())
+        tolerance_rank(audited, 1.0 - (1.0 - self.share) * Self::CONFIDENCE, self.risk())
     }
 
     /// Checks that all values are in range.

@@ -73,6 +73,22 @@ impl Request {
         Err(Error::option(name, value.to_string(), WITHOUT_AUDIT))
     }
 
+    /// Refuses a number of passes beside a time limit, or of a share of the tiles, whose passes
+    /// follow from its errors.
+    ///
+    /// # Errors
+    /// [`Error::Option`] with the number of passes.
+    pub fn check_passes(&self, has_time_limit: bool, is_whole: bool) -> Result<()> {
+        let expected = match (has_time_limit, is_whole) {
+            (false, true) => return Ok(()),
+            (true, _) => "none with time, which ends the work; take one of the two away",
+            (false, false) => {
+                "none with tiles, whose work follows from their errors; take one of the two away"
+            }
+        };
+        self.passes.map_or(Ok(()), |passes| Err(Error::option("passes", passes, expected)))
+    }
+
     /// Fills unset fields from a quality, unless the set fields contradict it.
     ///
     /// # Errors

@@ -149,9 +149,15 @@ fn bare_pictures_have_a_time_limit_by_their_pixels() {
 #[test]
 fn passes_have_limits() {
     let with = |passes| Request { passes: Some(passes), ..Request::default() }.resolve();
-    assert!(matches!(with(12).unwrap().method, Method::Audited { passes: Some(12), .. }));
-    for passes in [0, 13, u64::MAX] {
-        assert!(with(passes).unwrap_err().to_string().contains("1 to 12"));
+    assert!(matches!(with(13).unwrap().method, Method::Audited { passes: Some(13), .. }));
+    for passes in [0, 14, u64::MAX] {
+        assert!(with(passes).unwrap_err().to_string().contains("1 to 13"));
+    }
+    let fixed = Request { passes: Some(3), ..Request::default() };
+    assert!(fixed.check_passes(false, true).is_ok() && Request::default().check_passes(true, false).is_ok());
+    for (has_time_limit, is_whole, said) in [(true, true, "with time"), (false, false, "with tiles")] {
+        let refused = fixed.check_passes(has_time_limit, is_whole).unwrap_err().to_string();
+        assert!(refused.starts_with("passes = 3") && refused.contains(said), "{refused}");
     }
 }
 

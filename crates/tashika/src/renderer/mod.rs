@@ -253,7 +253,7 @@ impl<'a> Renderer<'a> {
         self
     }
 
-    /// Sets the number of passes of an audited picture, 1 to 12: a fixed amount of work.
+    /// Sets the number of passes of an audited picture, 1 to 13: a fixed amount of work.
     #[must_use]
     pub fn passes(mut self, passes: u64) -> Self {
         self.request.passes = Some(passes);
@@ -390,6 +390,7 @@ impl<'a> Renderer<'a> {
         let camera = self.change.of(self.camera.as_ref().unwrap_or(first))?;
         let resolved = request.in_scene(scene).resolve()?;
         scene.check_method(self.request.method.name(), resolved.method.abilities())?;
+        request.check_passes(self.observer.seconds_left().is_some(), self.share.is_whole())?;
         let mut framed = self.framing.of(&camera)?;
         framed.camera.index = self.tracer.index_around_camera(&framed.camera);
         Ok((resolved, framed))

@@ -6,9 +6,10 @@
 //! mirror sharply are kept apart from others: a glossy pixel among matt ones is as noisy as other
 //! glossy pixels.
 //!
-//! Where full paths seem cheap, the pixels rely on the variance that these paths show. A tail that
-//! they missed makes paths seem cheap, and intervals narrow. The cell therefore follows an eighth
-//! of the paths that its pixels are predicted to take, and only then decides.
+//! Where full paths seem cheap, the pixels rely on the variance of these paths. If the paths missed
+//! the tail of their distribution, they seem cheap, and intervals are too narrow. The cell
+//! therefore follows an eighth of the paths that its pixels are predicted to take, and only then
+//! decides.
 //!
 //! # Independence
 //! Pixels and paths come from streams of their own ([`Purpose::Guidance`]); a cell is a function of
@@ -207,8 +208,8 @@ pub(super) fn about<'c>(
     })
 }
 
-/// Follows the paths of a pilot and, if they seem cheap, as many more as make their number that
-/// share of the paths that `pixels` pixels are predicted to take.
+/// Follows the paths of a pilot. If they seem cheap, follows more, up to the
+/// [share](CONFIRMING_SHARE) of the paths that `pixels` pixels are predicted to take.
 ///
 /// * `follow`: follows the paths of these numbers.
 fn confirmed(options: &ControlOptions, pixels: u64, follow: impl Fn(Range<u64>) -> Paths) -> Paths {

@@ -9,8 +9,8 @@
 //! of a ray relative to one of paths alone. VPLs pay where surfaces light each other; they do not
 //! where paths find the light themselves, as in rooms lit through windows.
 //!
-//! The choice is a function of the view, the lights and the seed. No estimate uses the paths that
-//! it is made by, so that estimates stay unbiased.
+//! The choice is a function of the view, the lights and the seed. No estimate uses the paths of the
+//! pilot, so that estimates stay unbiased.
 
 use crate::film::Window;
 use crate::integrator::{PathSamples, SamplePaths};
@@ -21,26 +21,26 @@ use crate::stats::Moments;
 use super::Prepared;
 use super::verdict::Tolerance;
 
-/// Pixels of the pilot, and paths of each of them.
-const PIXELS: usize = 1024;
-const PATHS: u32 = 8;
+/// Number of pixels of the pilot. Chosen.
+const PILOT_PIXELS: usize = 1024;
+/// Number of paths of each of these pixels, of either kind. Chosen.
+const PILOT_PATHS: u32 = 8;
 /// Time of a ray with its share of the draws, for paths that draw VPLs over paths alone. Measured
 /// in the built-in room, the Cornell box and a staircase.
 const COST_OF_VPL_RAY: f64 = 1.75;
-/// Ratio of works from which paths alone are chosen. Few paths miss rare light and then seem cheap;
-/// VPLs know of it.
-const MARGIN: f64 = 0.5;
-
-/// Standard errors by which the light of paths alone may be below that of the others.
-const ERRORS: f64 = 2.0;
+/// Largest ratio of works at which paths alone are chosen. It is below 1, since few paths miss rare
+/// bright light, and then seem cheap. Chosen.
+const MAX_WORK_RATIO: f64 = 0.5;
+/// Largest deficit of the light that paths alone found, in standard errors. Chosen.
+const MAX_DEFICIT: f64 = 2.0;
 
 /// Work of both kinds of paths to the tolerance, for comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Works {
     by_vpls: f64,
     alone: f64,
-    /// True if paths alone found as much light, within the errors of both.
-    finds_as_much: bool,
+    /// True if paths alone found as much light as the others, within the errors of both.
+    is_light_sampled: bool,
 }
 
 impl Works {
@@ -59,12 +59,13 @@ impl Works {
         Some(Self::of(&found(by_vpls, 1)?, &found(alone, 2)?, tolerance))
     }
 
-    /// Works by the paths of the same pixels.
+    /// Returns the work of both kinds, from their paths of the pilot's pixels.
     fn of(by_vpls: &[PathSamples], alone: &[PathSamples], tolerance: &Tolerance) -> Self {
         let mean = |k: usize| 0.5 * (by_vpls[k].luminance.mean() + alone[k].luminance.mean());
         let work = |found: &[PathSamples]| {
             let of_pixel = |(k, pixel): (usize, &PathSamples)| {
-                let error = tolerance.of(mean(k)).max(f64::MIN_POSITIVE);
+                // The square of this number is above zero.
+                let error = tolerance.of(mean(k)).max(1e-150);
                 pixel.luminance.variance() / (error * error)
             };
             let rays: u64 = found.iter().map(|pixel| pixel.rays).sum();
@@ -78,13 +79,13 @@ impl Works {
         let [light_by_vpls, light_alone] = [all(by_vpls), all(alone)];
         let [a, b] = [light_by_vpls, light_alone].map(|light| light.standard_error());
         let error = (a * a + b * b).sqrt();
-        let finds_as_much = light_alone.mean() + ERRORS * error >= light_by_vpls.mean();
-        Self { by_vpls: COST_OF_VPL_RAY * work(by_vpls), alone: work(alone), finds_as_much }
+        let is_light_sampled = light_alone.mean() + MAX_DEFICIT * error >= light_by_vpls.mean();
+        Self { by_vpls: COST_OF_VPL_RAY * work(by_vpls), alone: work(alone), is_light_sampled }
     }
 
     /// Returns true if paths alone take less work. Light that they miss makes them seem cheap.
     pub fn is_alone_better(&self) -> bool {
-        self.finds_as_much && self.alone < MARGIN * self.by_vpls
+        self.is_light_sampled && self.alone < MAX_WORK_RATIO * self.by_vpls
     }
 }
 
@@ -93,7 +94,7 @@ fn pilot_pixels(window: &Window, key: u64) -> Vec<Wanted> {
     let mut stream = Stream::new(key, Purpose::Guidance, 0);
     let mut below = |side: u32| stream.below(side.into()) as u32;
     let pixel = |_| [window.x + below(window.width), window.y + below(window.height)];
-    (0..PIXELS).map(pixel).map(|pixel| Wanted { pixel, paths: PATHS }).collect()
+    (0..PILOT_PIXELS).map(pixel).map(|pixel| Wanted { pixel, paths: PILOT_PATHS }).collect()
 }
 
 #[cfg(test)]
@@ -103,7 +104,8 @@ mod tests {
     /// Pixels of luminance 1 whose paths deviate by `deviation`.
     fn paths(deviation: f64, rays: u64) -> Vec<PathSamples> {
         let mut found = PathSamples { rays, ..PathSamples::default() };
-        (0..PATHS).for_each(|k| found.luminance.push(1.0 + if k % 2 == 0 { deviation } else { -deviation }));
+        (0..PILOT_PATHS)
+            .for_each(|k| found.luminance.push(1.0 + if k % 2 == 0 { deviation } else { -deviation }));
         vec![found; 10]
     }
 
@@ -129,8 +131,8 @@ mod tests {
 
     #[test]
     fn paths_alone_have_to_be_clearly_better() {
-        let is_better = |alone| Works { by_vpls: 1.0, alone, finds_as_much: true }.is_alone_better();
-        assert!(is_better(0.9 * MARGIN) && !is_better(1.1 * MARGIN) && !is_better(f64::NAN));
+        let is_better = |alone| Works { by_vpls: 1.0, alone, is_light_sampled: true }.is_alone_better();
+        assert!(is_better(0.9 * MAX_WORK_RATIO) && !is_better(1.1 * MAX_WORK_RATIO) && !is_better(f64::NAN));
     }
 
     /// Paths that miss light have no variance by it.
@@ -141,7 +143,7 @@ mod tests {
         let mut dark = same.clone();
         for pixel in &mut dark {
             pixel.luminance = Moments::default();
-            (0..PATHS).for_each(|_| pixel.luminance.push(0.0));
+            (0..PILOT_PATHS).for_each(|_| pixel.luminance.push(0.0));
         }
         assert!(Works::of(&paths(0.1, 8), &same, &tolerance).is_alone_better());
         assert!(!Works::of(&paths(0.1, 8), &dark, &tolerance).is_alone_better());
@@ -151,7 +153,7 @@ mod tests {
     fn a_pilot_stays_in_the_window() {
         let window = Window { x: 5, y: 9, width: 3, height: 2 };
         let pixels = pilot_pixels(&window, 7);
-        assert_eq!(pixels.len(), PIXELS);
+        assert_eq!(pixels.len(), PILOT_PIXELS);
         let mut seen: Vec<[u32; 2]> = pixels.iter().map(|wanted| wanted.pixel).collect();
         seen.sort_unstable();
         seen.dedup();

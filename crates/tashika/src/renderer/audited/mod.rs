@@ -27,16 +27,17 @@
 //! largest ratio.
 //!
 //! The paths of the picture draw VPLs, or a pilot finds that paths alone take less work
-//! ([`Works`]). The audit draws VPLs in either case, since they know of light that paths miss. Some
-//! scenes need paths alone, for both. A share of
+//! ([`Works`]). The audit draws VPLs in either case, since VPLs carry light that paths rarely meet.
+//! Some scenes need paths alone, for both. A share of
 //! the tiles, for one of several machines, is rendered differently ([`parts`]). The picture joined
 //! from such shares differs from a picture rendered as a whole, and has a single analysis.
 //!
 //! # Guarantee
 //! With at least the stated assurance, the claim is true: among the pixels that show more than a
-//! constant background in the first passes, the stated share is within the error of light
-//! transport. The same holds for the map. The assumption is that the interval of an audited pixel
-//! misses that pixel's truth no more often than stated ([`AuditTerms::CONFIDENCE`]).
+//! constant background in the first pass (with a number of passes, in the last one), the stated
+//! share is within the error of light transport. The same holds for the map. The assumption is that
+//! the interval of an audited pixel misses that pixel's truth no more often than stated
+//! ([`AuditTerms::CONFIDENCE`]).
 //!
 //! # Held to this by
 //! `stats::audit` (pictures at the edge of the claim) and the tests of `renderer::audited`; the
@@ -59,7 +60,7 @@ use std::sync::atomic::Ordering;
 
 use super::observer::{Phase, during};
 use super::{Lights, Prepared};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::film::{Claim, Film, Metadata, RenderFilm, keys};
 use crate::integrator::{ControlOptions, Integrator, LightTransport, PathStop, SamplePaths};
 use crate::picture::Picture;
@@ -134,10 +135,6 @@ impl<'v> Planned<'v, '_> {
         begin: impl FnOnce(Film) -> Result<Begun>,
     ) -> Result<Rendered> {
         let prepared = self.prepared;
-        if let (Some(passes), false) = (self.passes, prepared.share.is_whole()) {
-            let expected = "none of a share of the tiles, whose work follows from its errors";
-            return Err(Error::option("passes", passes, expected));
-        }
         if !prepared.share.is_whole() {
             return parts::render(prepared, method, &sampler, options, &self.terms, begin);
         }
