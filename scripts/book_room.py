@@ -91,7 +91,7 @@ def main():
             {"name": "near", "type": "perspective", "perspective": {"yfov": 0.4, "znear": 0.1, "aspectRatio": 1}},
         ],
         "nodes": [
-            {"mesh": 0},
+            {"name": "room", "mesh": 0},
             {"name": "front", "camera": 0, "translation": [0, 1, 3.9]},
             {"name": "near", "camera": 1, "translation": [0, 0.9, 3.2]},
         ],

@@ -24,6 +24,7 @@ mod plan;
 mod progress;
 mod render;
 mod rescue;
+mod sensors;
 mod serve;
 mod shell;
 mod stage;
@@ -56,6 +57,7 @@ fn main() -> ExitCode {
 fn run(args: &Args) -> Result<Outcome, Failure> {
     match &args.command {
         Command::Render(typed) => render::run(&plan::RenderPlan::new(typed)?),
+        Command::Sensors(typed) => sensors::run(&plan::SensorsPlan::new(typed)?),
         Command::Info(typed) => info::run(&plan::InfoPlan::new(typed)?),
         Command::Vpl(typed) => vpl::run(&plan::VplPlan::new(typed)?),
         Command::Farm(typed) => farm::run(&plan::FarmPlan::new(typed)?),

@@ -215,7 +215,7 @@ fn beside(exr: &Path, trouble: &Error) -> Failure {
     Failure::file(format!("cannot write {trouble}; the image is in {}", exr.display()))
 }
 
-fn outcome(accepts_budget: bool, complete: bool, contradicted: bool, tally: &Tally) -> Outcome {
+pub fn outcome(accepts_budget: bool, complete: bool, contradicted: bool, tally: &Tally) -> Outcome {
     let fallen_short = tally.out_of_budget + tally.not_found;
     match (complete, fallen_short) {
         (false, _) => Outcome::Interrupted,

@@ -3,12 +3,14 @@
 use std::time::Duration;
 
 use tashika::color::Controlled;
+use tashika::error::Error;
 use tashika::experiment::Grouping;
 use tashika::film::Window;
 use tashika::gather::Filter;
 use tashika::integrator::{SumMethod, Truth};
 use tashika::io::Exposure;
 use tashika::request::{ProjectionName, Quality};
+use tashika::sensors::{Photometry, SensorGridRequest};
 use tashika::vpl::Clamp;
 
 /// Parses a whole number: `10000`, `55_000`, `10k`, `1.5M`.
@@ -38,6 +40,25 @@ pub fn percentage(typed: &str) -> Result<f64, String> {
     };
     let number: f64 = number.parse().map_err(|_| wrong())?;
     if number.is_finite() { Ok(number / unit) } else { Err(wrong()) }
+}
+
+/// Parses a grid of sensors.
+pub fn sensor_grid(typed: &str) -> Result<SensorGridRequest, String> {
+    typed.parse().map_err(expected)
+}
+
+/// Parses the name of a conversion to illuminance.
+pub fn photometry(typed: &str) -> Result<Photometry, String> {
+    typed.parse().map_err(expected)
+}
+
+/// Accepted values of an option, without its name and value, which the message of the program
+/// states already.
+fn expected(error: Error) -> String {
+    match error {
+        Error::Option { expected, .. } => format!("expected {expected}"),
+        error => error.to_string(),
+    }
 }
 
 /// Parses the name of a quality preset.

@@ -12,7 +12,8 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use tashika::error::Result;
-use tashika::render::{Progress, with_threads};
+use tashika::render::{Finished, Progress, with_threads};
+use tashika::renderer::Observer;
 
 use crate::errors::raised;
 
@@ -44,6 +45,20 @@ impl Watch {
 
     fn is_over(&self) -> bool {
         self.over.load(Ordering::SeqCst)
+    }
+}
+
+impl Observer for Watch {
+    fn tile(&self, done: &Finished<'_>) {
+        self.tell(&done.progress);
+    }
+
+    fn progress(&self, progress: &Progress) {
+        self.tell(progress);
+    }
+
+    fn cancel(&self) -> &AtomicBool {
+        &self.cancel
     }
 }
 

@@ -18,6 +18,7 @@ mod media;
 mod notebook;
 mod render;
 mod scene;
+mod sensors;
 mod vpls;
 mod words;
 
@@ -48,6 +49,8 @@ mod _tashika {
     use crate::render::render;
     #[pymodule_export]
     use crate::scene::{Scene, builtin, load};
+    #[pymodule_export]
+    use crate::sensors::sensors;
     #[pymodule_export]
     use crate::vpls::{VplSet, vpls};
 }

@@ -29,8 +29,8 @@ pub use intervals::Intervals;
 pub use judged::PictureJudged;
 pub use measures::Measures;
 pub use page::{
-    CompareFacts, Images, Measured, Page, Plot, Provenance, RenderFacts, Sheet, Shown, compare_page,
-    headline, render_page,
+    CompareFacts, Images, Measured, Page, PlanCell, Plot, Provenance, RenderFacts, Sheet, Shown,
+    compare_page, headline, render_page,
 };
 pub use picks::least_certain;
 pub use picture::Picture;

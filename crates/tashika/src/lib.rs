@@ -18,6 +18,7 @@
 //! | read a scene | [`load_scene`] (pbrt, Mitsuba, glTF, USD, OBJ), with [`LoadOptions`](io::LoadOptions); [`Scene::notes`] lists departures from the file |
 //! | make one | [`SceneBuilder`](scene::SceneBuilder); [`scene::builtin`] has two |
 //! | render | [`Renderer`], by any [`MethodName`](request::MethodName); [`Observer`](renderer::Observer) watches and ends it |
+//! | measure illuminance | [`sensors`]: points and grids, with the interval of each |
 //! | judge a film | [`Prepared::audit`](renderer::Prepared::audit), [`report::compare`] |
 //! | read a film | [`RenderFilm`], [`Film`] and its [`planes`](film::planes); [`Claim`] and [`Stop`]: the claim of a pixel and the reason why work on it ended |
 //! | write it | [`write_exr`], [`io::write_png`]; pages are [`report::render_page`] |
@@ -44,7 +45,7 @@
 //! | `tashika-core` | [`accel`], [`bounds`], [`compensation`], [`contribution`], [`cut`], [`gather`], [`guidance`], [`integrator`], [`media`], [`picture`], [`render`], [`request`], [`tree`], [`vpl`] |
 //! | `tashika-formats` | [`io`], except lights and finished tiles |
 //! | `tashika-report` | [`report`] |
-//! | `tashika` | [`experiment`], [`io`], [`renderer`] |
+//! | `tashika` | [`experiment`], [`io`], [`renderer`], [`sensors`] |
 //!
 //! # Layers
 //! Listed from the bottom layer. A module uses only modules in the rows above its own; Cargo
@@ -63,12 +64,14 @@
 //! | 8 | [`reconstruction`], [`render`], [`report`], [`request`] |
 //! | 9 | [`experiment`], [`io`], [`picture`] |
 //! | 10 | [`renderer`] |
+//! | 11 | [`sensors`] |
 #![forbid(unsafe_code)]
 
 pub mod experiment;
 #[cfg(feature = "formats")]
 pub mod io;
 pub mod renderer;
+pub mod sensors;
 
 pub use tashika_core::{
     accel, bounds, compensation, contribution, cut, gather, guidance, integrator, media, picture, render,

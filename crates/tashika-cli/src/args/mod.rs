@@ -1,13 +1,16 @@
 //! Arguments as typed. The doc comments are the texts of `--help`.
 
 mod camera;
+mod compare;
 mod farm;
 mod film;
 mod frames;
 mod measure;
+mod sensors;
 mod shell;
 
 pub use camera::CameraArgs;
+pub use compare::CompareArgs;
 pub use farm::FarmArgs;
 pub use film::{ExrArgs, PictureArgs, PlaneArgs};
 pub use frames::FramesArgs;
@@ -16,6 +19,7 @@ pub use measure::{
     TransportArgs, TransportMethod,
 };
 
+pub use sensors::SensorsArgs;
 use shell::{COMPLETIONS_EXAMPLES, MAN_EXAMPLES};
 pub use shell::{CompletionsArgs, ManArgs};
 
@@ -47,6 +51,8 @@ pub struct Args {
 pub enum Command {
     /// Render a scene to an OpenEXR image with a PNG and a page beside it
     Render(Box<RenderArgs>),
+    /// Measure illuminance at points or over a grid, each with its interval
+    Sensors(Box<SensorsArgs>),
     /// List the contents of a scene, and the items that were approximated or ignored
     Info(InfoArgs),
     /// Trace the virtual point lights of a scene to a file, or describe such a file
@@ -132,18 +138,6 @@ Examples:
 The page is served to this machine alone, at an address that nobody else can guess, until Ctrl-C.
 Tiles are read when they are looked at, so that a file may be larger than the memory.";
 
-const COMPARE_EXAMPLES: &str = "\
-Examples:
-  tashika compare kitchen.exr reference.exr
-  tashika compare kitchen.exr reference.exr --image error.png --html error.html
-  tashika compare other_renderer.exr reference.exr --error 5% --absolute 1e-4 --json numbers.json
-
-The error of a pixel is the distance of its luminance from the reference's, relative to the
-reference. It is infinite where a lit pixel meets a black reference; --absolute tolerates that.
-Infinite errors are null in the JSON file and are left out of the mean alone. A pixel of A.exr that
-is not finite has failed: it is outside of any tolerance. RMSE and relMSE are of linear RGB; PSNR,
-SSIM and LDR-FLIP (67 pixels per degree) of the sRGB picture, exposed as the reference asks.";
-
 /// Options for reading a scene, shared by the commands that read one.
 #[derive(Debug, ClapArgs)]
 pub struct SceneArgs {
@@ -170,9 +164,11 @@ pub struct SceneArgs {
     pub shutter: Option<[f64; 2]>,
 
     /// Light from infinity, which replaces that of the scene: an image by latitude and longitude,
-    /// FILE[,scale=S][,rotate=DEG][,up=z], or a clear sky,
-    /// sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]
-    #[arg(long, value_name = "FILE|sky:...", help_heading = "Scene")]
+    /// FILE[,scale=S][,rotate=DEG][,up=z]; a clear sky,
+    /// sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]; or a sky of ISO 15469 by its
+    /// type, 1 to 16, overcast, uniform or clear,
+    /// cie:TYPE[,illuminance=LX][,elevation=DEG,azimuth=DEG][,ground=R][,scale=S][,up=z]
+    #[arg(long, value_name = "FILE|sky:...|cie:...", help_heading = "Scene")]
     pub environment: Option<AskedEnvironment>,
 
     /// Light in addition to the scene's:
@@ -637,51 +633,6 @@ pub struct ServeArgs {
     /// Print the address of the page without opening it
     #[arg(long, help_heading = "Machine")]
     pub no_browser: bool,
-}
-
-#[derive(Debug, ClapArgs)]
-#[command(after_help = COMPARE_EXAMPLES)]
-pub struct CompareArgs {
-    /// OpenEXR image to measure, of any renderer
-    #[arg(value_name = "A.exr")]
-    pub image: PathBuf,
-
-    /// OpenEXR image of the same size that is taken for the truth
-    #[arg(value_name = "REF.exr")]
-    pub reference: PathBuf,
-
-    /// Layer of A.exr to measure instead of the image; a layer has no claims
-    #[arg(long, value_name = "NAME")]
-    pub layer: Option<String>,
-
-    /// Tolerance, relative to the reference: above 0, at most 100%
-    /// [default: the error that A.exr was rendered to, with its absolute tolerance, or 2%]
-    #[arg(long, value_name = "2%|0.02", value_parser = values::percentage,
-        allow_negative_numbers = true, help_heading = "Tolerance")]
-    pub error: Option<f64>,
-
-    /// Absolute error that is tolerated even where the reference is dark, as luminance in the unit
-    /// of the images
-    /// [default: 0]
-    #[arg(long, value_name = "E", allow_negative_numbers = true, help_heading = "Tolerance")]
-    pub absolute: Option<f64>,
-
-    /// Write a picture of each pixel's error, with its scale
-    #[arg(id = "picture", long = "image", value_name = "FILE.png", help_heading = "Output")]
-    pub picture: Option<PathBuf>,
-
-    /// Write a page with both images, their error and the numbers, in one file
-    #[arg(long, value_name = "FILE.html", help_heading = "Output")]
-    pub html: Option<PathBuf>,
-
-    /// Initial tone mapping of the page, as for `render`; the page has all of them. The numbers and
-    /// the picture of the error do not depend on it
-    /// [default: natural]
-    #[arg(long, value_name = "natural|linear|filmic|aces|agx", requires = "html", help_heading = "Output")]
-    pub tonemap: Option<Tone>,
-
-    #[command(flatten)]
-    pub common: CommonArgs,
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ mod frames;
 mod measure;
 mod outputs;
 mod render;
+mod sensors;
 mod transport;
 
 pub use camera::Cameras;
@@ -16,6 +17,7 @@ pub use measure::{
 };
 pub use outputs::Outputs;
 pub use render::RenderPlan;
+pub use sensors::{SensorsFrom, SensorsPlan};
 pub use transport::TransportPlan;
 
 use std::fs;

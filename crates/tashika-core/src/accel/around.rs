@@ -102,8 +102,11 @@ impl Tracer {
 
     /// Index of refraction of the medium around a camera, relative to the medium outside of all
     /// glass; 1 if no glass encloses the camera. For a moving camera, the index at its position in
-    /// the middle of the time that the shutter is open.
+    /// the middle of the time that the shutter is open. Sensors are taken to be outside of glass.
     pub fn index_around_camera(&self, camera: &Camera) -> f32 {
+        if camera.sensors.is_some() {
+            return 1.0;
+        }
         let middle = camera.central_ray(Vec2::splat(0.5), Instants::STILL, [1, 1]);
         self.index_around(middle.map_or(camera.position(), |ray| ray.origin), Instants::STILL)
     }

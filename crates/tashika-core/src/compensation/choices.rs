@@ -7,6 +7,7 @@ use super::places::Receiver;
 use super::vpl_choice::VplChoice;
 use super::{Compensation, LightingContext};
 use crate::bsdf::Bsdf;
+use crate::film::Window;
 use crate::gather::{GatherPoint, View};
 use crate::rng::{self, Purpose, Stream};
 
@@ -49,8 +50,7 @@ impl Choices {
         draws_at_points: bool,
         seed: u64,
     ) -> Self {
-        let pixels: u64 = view.size.iter().map(|side| u64::from(*side)).product();
-        let paths = (PATHS_OF_PIXEL * pixels).clamp(PATHS[0], PATHS[1]);
+        let paths = PATHS_OF_PIXEL.saturating_mul(view.guided_pixels()).clamp(PATHS[0], PATHS[1]);
         let chunks = (0..paths / CHUNK).into_par_iter().map(|chunk| {
             let mut compensation = Compensation {
                 met: Some(Met { draws_at_points, ..Met::default() }),
@@ -59,7 +59,7 @@ impl Choices {
             for path in chunk * CHUNK..(chunk + 1) * CHUNK {
                 let key = rng::key(seed, Purpose::Guidance, path);
                 let mut stream = Stream::new(key, Purpose::Guidance, 0);
-                let pixel = view.size.map(|side| stream.below(side.into()) as u32);
+                let pixel = view.random_pixel(&Window::full(view.size), &mut stream);
                 for point in view.samples(lit.tracer, pixel, 1, key).points {
                     compensation.estimate(&point, &by_vpls(&point), key, &mut stream);
                 }

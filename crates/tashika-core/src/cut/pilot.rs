@@ -31,7 +31,7 @@ use crate::accel::{Apex, SegmentBatch, Tracer};
 use crate::bounds::LightShape;
 use crate::contribution::ContributionKernel;
 use crate::gather::{GatherPoint, View};
-use crate::guidance::{Grid, key_of, pixels_of, random_pixel};
+use crate::guidance::{Grid, key_of, pixels_of};
 use crate::math::{Instants, Vec3};
 use crate::media::Segments;
 use crate::rng::{self, Purpose, Stream};
@@ -203,7 +203,7 @@ impl PilotVisibility {
             let instants = pilot.lights.instants().only(instant);
             let mut points = Vec::new();
             for trial in 0..TRIALS {
-                let pixel = random_pixel(&window, &mut stream);
+                let pixel = pilot.view.random_pixel(&window, &mut stream);
                 let number = u64::from(instant) * u64::from(TRIALS) + u64::from(trial);
                 points.extend(one_point(pilot, pixel, &instants, key.wrapping_add(number)));
             }

@@ -4,7 +4,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::View;
+use super::{Beginning, View};
 use crate::accel::{Apex, Hit, Tracer};
 use crate::color::Rgb;
 use crate::math::Ray;
@@ -82,8 +82,8 @@ impl View<'_> {
     /// Returns the first surface of camera sample `index` of a pixel; `None` where the film shows
     /// nothing.
     fn look(&self, tracer: &Tracer, pixel: [u32; 2], index: u32) -> Option<Look> {
-        let (ray, key) = self.camera_ray(pixel, index);
-        let (ray, share) = (ray?, if tracer.scene().moves() { self.time(pixel, index) } else { 0.0 });
+        let (Beginning::Ray(ray), key) = self.beginning(pixel, index) else { return None };
+        let share = if tracer.scene().moves() { self.time(pixel, index) } else { 0.0 };
         Some(Look { ray, key, share, hit: first_hit(tracer, ray, key, share) })
     }
 

@@ -15,6 +15,9 @@
 //! A surface may have several parts: a gathering and a specular part, a part for each side, or two
 //! materials. Each sample selects one of them at random ([`Scatter`]), by the last of the surface's
 //! four numbers.
+//!
+//! The gather points of a pixel of [sensors](crate::scene::Sensor) are given: they are white, and
+//! no path leads to them from a camera.
 
 mod camera_path;
 mod filter;
@@ -38,11 +41,19 @@ use glam::{Vec2, Vec3};
 use crate::accel::Tracer;
 use crate::bsdf::{Bsdf, HenyeyGreenstein, Lambert};
 use crate::color::Rgb;
-use crate::film::PixelRecord;
-use crate::math::{Frame, Instants, Ray};
+use crate::film::{PixelRecord, Window};
+use crate::math::{Frame, Instants, Ray, offset_from_surface};
 use crate::media::{Leg, Scattering};
-use crate::rng::{self, Purpose};
-use crate::scene::{Camera, CameraSample, MediumId};
+use crate::rng::{self, Purpose, Stream};
+use crate::scene::{Camera, CameraSample, MediumId, Sensor};
+
+/// Relative error of the position of a sensor, which files and transforms may have rounded.
+const SENSOR_ERROR: f32 = 4.0 * f32::EPSILON;
+
+/// Most draws of a pixel that has a sensor, before the first such pixel is taken.
+const MAX_DRAWS: u32 = 256;
+/// Number of pixels that a sensor counts for in guidance. Chosen.
+const PIXELS_OF_SENSOR: u64 = 1024;
 
 /// Point that gathers light from all VPLs: on a surface, or in a medium.
 #[derive(Clone, Copy, Debug)]
@@ -82,6 +93,25 @@ impl GatherPoint {
             weight,
             medium: Some(medium),
             phase: Some(phase),
+            instant: 0,
+        }
+    }
+
+    /// Makes a gather point on a plane sensor in a medium: white and diffuse, so that its radiance
+    /// is the irradiance over π.
+    pub fn on_sensor(sensor: &Sensor, medium: Option<MediumId>) -> Self {
+        let normal = sensor.normal;
+        // A sensor that lies in a surface of the scene measures in front of it.
+        let error = sensor.position.abs() * SENSOR_ERROR;
+        Self {
+            position: offset_from_surface(sensor.position, error, normal),
+            geometric_normal: normal,
+            frame: Frame::about(normal),
+            wo: Vec3::Z,
+            bsdf: Bsdf::Lambert(Lambert { reflectance: Rgb::WHITE }),
+            weight: Rgb::WHITE,
+            medium,
+            phase: None,
             instant: 0,
         }
     }
@@ -145,6 +175,24 @@ pub struct SeenSample {
     pub point: Option<u32>,
 }
 
+/// Beginning of a path from the camera.
+#[derive(Clone, Copy, Debug)]
+pub enum Beginning {
+    /// A ray that leaves the camera.
+    Ray(Ray),
+    /// A surface element of a sensor, as a plane sensor: a path begins with its gather point.
+    Sensor(Sensor),
+    /// The film shows nothing, and is black.
+    Nothing,
+}
+
+impl Beginning {
+    /// Returns the camera ray, if the path begins with one.
+    pub fn ray(self) -> Option<Ray> {
+        if let Self::Ray(ray) = self { Some(ray) } else { None }
+    }
+}
+
 /// Inputs that determine the gather points of an image of a scene.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
@@ -159,18 +207,18 @@ pub struct View<'a> {
 }
 
 impl View<'_> {
-    /// Returns the camera ray of sample `index` of pixel `(x, y)`, if the film shows anything
-    /// there, and the key of the sample's random decisions.
-    pub fn camera_ray(&self, pixel: [u32; 2], index: u32) -> (Option<Ray>, u64) {
-        self.camera_ray_at(pixel, index, || self.time(pixel, index))
+    /// Returns the beginning of sample `index` of pixel `(x, y)`, and the key of the sample's
+    /// random decisions.
+    pub fn beginning(&self, pixel: [u32; 2], index: u32) -> (Beginning, u64) {
+        self.beginning_at(pixel, index, || self.time(pixel, index))
     }
 
-    /// Returns [`camera_ray`](Self::camera_ray) at a given time, which is computed only if the
+    /// Returns the [`beginning`](Self::beginning) at a given time, which is computed only if the
     /// camera moves.
-    fn camera_ray_at(&self, pixel: [u32; 2], index: u32, time: impl FnOnce() -> f32) -> (Option<Ray>, u64) {
+    fn beginning_at(&self, pixel: [u32; 2], index: u32, time: impl FnOnce() -> f32) -> (Beginning, u64) {
         let key = self.pixel_key(pixel);
         let u = sobol_burley::sample_4d(index, 0, key as u32);
-        (self.ray_through(pixel, u, time), rng::key(key, Purpose::Gather, u64::from(index)))
+        (self.beginning_of(pixel, u, time), rng::key(key, Purpose::Gather, u64::from(index)))
     }
 
     /// Returns the time of sample `index` of pixel `(x, y)`, from 0 to 1 of the shutter interval.
@@ -179,14 +227,48 @@ impl View<'_> {
         sobol_burley::sample_4d(index, 0, of_shutter as u32)[0]
     }
 
-    /// Returns the camera ray of pixel `(x, y)` for four uniform numbers, two for the filter and
-    /// two for the lens, and a time, which is computed only if the camera moves. `None` where the
-    /// film shows nothing and is black.
-    pub fn ray_through(&self, pixel: [u32; 2], u: [f32; 4], time: impl FnOnce() -> f32) -> Option<Ray> {
+    /// Returns the beginning of a path of pixel `(x, y)` for four uniform numbers, two for the
+    /// filter and two for the lens, and a time, which is computed only if the camera moves. At a
+    /// sensor, the first two numbers select the surface element.
+    pub fn beginning_of(&self, pixel: [u32; 2], u: [f32; 4], time: impl FnOnce() -> f32) -> Beginning {
+        if let Some(sensors) = &self.camera.sensors {
+            let element = |sensor: Sensor| {
+                Beginning::Sensor(Sensor::plane(sensor.position, sensor.normal_at([u[0], u[1]])))
+            };
+            return sensors.at(pixel).map_or(Beginning::Nothing, element);
+        }
         let offset = Vec2::new(self.gather.filter.warp(u[0]), self.gather.filter.warp(u[1]));
         let film = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + offset;
         let time = if self.camera.motion.is_some() { time() } else { 0.0 };
-        self.camera.ray(&CameraSample { film, lens: [u[2], u[3]], time }, self.size)
+        let ray = self.camera.ray(&CameraSample { film, lens: [u[2], u[3]], time }, self.size);
+        ray.map_or(Beginning::Nothing, Beginning::Ray)
+    }
+
+    /// Draws a pixel of a window, each with the same probability; of a window with sensors, a pixel
+    /// that has one.
+    pub fn random_pixel(&self, window: &Window, stream: &mut Stream) -> [u32; 2] {
+        let mut draw = || {
+            let x = window.x + stream.below(window.width.into()) as u32;
+            [x, window.y + stream.below(window.height.into()) as u32]
+        };
+        let Some(sensors) = &self.camera.sensors else { return draw() };
+        let drawn = (0..MAX_DRAWS).map(|_| draw()).find(|pixel| sensors.at(*pixel).is_some());
+        let first = || window.pixels().map(|(x, y)| [x, y]).find(|pixel| sensors.at(*pixel).is_some());
+        drawn.or_else(first).unwrap_or([window.x, window.y])
+    }
+
+    /// Number of gather points a pixel by which images are divided into tiles: that of the options,
+    /// or as many as make the smallest tiles for sensors, each of which is as much work as many
+    /// pixels.
+    pub fn points_of_tiles(&self) -> u32 {
+        if self.camera.sensors.is_some() { GatherOptions::MAX_POINTS } else { self.gather.points }
+    }
+
+    /// Number of pixels to which the work of guidance is proportional. A sensor counts as many
+    /// pixels: few sensors are worth as much as a picture.
+    pub fn guided_pixels(&self) -> u64 {
+        let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
+        if self.camera.sensors.is_some() { pixels.saturating_mul(PIXELS_OF_SENSOR) } else { pixels }
     }
 
     fn pixel_key(&self, pixel: [u32; 2]) -> u64 {
@@ -239,8 +321,8 @@ impl View<'_> {
                 None if tracer.scene().moves() => (0, time()),
                 None => (0, 0.0),
             };
-            let (ray, key) =
-                self.camera_ray_at(pixel, index, || if instants.is_some() { share } else { time() });
+            let (beginning, key) =
+                self.beginning_at(pixel, index, || if instants.is_some() { share } else { time() });
             let [x, y, ..] = sobol_burley::sample_4d(index, 0, self.pixel_key(pixel) as u32);
             // Each surface has a separate sequence. In a single sequence of many dimensions,
             // projections to high dimensions would be worse than random numbers.
@@ -249,10 +331,16 @@ impl View<'_> {
                     rng::key(self.pixel_key(pixel), Purpose::Gather, u64::MAX - u64::from(bounce));
                 sobol_burley::sample_4d(index, 0, of_surface as u32)
             };
-            let end = ray.map_or(End::NOTHING, |ray| {
-                let leg = Leg { ray, medium: self.camera.medium };
-                CameraPath { tracer, camera: self.camera, share, media, key }.follow(leg, choices)
-            });
+            let end = match beginning {
+                Beginning::Nothing => End::NOTHING,
+                Beginning::Sensor(sensor) => {
+                    End { point: Some(GatherPoint::on_sensor(&sensor, self.camera.medium)), ..End::NOTHING }
+                }
+                Beginning::Ray(ray) => {
+                    let leg = Leg { ray, medium: self.camera.medium };
+                    CameraPath { tracer, camera: self.camera, share, media, key }.follow(leg, choices)
+                }
+            };
             sum.background += end.background * of_basic;
             sum.samples.push(SeenSample {
                 place: [x, y],

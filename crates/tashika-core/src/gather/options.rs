@@ -20,15 +20,18 @@ impl Default for GatherOptions {
 }
 
 impl GatherOptions {
+    /// Most gather points of a pixel.
+    pub const MAX_POINTS: u32 = 1024;
+
     /// Checks that the options are in range.
     ///
     /// # Errors
     /// Names the option that is out of range, and the range.
     pub fn validate(&self) -> Result<()> {
-        if (1..=1024).contains(&self.points) {
+        if (1..=Self::MAX_POINTS).contains(&self.points) {
             Ok(())
         } else {
-            Err(Error::option("gather", self.points, "1 to 1024"))
+            Err(Error::option("gather", self.points, format!("1 to {}", Self::MAX_POINTS)))
         }
     }
 }

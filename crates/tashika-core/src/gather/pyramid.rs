@@ -86,7 +86,7 @@ mod tests {
                 let is_empty = tracer.is_empty_within(&view.pyramid(pixel).unwrap());
                 let is_met = (0..200).any(|_| {
                     let [a, b] = s.uniform_2();
-                    let ray = view.ray_through(pixel, [a, b, 0.5, 0.5], || 0.0).unwrap();
+                    let ray = view.beginning_of(pixel, [a, b, 0.5, 0.5], || 0.0).ray().unwrap();
                     tracer.closest_hit(&ray, 0).is_some()
                 });
                 assert!(!(is_empty && is_met), "{pixel:?} from {eye}");

@@ -9,10 +9,12 @@ use super::{Filter, GatherOptions, GatherPoint, View};
 use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::error::Location;
+use crate::film::Window;
 use crate::math::motion::Track;
 use crate::rng::{Purpose, Stream};
 use crate::scene::{
-    Camera, CoatBase, Emission, Environment, Material, MeshData, Projection, SceneBuilder, Surface,
+    Camera, CoatBase, Emission, Environment, Material, MeshData, Projection, SceneBuilder, Sensor,
+    SensorGrid, Surface,
 };
 
 /// Returns a square of half-width 5 m around `center`, its normal along `a × b`.
@@ -132,7 +134,7 @@ fn glass_is_seen_through_and_no_light_is_made() {
     let weight: Rgb = sum.points.iter().map(|p| p.weight).sum();
     assert!((weight.r / share as f32 - 0.81).abs() < 0.02, "two passages of 0.9: {}", weight.r);
     // Transmission through the parallel faces does not change the direction of the ray.
-    let ray = view(&t, n).camera_ray([8, 8], 0).0.unwrap();
+    let ray = view(&t, n).beginning([8, 8], 0).0.ray().unwrap();
     assert!(sum.points.iter().any(|p| (p.position.x - ray.at(4.0).x).abs() < 0.1));
 }
 
@@ -192,11 +194,11 @@ fn pixels_have_samples_of_their_own() {
     let mut keys = BTreeSet::new();
     for y in 0..64 {
         for x in 0..64 {
-            let (_, key) = v.camera_ray([x, y], 0);
+            let (_, key) = v.beginning([x, y], 0);
             assert!(keys.insert(key), "pixel {x}, {y} repeats another's random numbers");
         }
     }
-    let (_, other) = View { seed: 4, ..v }.camera_ray([0, 0], 0);
+    let (_, other) = View { seed: 4, ..v }.beginning([0, 0], 0);
     assert!(keys.insert(other), "and seeds too");
 }
 
@@ -214,9 +216,9 @@ fn times_fill_the_shutters_evenly_and_leave_all_else_as_it_is() {
     for pixel in [[5, 9], [6, 9], [5, 10]] {
         let (mut parts, mut order, mut with_place) = (BTreeSet::new(), Vec::new(), 0.0);
         for index in 0..64 {
-            let (ray, key) = moving.camera_ray(pixel, index);
-            let (same, same_key) = still.camera_ray(pixel, index);
-            let (ray, same) = (ray.unwrap(), same.unwrap());
+            let (ray, key) = moving.beginning(pixel, index);
+            let (same, same_key) = still.beginning(pixel, index);
+            let (ray, same) = (ray.ray().unwrap(), same.ray().unwrap());
             assert_eq!((ray.direction, key), (same.direction, same_key), "film and lens are as they were");
             parts.insert((ray.origin.x * 64.0) as u32);
             order.push((ray.origin.x * 64.0) as u32);
@@ -281,4 +283,52 @@ fn a_film_is_black_where_it_shows_nothing() {
     let share = inside.count() as f32 / 1e4;
     let seen = view.pixel(&t, [2, 2]).background.r;
     assert!(share > 0.2 && share < 0.8 && (seen - share).abs() < 0.02, "{seen} for {share}");
+}
+
+/// Random pixels are all of a window; of a window with sensors, those that have one.
+#[test]
+fn random_pixels_are_all_of_the_window() {
+    let t = tracer(|b| add(b, square(Vec3::NEG_Z, Vec3::X, Vec3::Y), lambert(), 0.0));
+    let view = view(&t, 1);
+    let mut stream = Stream::new(1, Purpose::Test, 0);
+    let mut met = |view: &View<'_>, window: Window| {
+        let mut met: Vec<[u32; 2]> = (0..200).map(|_| view.random_pixel(&window, &mut stream)).collect();
+        met.sort_unstable();
+        met.dedup();
+        met
+    };
+    let window = Window { x: 5, y: 9, width: 3, height: 2 };
+    assert_eq!(met(&view, window), [[5, 9], [5, 10], [6, 9], [6, 10], [7, 9], [7, 10]]);
+    let sensor = Some(Sensor::plane(Vec3::ZERO, Vec3::Y));
+    let mut cells = vec![None; 2048];
+    (cells[6], cells[7 + 2 * 16], cells[2047]) = (sensor, sensor, sensor);
+    let camera = view.camera.with_sensors(SensorGrid::new(16, cells));
+    let view = View { camera: &camera, size: [16, 128], ..view };
+    assert_eq!(met(&view, Window::full([16, 16])), [[6, 0], [7, 2]]);
+    // A sensor that random draws hardly meet is found.
+    assert_eq!(met(&view, Window { x: 0, y: 3, width: 16, height: 125 }), [[15, 127]]);
+}
+
+/// The gather point of a sensor is white, in front of it, and the same for all samples; other
+/// pixels have none.
+#[test]
+fn sensors_are_gather_points() {
+    let t = tracer(|b| add(b, square(Vec3::NEG_Z, Vec3::X, Vec3::Y), lambert(), 0.0));
+    let view = view(&t, 4);
+    let sensor = Sensor::plane(Vec3::new(0.5, -1.0, 2.0), Vec3::Y);
+    let camera = view.camera.with_sensors(SensorGrid::new(2, vec![None, Some(sensor)]));
+    let view = View { camera: &camera, size: [2, 1], ..view };
+    let sum = view.pixel(&t, [1, 0]);
+    assert_eq!(sum.points.len(), 4);
+    assert!(sum.background.is_black());
+    for point in &sum.points {
+        assert!((point.position - sensor.position).length() < 1e-5 && point.position.y > -1.0);
+        assert_eq!(
+            (point.geometric_normal, point.albedo(), point.weight),
+            (Vec3::Y, Rgb::WHITE, Rgb::gray(0.25))
+        );
+    }
+    let none = view.pixel(&t, [0, 0]);
+    assert!(none.points.is_empty() && none.background.is_black());
+    assert!(view.first_instance(&t, [1, 0], 0).is_none() && view.pyramid([1, 0]).is_none());
 }

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 
 use crate::accel::Glass;
 use crate::contribution::ContributionKernel;
+use crate::film::Window;
 use crate::gather::{GatherPoint, View};
 use crate::media::Shadows;
 use crate::rng::{self, Purpose, Stream};
@@ -47,7 +48,7 @@ pub fn importance_correlation(
     let of_point = |number: u64| {
         let key = rng::key(seed, Purpose::Guidance, number);
         let mut stream = Stream::new(key, Purpose::Guidance, 0);
-        let pixel = view.size.map(|side| stream.below(side.into()) as u32);
+        let pixel = view.random_pixel(&Window::full(view.size), &mut stream);
         let point = view.samples(tracing.tracer(), pixel, 1, key).points.into_iter().next()?;
         correlation_at(tracing, &contribution, &point, &groups)
     };

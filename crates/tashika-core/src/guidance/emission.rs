@@ -25,7 +25,8 @@ use super::{CHUNK, paths_for};
 use crate::accel::{Glass, Tracer};
 use crate::color::Rgb;
 use crate::contribution::ContributionKernel;
-use crate::gather::{GatherPoint, Scatter, View};
+use crate::film::Window;
+use crate::gather::{Beginning, GatherPoint, Scatter, View};
 use crate::math::{Ray, Vec3};
 use crate::media::{Leg, MOST_PASSED, Shadows};
 use crate::rng::{self, Purpose, Stream};
@@ -176,23 +177,29 @@ struct Walk<'a> {
 impl Walk<'_> {
     fn follow(&mut self, view: &View<'_>, key: u64, learned: &mut Learned) {
         let mut s = Stream::new(key, Purpose::Guidance, 0);
-        let pixel = view.size.map(|side| s.below(side.into()) as u32);
+        let pixel = view.random_pixel(&Window::full(view.size), &mut s);
         let part = [0, 1].map(|axis| pixel[axis] * PARTS / view.size[axis].max(1));
         let part = part[1].min(PARTS - 1) * PARTS + part[0].min(PARTS - 1);
         let ([a, b], [c, d]) = (s.uniform_2(), s.uniform_2());
         let time = || Stream::new(key, Purpose::Shutter, 0).uniform();
-        let Some(ray) = view.ray_through(pixel, [a, b, c, d], time) else {
-            learned.paths.push((part, 0.0));
-            return;
+        let medium = view.camera.medium;
+        let (mut on_sensor, mut begun) = match view.beginning_of(pixel, [a, b, c, d], time) {
+            Beginning::Ray(ray) => (None, Leg { ray, medium }),
+            Beginning::Sensor(sensor) => {
+                let away = Ray::new(sensor.position, sensor.normal);
+                (Some(GatherPoint::on_sensor(&sensor, medium)), Leg { ray: away, medium })
+            }
+            Beginning::Nothing => {
+                learned.paths.push((part, 0.0));
+                return;
+            }
         };
-        let mut begun = Leg { ray, medium: view.camera.medium };
         let mut weight = Rgb::WHITE;
         let mut radiance = 0.0;
         for depth in 0..MOST_SURFACES {
-            let Some(point) = self.next_point(begun, key.wrapping_add(depth.into()), &mut weight, &mut s)
-            else {
-                break;
-            };
+            let key = key.wrapping_add(depth.into());
+            let next = || self.next_point(begun, key, &mut weight, &mut s);
+            let Some(point) = on_sensor.take().or_else(next) else { break };
             learned.places.push([point.position, point.geometric_normal]);
             if depth == 0 {
                 // Point and directional lights are one VPL each: only emitters with an extent are

@@ -7,7 +7,7 @@
 use std::sync::OnceLock;
 
 use crate::film::Window;
-use crate::rng::{self, Purpose, Stream};
+use crate::rng::{self, Purpose};
 
 /// Cells of an image, row by row, each with the data learned for it.
 ///
@@ -60,12 +60,6 @@ pub fn pixels_of(cell: [u32; 2], size: [u32; 2]) -> Window {
     Window { x, y, width: side(x, size[0]), height: side(y, size[1]) }
 }
 
-/// Draws a pixel of a window, each with the same probability.
-pub fn random_pixel(window: &Window, stream: &mut Stream) -> [u32; 2] {
-    let x = window.x + stream.below(window.width.into()) as u32;
-    [x, window.y + stream.below(window.height.into()) as u32]
-}
-
 /// Returns the key of random numbers that only guide the pixels of a cell.
 pub fn key_of([column, row]: [u32; 2], seed: u64) -> u64 {
     rng::key(seed, Purpose::Guidance, u64::from(row) << 32 | u64::from(column))
@@ -104,15 +98,5 @@ mod tests {
     #[should_panic(expected = "column 3 of 3")]
     fn cells_beyond_the_image_are_no_others() {
         Grid::new([40, 17]).at([3, 0], || ());
-    }
-
-    #[test]
-    fn random_pixels_are_all_of_the_window() {
-        let window = Window { x: 5, y: 9, width: 3, height: 2 };
-        let mut stream = Stream::new(1, Purpose::Test, 0);
-        let mut met: Vec<[u32; 2]> = (0..200).map(|_| random_pixel(&window, &mut stream)).collect();
-        met.sort_unstable();
-        met.dedup();
-        assert_eq!(met, [[5, 9], [5, 10], [6, 9], [6, 10], [7, 9], [7, 10]]);
     }
 }

@@ -26,7 +26,7 @@ mod seen;
 pub use caustics::{Caustics, Directions};
 pub use correlation::importance_correlation;
 pub use emission::{Guided, learn_light_guide};
-pub use grid::{Grid, cell_of, key_of, pixels_of, random_pixel};
+pub use grid::{Grid, cell_of, key_of, pixels_of};
 pub use photons::Photons;
 pub use seen::{LightAccount, SeenLight};
 
@@ -46,8 +46,7 @@ const ENOUGH: usize = 1 << 14;
 /// pixels, so that a small image costs little. It is limited, since a larger image of a view shows
 /// hardly more of the scene.
 fn paths_for(view: &View<'_>) -> u64 {
-    let pixels = u64::from(view.size[0]) * u64::from(view.size[1]);
-    (PATHS_OF_PIXEL * pixels).clamp(PATHS[0], PATHS[1]).next_multiple_of(CHUNK)
+    PATHS_OF_PIXEL.saturating_mul(view.guided_pixels()).clamp(PATHS[0], PATHS[1]).next_multiple_of(CHUNK)
 }
 
 /// Light on surfaces, as learned by light paths.

@@ -148,7 +148,7 @@ pub struct Begun {
 /// # Errors
 /// A window outside the image, unusable gather options, media where the integrator renders none.
 pub fn blank(setting: &Setting<'_>, integrator: &dyn Integrator, options: &RenderOptions) -> Result<Film> {
-    begin(setting, integrator, options, setting.view.gather.points)
+    begin(setting, integrator, options, setting.view.points_of_tiles())
 }
 
 /// Returns the film with which a render begins, for tiles of `points` gather points a pixel.
@@ -209,7 +209,7 @@ pub fn resume(
     cancel: &AtomicBool,
 ) -> Result<Rendered> {
     check(setting, integrator)?;
-    let tiles = options.share.tiles(&options.window, setting.view.gather.points);
+    let tiles = options.share.tiles(&options.window, setting.view.points_of_tiles());
     Ok(render_tiles(setting, integrator, begun, &tiles, watch, cancel))
 }
 

@@ -30,6 +30,7 @@ mod png;
 mod polygon;
 mod principled;
 mod rough_diffuse;
+mod sensor_points;
 mod shapes;
 mod text;
 mod textures;
@@ -47,6 +48,7 @@ pub use files::SceneFiles;
 pub use formats::{features, scene_format};
 pub use light_changes::{AskedEnvironment, AskedLight, LightChanges};
 pub use output::{check_writable, write_file};
+pub use sensor_points::{decode_sensor_points, load_sensor_points};
 
 pub use crate::film::{Exposure, Tone, ToneMap};
 

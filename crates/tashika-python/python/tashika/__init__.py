@@ -29,6 +29,7 @@ from ._tashika import (
     merge,
     read,
     render,
+    sensors,
     vpls,
 )
 
@@ -37,8 +38,8 @@ _Mapping.register(Image)
 if not _TYPE_CHECKING:
     from ._names import suggesting as _suggesting
 
-    builtin, compare, coverage, exact, load, merge, read, render, vpls = map(
-        _suggesting, (builtin, compare, coverage, exact, load, merge, read, render, vpls)
+    builtin, compare, coverage, exact, load, merge, read, render, sensors, vpls = map(
+        _suggesting, (builtin, compare, coverage, exact, load, merge, read, render, sensors, vpls)
     )
 
 __all__ = [
@@ -64,5 +65,6 @@ __all__ = [
     "merge",
     "read",
     "render",
+    "sensors",
     "vpls",
 ]

@@ -396,6 +396,27 @@ def exact(
     filter: _Filter | None = None,
     progress: _Progress | None = None,
 ) -> NDArray[np.float32]: ...
+def sensors(
+    scene: Scene,
+    points: ArrayLike | _Path | None = None,
+    *,
+    grid: str | None = None,
+    shape: Literal["plane", "cylinder", "sphere"] = "plane",
+    photometry: Literal["scene", "cie", "radiance"] = "scene",
+    error: float | None = None,
+    absolute: float | None = None,
+    confidence: float | None = None,
+    claim: Literal["calibrated", "certified"] | None = None,
+    jointly: bool = False,
+    method: _Method = "tashika",
+    vpls: int | None = None,
+    clamp: _Clamp | None = None,
+    max_pairs: int | None = None,
+    paths: int | None = None,
+    seed: int = 1,
+    threads: int = 0,
+    progress: _Progress | None = None,
+) -> dict[str, Any]: ...
 def compare(
     image: Image, reference: Image, error: float | None = None, absolute: float | None = None
 ) -> Comparison: ...

@@ -25,11 +25,13 @@
 
 mod compared;
 mod embedded;
+mod plan;
 mod plots;
 mod record_script;
 mod rendered;
 
 pub use compared::{CompareFacts, compare_page};
+pub use plan::PlanCell;
 pub use plots::{Measured, Plot};
 pub use rendered::{RenderFacts, headline, render_page};
 

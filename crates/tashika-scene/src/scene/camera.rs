@@ -1,9 +1,11 @@
 //! The camera: a projection, a lens and a pose, which may move while the shutter is open.
 
+use std::sync::Arc;
+
 use glam::{Affine3A, Mat3, Vec2, Vec3};
 
 use super::projection::FilmFrame;
-use super::{Lens, MediumId, Motion, Projection};
+use super::{Lens, MediumId, Motion, Projection, SensorGrid};
 use crate::film::Window;
 use crate::math::motion::Track;
 use crate::math::{Aabb, Ray};
@@ -38,6 +40,9 @@ pub struct Camera {
     /// Box that the camera must show entirely, if the file specifies no position: see
     /// [`Camera::of_size`].
     pub shows: Option<Aabb>,
+    /// Sensors in the pixels, instead of the view of the camera: see
+    /// [`with_sensors`](Self::with_sensors).
+    pub sensors: Option<Arc<SensorGrid>>,
 }
 
 /// Film position, lens sample and time of a camera ray.
@@ -82,7 +87,16 @@ impl Camera {
             medium: None,
             index: 1.0,
             shows: None,
+            sensors: None,
         }
+    }
+
+    /// Returns a camera whose pixels measure irradiance at sensors. It has no rays and no motion,
+    /// and shows nothing else. The sensors are in the medium of this camera.
+    #[must_use]
+    pub fn with_sensors(&self, sensors: SensorGrid) -> Self {
+        let pinhole = Self::new(&*self.name, self.to_world, self.projection);
+        Self { medium: self.medium, sensors: Some(Arc::new(sensors)), ..pinhole }
     }
 
     /// Creates a pinhole camera at `eye` looking at `target`, with `up` upwards.
@@ -128,8 +142,12 @@ impl Camera {
     }
 
     /// Returns the world ray through a point of a film of `size` pixels; its direction has unit
-    /// length. `None` where the film shows nothing: outside the circle of a fisheye.
+    /// length. `None` where the film shows nothing: outside the circle of a fisheye, and if the
+    /// camera has sensors.
     pub fn ray(&self, sample: &CameraSample, size: [u32; 2]) -> Option<Ray> {
+        if self.sensors.is_some() {
+            return None;
+        }
         let (mut origin, mut direction) = self.projection.ray(sample.film, &self.frame(size))?;
         if self.lens.radius > 0.0 && self.projection.has_lens() {
             let focus = direction * self.lens.focus_distance;
@@ -142,6 +160,9 @@ impl Camera {
     /// Returns the world ray through a point of the film and the lens' centre, after a share of the
     /// time that the shutter is open, 0 to 1.
     pub fn central_ray(&self, film: Vec2, share: f32, size: [u32; 2]) -> Option<Ray> {
+        if self.sensors.is_some() {
+            return None;
+        }
         let (origin, direction) = self.projection.ray(film, &self.frame(size))?;
         Some(self.placed(origin, direction, share))
     }
@@ -184,8 +205,12 @@ impl Camera {
     /// centre; for a moving camera, in the middle of the time that its shutter is open. Returns the
     /// film position (pixels, from the top left) and the area at right angles to the ray that a
     /// pixel covers there (m²). `None` for points that even a film of unlimited size does not show:
-    /// points behind most cameras, and points outside the circle of a fisheye.
+    /// points behind most cameras, points outside the circle of a fisheye, and all points if the
+    /// camera has sensors.
     pub fn project(&self, place: Vec3, size: [u32; 2]) -> Option<(Vec2, f32)> {
+        if self.sensors.is_some() {
+            return None;
+        }
         self.projection.project(self.to_world.inverse().transform_point3(place), &self.frame(size))
     }
 
@@ -203,6 +228,7 @@ impl Camera {
             && self.index > 0.0
             && self.index.is_finite()
             && self.motion.as_ref().is_none_or(Motion::is_valid)
+            && self.sensors.as_ref().is_none_or(|sensors| sensors.is_valid())
     }
 }
 

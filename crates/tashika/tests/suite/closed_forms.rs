@@ -43,7 +43,7 @@ fn pixels(tracer: &Tracer, lights: Vec<Vpl>, clamp_distance: f32) -> Vec<(Vec3, 
     let estimates = FullSum::new(&set).estimate(&setting, &Window::full([8, 8]));
     let places = (0..64).map(|i| {
         // The camera ray is intersected with the plane by hand, rather than by the tracer.
-        let ray = view.camera_ray([i % 8, i / 8], 0).0.unwrap();
+        let ray = view.beginning([i % 8, i / 8], 0).0.ray().unwrap();
         ray.at(-ray.origin.y / ray.direction.y)
     });
     places.zip(estimates).collect()

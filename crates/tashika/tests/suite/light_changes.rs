@@ -165,6 +165,11 @@ fn what_cannot_be_is_refused_with_what_can() {
         ("sky:azimuth=1", "no elevation"),
         ("sky:elevation=91,azimuth=1", "elevation from 0 to 90"),
         ("sky:elevation=9,azimuth=1,rotate=4", "rotate is no option here"),
+        ("cie:17", "no type from 1 to 16"),
+        ("cie:cloudy", "no type from 1 to 16"),
+        ("cie:clear", "no elevation"),
+        ("cie:overcast,elevation=40", "elevation is no option here"),
+        ("cie:3,ground=2", "ground from 0 to 1"),
     ] {
         let message = text.parse::<AskedEnvironment>().unwrap_err().to_string();
         assert!(message.contains(why) && message.contains("FILE[,scale=S]"), "{message}");
@@ -185,6 +190,11 @@ fn what_cannot_be_is_refused_with_what_can() {
     }
     let missing = asked(Some("absent.hdr"), &[]).apply(dark(), &LoadOptions::default()).unwrap_err();
     assert!(missing.to_string().contains("absent.hdr"), "{missing}");
+    for text in
+        ["cie:16,illuminance=8000,ground=0.2,up=z", "cie:12,illuminance=10000,elevation=40,azimuth=90"]
+    {
+        assert_eq!(text.parse::<AskedEnvironment>().unwrap().to_string(), text);
+    }
     for text in [
         "sun:elevation=30,azimuth=90,turbidity=3,scale=2,up=z",
         "point:1,2,3,4",

@@ -111,7 +111,7 @@ fn a_slide_on_a_plane_follows_its_formula() {
     let estimates = FullSum::new(&set).estimate(&setting, &Window::full([24, 24]));
     let (mut lit, mut dark) = (0, 0);
     for (i, e) in (0..).zip(estimates) {
-        let ray = view.camera_ray([i % 24, i / 24], 0).0.unwrap();
+        let ray = view.beginning([i % 24, i / 24], 0).0.ray().unwrap();
         let x = ray.at(-ray.origin.y / ray.direction.y);
         // On a screen at right angles to the axis, at a distance of 2, the irradiance is I₀ texel /
         // 4, at every angle.

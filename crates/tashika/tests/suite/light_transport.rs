@@ -146,7 +146,7 @@ pub fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
     let tracer = tracer(b);
     // A clamp distance large enough to matter.
     let lights = VplOptions { count: 300_000, clamp: Clamp::Distance(0.8), ..VplOptions::default() };
-    let options = ControlOptions { error: 0.03, ..ControlOptions::default() };
+    let options = ControlOptions { error: 0.04, ..ControlOptions::default() };
     let estimate = |lights: &GuidedLights, estimator: Estimator| {
         let ours = LightTransport::new(&tracer, lights, &options).only_by(estimator);
         let film = film(&tracer, &ours, SIZE, 64, 3);
@@ -154,7 +154,7 @@ pub fn transport_agrees(b: SceneBuilder, left_out: f64, what: &str) {
         (luminances(&film), errors)
     };
     let reference =
-        film(&tracer, &PathTracer::new(&tracer, PathStop::Count(20_000), 65).unwrap(), SIZE, 1, 1000);
+        film(&tracer, &PathTracer::new(&tracer, PathStop::Count(14_000), 65).unwrap(), SIZE, 1, 1000);
     let errors = reference.plane("standard_error").unwrap().f32_samples().unwrap();
     let expected = luminances(&reference);
     let traced = |truth: Truth| {

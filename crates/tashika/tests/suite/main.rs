@@ -64,6 +64,7 @@ mod pbrt_cameras;
 mod pbrt_names;
 mod planes;
 mod rims;
+mod sensors;
 mod signed_images;
 mod stored_pixels;
 mod sums;

@@ -15,7 +15,7 @@ use crate::media::foggy_room;
 use crate::moving_objects::workshop;
 
 const SIZE: [u32; 2] = [10, 8];
-const ERROR: f64 = 0.15;
+const ERROR: f64 = 0.2;
 const SEEDS: u64 = 3;
 
 fn scenes() -> [(&'static str, Scene); 3] {

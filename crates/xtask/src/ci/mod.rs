@@ -16,6 +16,7 @@ pub use python::{environment, pages, python_of_readers, wheel};
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::path::PathBuf;
 use std::thread;
 
 use crate::shell::{Outcome, Shell};
@@ -27,9 +28,13 @@ pub fn run(shell: &Shell) -> Outcome<()> {
     shell.cargo("fmt --all -- --check").run()?;
     shell.step("prose");
     shell.command("python3", "scripts/words.py --check").run()?;
-    // One profile for all steps, so that build scripts and macros are built once.
-    shell.step("lints");
-    shell.cargo("clippy --locked --release --workspace --all-targets -- -D warnings").run()?;
+    shell.step("lints, while tools are downloaded");
+    let python = thread::scope(|scope| {
+        let downloaded = scope.spawn(|| download(shell));
+        // One profile for all steps, so that build scripts and macros are built once.
+        shell.cargo("clippy --locked --release --workspace --all-targets -- -D warnings").run()?;
+        downloaded.join().expect("it does not panic")
+    })?;
     shell.step("the workbench");
     shell.cargo("test --locked --release --quiet -p xtask").run()?;
     others(shell)?;
@@ -54,7 +59,6 @@ pub fn run(shell: &Shell) -> Outcome<()> {
         shell.command(program.with_file_name("examples").join(example), "").run()?;
     }
     shell.step("files in other readers");
-    let python = python_of_readers(shell)?;
     shell.command(&python, "").arg(shell.script("readers.py")).arg(&program).run()?;
     shell.step("two seeds of hard scenes");
     python::seeds(shell, &python, &program)?;
@@ -67,11 +71,27 @@ pub fn run(shell: &Shell) -> Outcome<()> {
         pages(shell, &python, &program, &shell.root().join("target/pages"))?;
         package.join().expect("it does not panic")
     })?;
-    shell.step("the Python package");
-    python::package(shell, &package, &program)?;
-    shell.step("the add-on for Blender");
-    blender::check(shell, &program)?;
-    scenes::check(shell, &program)
+    // Scenes are read and Python is run on one core each, most of the time.
+    thread::scope(|scope| {
+        let scenes = scope.spawn(|| scenes::check(shell, &program));
+        shell.step("the Python package");
+        python::package(shell, &package, &program)?;
+        shell.step("the add-on for Blender");
+        blender::check(shell, &program)?;
+        scenes.join().expect("it does not panic")
+    })
+}
+
+/// Downloads the tools of later steps, and returns a Python with the readers of files and the
+/// browser's driver.
+fn download(shell: &Shell) -> Outcome<PathBuf> {
+    if shell.has("rustup") {
+        shell.command("rustup", "target add").args(OTHER_MACHINES).run_quietly()?;
+        shell.command("rustup", "toolchain install --profile minimal").arg(oldest(shell)?).run_quietly()?;
+    }
+    let python = python_of_readers(shell)?;
+    python::browser(shell)?;
+    Ok(python)
 }
 
 /// Checks that the renderer builds without the readers of files, and that `tashika-stats` depends
@@ -102,24 +122,25 @@ fn toolchain(shell: &Shell) -> Outcome<()> {
 const OTHER_MACHINES: [&str; 2] = ["aarch64-apple-darwin", "x86_64-pc-windows-gnu"];
 
 /// Checks that the program compiles for other targets and with the oldest compiler that the
-/// manifests promise, if rustup can install them.
+/// manifests promise, if there is rustup.
 fn others(shell: &Shell) -> Outcome<()> {
     if !shell.has("rustup") {
         return Ok(());
     }
     shell.step("other machines, older compilers");
-    shell.command("rustup", "target add").args(OTHER_MACHINES).run_quietly()?;
     let targets = OTHER_MACHINES.iter().flat_map(|target| ["--target", target]);
     shell.cargo("check --locked --release --package tashika-cli").args(targets).run()?;
-    let manifest = fs::read_to_string(shell.root().join("Cargo.toml")).map_err(|e| e.to_string())?;
-    let oldest = manifest
-        .lines()
-        .find_map(|line| line.strip_prefix("rust-version = \"")?.strip_suffix('"'))
-        .ok_or("Cargo.toml names no rust-version")?;
-    shell.command("rustup", "toolchain install --profile minimal").arg(oldest).run_quietly()?;
     shell
         .command("rustup", "run")
-        .arg(oldest)
+        .arg(oldest(shell)?)
         .args("cargo check --locked --workspace --target-dir target/oldest".split(' '))
         .run()
+}
+
+/// Version of the oldest compiler that the manifests promise.
+fn oldest(shell: &Shell) -> Outcome<String> {
+    let manifest = fs::read_to_string(shell.root().join("Cargo.toml")).map_err(|e| e.to_string())?;
+    let versions =
+        manifest.lines().find_map(|line| line.strip_prefix("rust-version = \"")?.strip_suffix('"'));
+    Ok(versions.ok_or("Cargo.toml names no rust-version")?.to_owned())
 }

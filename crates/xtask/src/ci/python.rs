@@ -62,14 +62,20 @@ pub fn job(shell: &Shell, python: &Path, program: &Path, room: &Path) -> Outcome
     Ok(())
 }
 
-/// Shows pages in a browser, which is installed if there is none; screenshots go to the folder.
-pub fn pages(shell: &Shell, python: &Path, program: &Path, screenshots: &Path) -> Outcome<()> {
+/// Installs a browser if there is none.
+pub fn browser(shell: &Shell) -> Outcome<()> {
     let known = ["chromium", "chromium-browser", "google-chrome"];
     if std::env::var_os("CHROMIUM").is_none() && !known.iter().any(|name| shell.has(name)) {
         let install = "install --yes --no-install-recommends chromium fonts-dejavu-core";
         shell.command("apt-get", "update").run_quietly()?;
         shell.command("apt-get", install).run_quietly()?;
     }
+    Ok(())
+}
+
+/// Shows pages in a browser; screenshots go to the folder.
+pub fn pages(shell: &Shell, python: &Path, program: &Path, screenshots: &Path) -> Outcome<()> {
+    browser(shell)?;
     shell.command(python, "").arg(shell.script("page.py")).args([program, screenshots]).run()
 }
 

@@ -21,7 +21,7 @@ use std::sync::OnceLock;
 use super::super::ControlOptions;
 use super::estimate::{Common, Estimator, is_near_specular, summed_with};
 use crate::compensation::{Caustic, Compensation};
-use crate::guidance::{Grid, cell_of, key_of, pixels_of, random_pixel};
+use crate::guidance::{Grid, cell_of, key_of, pixels_of};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::{Moments, student_t_two_sided};
 
@@ -245,7 +245,7 @@ fn follow(
     let mut met = 0;
     let mut moments = [(); 3].map(|()| vec![Moments::default(); parts.len()]);
     for path in numbers {
-        let pixel = random_pixel(&window, &mut stream);
+        let pixel = common.setting.view.random_pixel(&window, &mut stream);
         let key = rng::key(key, Purpose::Guidance, path);
         let seen = common.samples(pixel, 1, key);
         sees_emission |= !seen.background.is_black();

@@ -30,7 +30,7 @@
 use super::{CERTAIN_DEPTH, DrawnDirection, MAX_SURVIVAL, Tracing, weight_of_light};
 use crate::color::Rgb;
 use crate::contribution::ContributionKernel;
-use crate::gather::Scatter;
+use crate::gather::{GatherPoint, Scatter};
 use crate::math::{Ray, Vec3};
 use crate::media::{Leg, MAX_SURVIVAL_IN_MEDIUM, MOST_PASSED, Scattering, along_segment};
 use crate::rng::Stream;
@@ -62,11 +62,12 @@ impl Path {
 }
 
 impl Tracing<'_> {
-    /// Radiance along a camera ray that begins in `medium`.
+    /// Radiance along a camera ray, or of a gather point on a sensor, at which the path then
+    /// begins.
     pub(super) fn radiance_in_media(
         &mut self,
         ray: Ray,
-        medium: Option<MediumId>,
+        mut on_sensor: Option<GatherPoint>,
         key: u64,
         stream: &mut Stream,
     ) -> Rgb {
@@ -74,7 +75,7 @@ impl Tracing<'_> {
         let contribution = ContributionKernel::default().within(scene);
         let mut radiance = Rgb::BLACK;
         let mut path = Path {
-            leg: Leg { ray, medium },
+            leg: Leg { ray, medium: self.medium },
             weight: Rgb::gray(self.camera.squared_index()),
             ratio: 1.0,
             drawn: None,
@@ -83,54 +84,64 @@ impl Tracing<'_> {
         // passed since the last of these.
         let (mut depth, mut scattered, mut passed) = (0, 0_u32, 0);
         while !path.weight.is_black() {
-            self.rays += 1;
             // The key is the same along a straight line, and so are the holes in surfaces.
             let key = key.wrapping_add(u64::from(scattered));
-            let hit = self.tracer.closest_hit_at(&path.leg.ray, key, self.share);
-            let (weight, scattering) = path.leg.fly(scene, hit.as_ref(), path.weight, stream);
-            path.weight = weight;
-            if let Some(at) = scattering {
-                self.gathers = true;
-                self.light_in_medium(&mut radiance, (weight, path.ratio), &at, (key, depth), stream);
-                let (direction, density) = at.phase.sample(at.before, stream.uniform_2());
-                path.leg.ray = Ray::new(at.place, direction);
-                path.drawn = Some(DrawnDirection::new(&path.leg.ray, density));
-                scattered = scattered.saturating_add(1);
-                passed = 0;
-                if scattered > CERTAIN_DEPTH && !path.survives(MAX_SURVIVAL_IN_MEDIUM, stream) {
+            // The surface is `None` for a sensor.
+            let (scatter, surface) = if let Some(point) = on_sensor.take() {
+                (Scatter::Gathers(point), None)
+            } else {
+                self.rays += 1;
+                let hit = self.tracer.closest_hit_at(&path.leg.ray, key, self.share);
+                let (weight, scattering) = path.leg.fly(scene, hit.as_ref(), path.weight, stream);
+                path.weight = weight;
+                if let Some(at) = scattering {
+                    self.gathers = true;
+                    self.light_in_medium(&mut radiance, (weight, path.ratio), &at, (key, depth), stream);
+                    let (direction, density) = at.phase.sample(at.before, stream.uniform_2());
+                    path.leg.ray = Ray::new(at.place, direction);
+                    path.drawn = Some(DrawnDirection::new(&path.leg.ray, density));
+                    scattered = scattered.saturating_add(1);
+                    passed = 0;
+                    if scattered > CERTAIN_DEPTH && !path.survives(MAX_SURVIVAL_IN_MEDIUM, stream) {
+                        break;
+                    }
+                    continue;
+                }
+                let Some(hit) = hit else {
+                    if let Some(e) = scene.environment() {
+                        let d = path.leg.ray.direction.normalize();
+                        let mis =
+                            path.drawn.map_or(1.0, |drawn| drawn.weight_of_environment(self.emitters, d));
+                        let basic = e.radiance(d) * self.camera.basic_of_infinity(path.ratio);
+                        self.found(&mut radiance, LightId::Environment, path.weight * basic * mis);
+                    }
+                    break;
+                };
+                let surface = self.surface(&hit);
+                let outgoing = -path.leg.ray.direction;
+                let emitted = self.tracer.emitted(&surface, outgoing);
+                if !emitted.is_black() {
+                    let mis =
+                        path.drawn.map_or(1.0, |drawn| self.weight_of_hit(&drawn, &surface, &hit, outgoing));
+                    self.found(&mut radiance, LightId::Instance(hit.instance), path.weight * emitted * mis);
+                }
+                if scene.is_boundary(&surface) {
+                    path.leg = path.leg.beyond(scene, &surface);
+                    passed += 1;
+                    if passed > MOST_PASSED {
+                        break;
+                    }
+                    continue;
+                }
+                if depth == self.max_depth {
                     break;
                 }
-                continue;
-            }
-            let Some(hit) = hit else {
-                if let Some(e) = scene.environment() {
-                    let d = path.leg.ray.direction.normalize();
-                    let mis = path.drawn.map_or(1.0, |drawn| drawn.weight_of_environment(self.emitters, d));
-                    let basic = e.radiance(d) * self.camera.basic_of_infinity(path.ratio);
-                    self.found(&mut radiance, LightId::Environment, path.weight * basic * mis);
-                }
-                break;
+                (Scatter::at(scene, &surface, outgoing, stream.uniform()), Some(surface))
             };
-            let surface = self.surface(&hit);
-            let outgoing = -path.leg.ray.direction;
-            let emitted = self.tracer.emitted(&surface, outgoing);
-            if !emitted.is_black() {
-                let mis =
-                    path.drawn.map_or(1.0, |drawn| self.weight_of_hit(&drawn, &surface, &hit, outgoing));
-                self.found(&mut radiance, LightId::Instance(hit.instance), path.weight * emitted * mis);
-            }
-            if scene.is_boundary(&surface) {
-                path.leg = path.leg.beyond(scene, &surface);
-                passed += 1;
-                if passed > MOST_PASSED {
-                    break;
-                }
-                continue;
-            }
-            if depth == self.max_depth {
-                break;
-            }
-            match Scatter::at(scene, &surface, outgoing, stream.uniform()) {
+            let about = path.leg.medium;
+            let beyond =
+                |direction| surface.map_or(about, |surface| scene.medium_beyond(&surface, direction, about));
+            match scatter {
                 Scatter::Specular(specular) => {
                     let Some((next, factor)) = specular.step(stream.uniform_3()) else { break };
                     if let Some(drawn) = &mut path.drawn {
@@ -138,13 +149,12 @@ impl Tracing<'_> {
                     }
                     path.weight *= factor;
                     path.ratio *= specular.squared_ratio(next.direction);
-                    path.leg = path.leg.onward(scene, &surface, next);
+                    path.leg = Leg { medium: beyond(next.direction), ray: next };
                 }
                 Scatter::Gathers(mut point) => {
                     self.gathers = true;
                     path.weight *= point.weight;
                     point.weight = path.weight;
-                    let beyond = |direction| scene.medium_beyond(&surface, direction, path.leg.medium);
                     if let Some((source, sample)) = self.light(stream) {
                         let light = &sample.light;
                         let unoccluded = contribution.unoccluded(&point, light);
@@ -166,7 +176,7 @@ impl Tracing<'_> {
                         break;
                     }
                     path.weight *= next.weight;
-                    path.leg = path.leg.onward(scene, &surface, Ray::new(point.position, direction));
+                    path.leg = Leg { medium: beyond(direction), ray: Ray::new(point.position, direction) };
                     path.drawn = Some(DrawnDirection::new(&path.leg.ray, next.pdf));
                 }
             }

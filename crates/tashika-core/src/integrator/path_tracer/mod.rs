@@ -35,7 +35,7 @@ use crate::color::{Rgb, RgbSum};
 use crate::contribution::ContributionKernel;
 use crate::error::{Error, Result};
 use crate::film::{Metadata, Window, keys};
-use crate::gather::{Passage, Scatter, through_panes};
+use crate::gather::{Beginning, GatherPoint, Passage, Scatter, through_panes};
 use crate::math::{Ray, Vec3};
 use crate::media::Leg;
 use crate::rng::{self, Purpose, Stream};
@@ -266,20 +266,36 @@ impl Tracing<'_> {
         let [u, v] = stream.uniform_2();
         let [s, t] = stream.uniform_2();
         self.share = if self.moves { shutter.uniform() } else { 0.0 };
-        let ray = setting.view.ray_through(pixel, [u, v, s, t], || self.share);
-        self.seen(ray, key, stream)
+        let beginning = setting.view.beginning_of(pixel, [u, v, s, t], || self.share);
+        self.seen(beginning, key, stream)
     }
 
-    /// Radiance along a camera ray; black where the film shows nothing.
-    fn seen(&mut self, ray: Option<Ray>, key: u64, stream: &mut Stream) -> Rgb {
-        match ray {
-            None => Rgb::BLACK,
-            Some(ray) if self.has_media => self.radiance_in_media(ray, self.medium, key, stream),
-            Some(ray) => self.radiance(ray, key, stream),
+    /// Radiance of a path from the camera; black where the film shows nothing.
+    fn seen(&mut self, beginning: Beginning, key: u64, stream: &mut Stream) -> Rgb {
+        let (ray, on_sensor) = match beginning {
+            Beginning::Nothing => return Rgb::BLACK,
+            Beginning::Ray(ray) => (ray, None),
+            Beginning::Sensor(sensor) => {
+                let away = Ray::new(sensor.position, sensor.normal);
+                (away, Some(GatherPoint::on_sensor(&sensor, self.medium)))
+            }
+        };
+        if self.has_media {
+            self.radiance_in_media(ray, on_sensor, key, stream)
+        } else {
+            self.radiance(ray, on_sensor, key, stream)
         }
     }
 
-    fn radiance(&mut self, mut ray: Ray, key: u64, stream: &mut Stream) -> Rgb {
+    /// Radiance along a camera ray, or of a gather point on a sensor, at which the path then
+    /// begins.
+    fn radiance(
+        &mut self,
+        mut ray: Ray,
+        mut on_sensor: Option<GatherPoint>,
+        key: u64,
+        stream: &mut Stream,
+    ) -> Rgb {
         let scene = self.tracer.scene();
         let contribution = ContributionKernel::default().within(scene);
         let mut radiance = Rgb::BLACK;
@@ -290,28 +306,33 @@ impl Tracing<'_> {
         // Last drawn direction; `None` at first.
         let mut drawn: Option<DrawnDirection> = None;
         for depth in 0..=self.max_depth {
-            self.rays += 1;
             let key = key.wrapping_add(u64::from(depth));
-            let Some(hit) = self.tracer.closest_hit_at(&ray, key, self.share) else {
-                if let Some(e) = scene.environment() {
-                    let d = ray.direction.normalize();
-                    let mis = drawn.map_or(1.0, |drawn| drawn.weight_of_environment(self.emitters, d));
-                    let basic = e.radiance(d) * self.camera.basic_of_infinity(ratio);
-                    self.found(&mut radiance, LightId::Environment, weight * basic * mis);
+            let scatter = if let Some(point) = on_sensor.take() {
+                Scatter::Gathers(point)
+            } else {
+                self.rays += 1;
+                let Some(hit) = self.tracer.closest_hit_at(&ray, key, self.share) else {
+                    if let Some(e) = scene.environment() {
+                        let d = ray.direction.normalize();
+                        let mis = drawn.map_or(1.0, |drawn| drawn.weight_of_environment(self.emitters, d));
+                        let basic = e.radiance(d) * self.camera.basic_of_infinity(ratio);
+                        self.found(&mut radiance, LightId::Environment, weight * basic * mis);
+                    }
+                    break;
+                };
+                let surface = self.surface(&hit);
+                let outgoing = -ray.direction;
+                let emitted = self.tracer.emitted(&surface, outgoing);
+                if !emitted.is_black() {
+                    let mis = drawn.map_or(1.0, |drawn| self.weight_of_hit(&drawn, &surface, &hit, outgoing));
+                    self.found(&mut radiance, LightId::Instance(hit.instance), weight * emitted * mis);
                 }
-                break;
+                if depth == self.max_depth {
+                    break;
+                }
+                Scatter::at(scene, &surface, outgoing, stream.uniform())
             };
-            let surface = self.surface(&hit);
-            let outgoing = -ray.direction;
-            let emitted = self.tracer.emitted(&surface, outgoing);
-            if !emitted.is_black() {
-                let mis = drawn.map_or(1.0, |drawn| self.weight_of_hit(&drawn, &surface, &hit, outgoing));
-                self.found(&mut radiance, LightId::Instance(hit.instance), weight * emitted * mis);
-            }
-            if depth == self.max_depth {
-                break;
-            }
-            match Scatter::at(scene, &surface, outgoing, stream.uniform()) {
+            match scatter {
                 Scatter::Specular(specular) => {
                     let Some((next, factor)) = specular.step(stream.uniform_3()) else { break };
                     if let Some(drawn) = &mut drawn {

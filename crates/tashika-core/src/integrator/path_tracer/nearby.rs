@@ -9,7 +9,7 @@
 use super::stopping::PathStop;
 use super::{Draws, OfView, PathTracer};
 use crate::color::Rgb;
-use crate::guidance::{Grid, cell_of, key_of, pixels_of, random_pixel};
+use crate::guidance::{Grid, cell_of, key_of, pixels_of};
 use crate::integrator::Setting;
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
@@ -93,7 +93,7 @@ impl PathTracer<'_> {
         let mut tracing = self.tracing(setting);
         let mut of_pixels = Stream::new(key, Purpose::Guidance, 0);
         for path in 0..PATHS {
-            let pixel = random_pixel(&window, &mut of_pixels);
+            let pixel = setting.view.random_pixel(&window, &mut of_pixels);
             let of_path = rng::key(key, Purpose::Guidance, 1 + path);
             let mut draws = Draws::new(of_path, Purpose::Guidance, 0);
             (tracing.gathers, tracing.seen) = (false, Rgb::BLACK);

@@ -1,6 +1,6 @@
 //! Whole paths for pictures that are reconstructed.
 //!
-//! Camera samples are those of the [view](View::camera_ray) under another seed, spread evenly over
+//! Camera samples are those of the [view](View::beginning) under another seed, spread evenly over
 //! the pixel. After the camera ray, each path has its own stream of random numbers. The features of
 //! first surfaces are means over the first few samples.
 
@@ -27,12 +27,12 @@ impl PathTracer<'_> {
 
     /// Approximate mean luminance of a view (W·m⁻²·sr⁻¹), from paths that no estimate uses.
     pub fn importance_brightness(&self, setting: &Setting<'_>) -> f64 {
-        let View { size: [width, height], seed, .. } = setting.view;
+        let View { size, seed, .. } = setting.view;
         let mut stream = Stream::new(seed, Purpose::Guidance, 0);
         let of_view = OfView { method: self, setting: *setting };
         let mut tracing = self.tracing(setting);
         let mut of_one = |number: u64| {
-            let pixel = [width, height].map(|side| stream.below(side.into()) as u32);
+            let pixel = setting.view.random_pixel(&Window::full(size), &mut stream);
             let seed = rng::key(seed, Purpose::Guidance, 1 + number);
             of_view.pixel(&mut tracing, pixel, seed, 1).luminance.mean()
         };
@@ -56,9 +56,9 @@ impl OfView<'_> {
         tracing.rays = 0;
         for index in 0..count {
             let mut stream = Stream::new(key, Purpose::Picture, index.into());
-            let (ray, of_rays) = view.camera_ray(pixel, index);
+            let (beginning, of_rays) = view.beginning(pixel, index);
             tracing.share = if tracing.moves { view.time(pixel, index) } else { 0.0 };
-            let value = tracing.seen(ray, of_rays, &mut stream);
+            let value = tracing.seen(beginning, of_rays, &mut stream);
             found.sum.add(value);
             found.luminance.push(value.luminance().into());
         }

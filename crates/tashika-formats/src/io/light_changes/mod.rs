@@ -4,6 +4,7 @@
 //! ```text
 //! environment   FILE[,scale=S][,rotate=DEG][,up=z]          a latitude-longitude image, instead of the scene's environment
 //!               sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]
+//!               cie:TYPE[,illuminance=LX][,elevation=DEG,azimuth=DEG][,ground=R][,scale=S][,up=z]
 //! light         sun:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]
 //!               point:X,Y,Z,WATTS
 //!               ies:FILE@X,Y,Z[,scale=S][,rotate=DEG][,up=z]
@@ -13,7 +14,9 @@
 //! the sun grows from north to east. The middle of an image is north, and its right half is east;
 //! `rotate` turns an image or a lamp counterclockwise as seen from above. Sun and sky are those of
 //! [`scene::sky`](crate::scene::sky), with turbidity 3 by default. A lamp is read by
-//! [`ies`](super::ies), with `C = 0°` to the east.
+//! [`ies`](super::ies), with `C = 0°` to the east. `cie` is one of the sixteen skies of ISO 15469
+//! ([`CieSky`]), by its number or as `overcast` (16), `uniform` (5) or `clear` (12). It has a
+//! horizontal illuminance of 10,000 lx by default; the ground is black by default.
 //!
 //! Held to this by the tests below and by `suite::light_changes`.
 
@@ -34,7 +37,7 @@ use crate::color::Rgb;
 use crate::error::{Error, Location, Result};
 use crate::math::elementary::sin_cos;
 use crate::scene::sky::Sky;
-use crate::scene::{Emitter, Environment, Lamp, NoteKind, Notes, Scene, below_zero_message};
+use crate::scene::{CieSky, Emitter, Environment, Lamp, NoteKind, Notes, Scene, below_zero_message};
 
 /// Size of a sky's image (texels).
 const SKY_RESOLUTION: [u32; 2] = [512, 256];
@@ -63,6 +66,19 @@ pub struct AskedLight(LightKind);
 enum Source {
     File(PathBuf),
     Sky(Sun),
+    Cie(Cie),
+}
+
+/// Sky of ISO 15469.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Cie {
+    kind: u32,
+    /// Position of the sun (degrees); `None` for types without a sun.
+    sun: Option<[f32; 2]>,
+    /// Light of the sky on a horizontal plane (lx).
+    illuminance: f32,
+    /// Share of the light that the ground reflects.
+    ground: f32,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -100,10 +116,22 @@ impl Turned {
 
 impl Sun {
     fn sky(self) -> Sky {
-        let (sin_up, cos_up) = sin_cos(self.elevation.to_radians());
-        let (sin, cos) = sin_cos(self.azimuth.to_radians());
-        Sky::new(self.turbidity, Vec3::new(sin * cos_up, sin_up, -cos * cos_up))
+        Sky::new(self.turbidity, to_sun([self.elevation, self.azimuth]))
     }
+}
+
+impl Cie {
+    fn sky(self) -> CieSky {
+        let to_sun = self.sun.map_or(Vec3::Y, to_sun);
+        CieSky::new(self.kind, to_sun, self.illuminance.into(), self.ground.into())
+    }
+}
+
+/// Unit direction to the sun, `+y` up, from its elevation and azimuth (degrees).
+fn to_sun([elevation, azimuth]: [f32; 2]) -> Vec3 {
+    let (sin_up, cos_up) = sin_cos(elevation.to_radians());
+    let (sin, cos) = sin_cos(azimuth.to_radians());
+    Vec3::new(sin * cos_up, sin_up, -cos * cos_up)
 }
 
 impl LightChanges {
@@ -145,6 +173,7 @@ impl LightChanges {
                     decoded.image
                 }
                 Source::Sky(sun) => sun.sky().image(SKY_RESOLUTION[0], SKY_RESOLUTION[1]),
+                Source::Cie(cie) => cie.sky().image(SKY_RESOLUTION[0], SKY_RESOLUTION[1]),
             };
             environment = Some(Environment::lat_long(image, scale, asked.turned.to_world()));
         }
@@ -182,7 +211,7 @@ impl AskedEnvironment {
     fn file(&self) -> Option<&Path> {
         match &self.source {
             Source::File(file) => Some(file),
-            Source::Sky(_) => None,
+            Source::Sky(_) | Source::Cie(_) => None,
         }
     }
 
@@ -194,7 +223,7 @@ impl AskedEnvironment {
     pub fn with_absolute_path(&self) -> Result<Self> {
         let source = match &self.source {
             Source::File(file) => Source::File(absolute(file)?),
-            sky @ Source::Sky(_) => sky.clone(),
+            sky @ (Source::Sky(_) | Source::Cie(_)) => sky.clone(),
         };
         Ok(Self { source, ..*self })
     }
@@ -246,8 +275,8 @@ fn file_name(file: &Path) -> String {
 }
 
 /// Accepted forms of an environment, for messages.
-const ENVIRONMENTS: &str =
-    "FILE[,scale=S][,rotate=DEG][,up=z] or sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]";
+const ENVIRONMENTS: &str = "FILE[,scale=S][,rotate=DEG][,up=z], sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z] or \
+    cie:TYPE[,illuminance=LX][,elevation=DEG,azimuth=DEG][,ground=R][,scale=S][,up=z]";
 
 /// Accepted forms of a light, for messages.
 const LIGHTS: &str = "sun:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z], point:X,Y,Z,WATTS or \
@@ -262,6 +291,12 @@ impl FromStr for AskedEnvironment {
             let mut options = Options::of(rest.split(',')).map_err(wrong)?;
             let sun = options.sun().map_err(wrong)?;
             (Source::Sky(sun), options.turned(false).map_err(wrong)?)
+        } else if let Some(rest) = text.strip_prefix("cie:") {
+            let mut words = rest.split(',');
+            let kind = cie_kind(words.next().unwrap_or_default()).map_err(wrong)?;
+            let mut options = Options::of(words).map_err(wrong)?;
+            let cie = options.cie(kind).map_err(wrong)?;
+            (Source::Cie(cie), options.turned(false).map_err(wrong)?)
         } else {
             let (file, options) = Options::behind(text);
             if file.is_empty() {
@@ -271,6 +306,17 @@ impl FromStr for AskedEnvironment {
         };
         Ok(Self { source, turned })
     }
+}
+
+/// Number of a sky of ISO 15469.
+fn cie_kind(word: &str) -> Result<u32, String> {
+    let known = match word {
+        "overcast" => Some(CieSky::OVERCAST),
+        "uniform" => Some(CieSky::UNIFORM),
+        "clear" => Some(CieSky::CLEAR),
+        _ => word.parse().ok().filter(|kind| (1..=CieSky::OVERCAST).contains(kind)),
+    };
+    known.ok_or_else(|| format!("{word:?} is no type from 1 to 16, overcast, uniform or clear"))
 }
 
 impl FromStr for AskedLight {
@@ -314,6 +360,17 @@ impl fmt::Display for Sun {
     }
 }
 
+impl fmt::Display for Cie {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { kind, sun, illuminance, ground } = self;
+        write!(f, "{kind},illuminance={illuminance}")?;
+        if let Some([elevation, azimuth]) = sun {
+            write!(f, ",elevation={elevation},azimuth={azimuth}")?;
+        }
+        if *ground > 0.0 { write!(f, ",ground={ground}") } else { Ok(()) }
+    }
+}
+
 impl fmt::Display for Turned {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { scale, rotate, z_is_up } = *self;
@@ -332,6 +389,7 @@ impl fmt::Display for AskedEnvironment {
         match &self.source {
             Source::File(file) => write!(f, "{}{}", file.display(), self.turned),
             Source::Sky(sun) => write!(f, "sky:{sun}{}", self.turned),
+            Source::Cie(cie) => write!(f, "cie:{cie}{}", self.turned),
         }
     }
 }

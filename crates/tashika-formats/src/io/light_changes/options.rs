@@ -1,6 +1,7 @@
 //! Options `name=value` in the text of a light.
 
-use super::{Sun, Turned};
+use super::{Cie, Sun, Turned};
+use crate::scene::CieSky;
 use crate::scene::sky::{MAX_TURBIDITY, MIN_TURBIDITY};
 
 /// Largest factor on a light.
@@ -70,6 +71,23 @@ impl<'t> Options<'t> {
             elevation: self.number("elevation", [0.0, 90.0], None)?,
             azimuth: self.number("azimuth", [-360.0, 360.0], None)?,
             turbidity: self.number("turbidity", [MIN_TURBIDITY, MAX_TURBIDITY], Some(3.0))?,
+        })
+    }
+
+    /// Takes the options of a sky of ISO 15469. Types with a sun need its position, others have
+    /// none.
+    pub(super) fn cie(&mut self, kind: u32) -> Result<Cie, String> {
+        let sun = if CieSky::has_sun(kind) {
+            let elevation = self.number("elevation", [0.0, 90.0], None)?;
+            Some([elevation, self.number("azimuth", [-360.0, 360.0], None)?])
+        } else {
+            None
+        };
+        Ok(Cie {
+            kind,
+            sun,
+            illuminance: self.number("illuminance", [0.0, MAX_SCALE], Some(10_000.0))?,
+            ground: self.number("ground", [0.0, 1.0], Some(0.0))?,
         })
     }
 

@@ -66,6 +66,7 @@ pub(super) const MODULES: &[Module] = &[
     module("experiment", 9, &[], &[]),
     module("io", 9, &[], &["bounds", "guidance", "tree", "cut", "compensation", "integrator"]),
     module("renderer", 10, &[], &["bounds", "guidance", "cut", "compensation"]),
+    module("sensors", 11, &[], INNER),
 ];
 
 /// Parts of integrators, which modules above them do not use.
@@ -213,6 +214,8 @@ pub(super) const OTHER_NAMES: &[(&str, &[&str], &str)] = &[
     ("crates/tashika-core/src/integrator/options.rs", &["max_pairs"], OPTION),
     ("crates/tashika-core/src/integrator/path_tracer/mod.rs", &["max_depth"], OPTION),
     ("crates/tashika-core/src/vpl/options.rs", &["max_depth"], OPTION),
+    ("crates/tashika-cli/src/sensors/table.rs", &["half_width"], "a column of a table of sensors, in lux"),
+    ("crates/tashika-python/src/sensors.rs", &["half_width"], "an array of sensors, in lux"),
 ];
 
 /// Reason for such a name elsewhere.
