@@ -4,13 +4,12 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use serde::Serialize;
 use tashika::film::Tally;
 use tashika::io::{LoadOptions, load_sensor_points};
 use tashika::math::DVec3;
 use tashika::request::Request;
 use tashika::scene::{SensorPoint, SensorShape};
-use tashika::sensors::{Bounds, GridSummary, Photometry, SensorGridRequest, SensorRequest, SensorSet};
+use tashika::sensors::{GridSummary, Photometry, SensorGridRequest, SensorRequest, SensorSet};
 
 use crate::arrays::{array, wide_rows, wide_vectors};
 use crate::attended::attended;
@@ -125,7 +124,7 @@ pub fn sensors<'py>(
     found.set_item("stop", readings.iter().map(|r| r.stop.code().name).collect::<Vec<_>>())?;
     found.set_item("tally", from_json(py, &tally)?)?;
     let summary = GridSummary::of(&readings, asked.confidence(), jointly);
-    found.set_item("summary", from_json(py, &summary.map(Summary::of))?)?;
+    found.set_item("summary", from_json(py, &summary)?)?;
     Ok(found)
 }
 
@@ -142,29 +141,4 @@ fn given(points: &Bound<'_, PyAny>, shape: &str) -> PyResult<Vec<SensorPoint>> {
         SensorPoint { shape, ..plane }
     };
     Ok(rows.into_iter().map(point).collect())
-}
-
-/// Mean, extremes and uniformity, for a dict.
-#[derive(Serialize)]
-struct Summary {
-    sensors: usize,
-    mean: Value,
-    min: Value,
-    max: Value,
-    uniformity: Value,
-}
-
-/// A value with its interval.
-#[derive(Serialize)]
-struct Value {
-    value: f64,
-    interval: Option<[f64; 2]>,
-}
-
-impl Summary {
-    fn of(summary: GridSummary) -> Self {
-        let of = |Bounds { value, interval }: Bounds| Value { value, interval };
-        let GridSummary { sensors, mean, min, max, uniformity } = summary;
-        Self { sensors, mean: of(mean), min: of(min), max: of(max), uniformity: of(uniformity) }
-    }
 }

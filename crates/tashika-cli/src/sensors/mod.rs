@@ -15,7 +15,7 @@ use tashika::report::{percent_of_error, percent_of_tolerance};
 use tashika::scene::SensorPoint;
 use tashika::sensors::{GridSummary, Reading, SensorSet, horizontal_irradiance};
 
-use self::report::{SensorReport, SensorsReport, SummaryReport};
+use self::report::{SensorReport, SensorsReport};
 use self::words::shape;
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
@@ -47,6 +47,7 @@ fn work(plan: &SensorsPlan, meter: &Meter) -> Result<Outcome, Failure> {
         (None, SensorsFrom::File(_)) => Vec::new(),
     };
     let set = SensorSet::new(&stage.scene, points)?;
+    let outdoors = plan.daylight_up.map(|up| outdoors(plan, &stage, up)).transpose()?;
     let asked = Asked { request: plan.request.of(set.points().len())?, ..plan.asked.clone() };
     let watcher = Watcher::new(meter, seconds);
     let rendered = {
@@ -54,7 +55,7 @@ fn work(plan: &SensorsPlan, meter: &Meter) -> Result<Outcome, Failure> {
         prepared.render()?
     };
     meter.finish();
-    let measured = Measured::new(plan, &stage, &set, rendered)?;
+    let measured = Measured::new(plan, &stage, &set, outdoors, &rendered);
     measured.note_dark(meter);
     let table = measured.table();
     if is_standard_stream(&plan.csv) {
@@ -98,20 +99,20 @@ impl<'a> Measured<'a> {
         plan: &'a SensorsPlan,
         stage: &'a Stage,
         set: &'a SensorSet,
-        rendered: Rendered,
-    ) -> Result<Self, Failure> {
+        outdoors: Option<f64>,
+        rendered: &Rendered,
+    ) -> Self {
         let readings = set.readings(&rendered.film, plan.request.photometry);
         let mut tally = Tally::default();
         let measured = readings.iter().filter(|reading| reading.stop != Stop::NotRendered);
         measured.for_each(|reading| tally.count(reading.claim, reading.stop));
-        let outdoors = plan.daylight_up.map(|up| outdoors(plan, stage, up)).transpose()?;
         let is_whole = rendered.complete && plan.asked.share.is_whole();
         let summary = is_whole
             .then(|| GridSummary::of(&readings, plan.request.confidence(), plan.request.jointly))
             .flatten();
         let method =
             rendered.film.metadata().text(tashika::film::keys::METHOD).unwrap_or_default().to_owned();
-        Ok(Self {
+        Self {
             plan,
             stage,
             set,
@@ -123,7 +124,7 @@ impl<'a> Measured<'a> {
             tally,
             summary,
             outdoors,
-        })
+        }
     }
 
     /// Sensors that were measured, in the order in which they were given.
@@ -195,7 +196,7 @@ impl<'a> Measured<'a> {
             exit_code: self.outcome.code(),
             tally: self.tally,
             outdoors_lx: self.outdoors,
-            summary: self.summary.as_ref().map(SummaryReport::of),
+            summary: self.summary,
             rays_per_sensor: self.rays as f64 / self.tally.rendered().max(1) as f64,
             threads: match self.plan.common.threads {
                 0 => available_parallelism().map_or(1, usize::from),

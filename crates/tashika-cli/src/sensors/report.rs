@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use indicatif::HumanCount;
 use serde::Serialize;
 use tashika::film::Tally;
-use tashika::sensors::{Bounds, GridSummary};
+use tashika::sensors::GridSummary;
 
-use super::words::{bounded, short};
+use super::words::{short, summary_rows};
 use crate::notes::NoteReport;
 use crate::summary::{Rows, Seconds, counted};
 
@@ -44,8 +44,8 @@ pub struct SensorsReport {
     pub tally: Tally,
     /// Illuminance of an unobstructed horizontal plane (lx).
     pub outdoors_lx: Option<f64>,
-    /// Summary of all sensors; none for a share or after an interruption.
-    pub summary: Option<SummaryReport>,
+    /// Summary of all sensors (lx); none for a share or after an interruption.
+    pub summary: Option<GridSummary>,
     /// Mean number of rays of a sensor.
     pub rays_per_sensor: f64,
     /// Number of threads of the measurement.
@@ -74,35 +74,6 @@ pub struct SensorReport {
     pub daylight_factor_percent: Option<f64>,
 }
 
-#[derive(Debug, Serialize)]
-pub struct SummaryReport {
-    pub sensors: usize,
-    pub mean_lx: BoundsReport,
-    pub min_lx: BoundsReport,
-    pub max_lx: BoundsReport,
-    pub uniformity: BoundsReport,
-}
-
-#[derive(Debug, Serialize)]
-pub struct BoundsReport {
-    pub value: f64,
-    pub interval: Option<[f64; 2]>,
-}
-
-impl SummaryReport {
-    /// The summary, with each value and its interval.
-    pub fn of(summary: &GridSummary) -> Self {
-        let of = |Bounds { value, interval }: Bounds| BoundsReport { value, interval };
-        Self {
-            sensors: summary.sensors,
-            mean_lx: of(summary.mean),
-            min_lx: of(summary.min),
-            max_lx: of(summary.max),
-            uniformity: of(summary.uniformity),
-        }
-    }
-}
-
 impl SensorsReport {
     /// Labels and texts of the summary, as they are printed.
     pub fn rows(&self) -> Rows {
@@ -115,13 +86,10 @@ impl SensorsReport {
         );
         rows.push("sensors", claiming);
         rows.push("claim", self.about.clone());
-        if let Some(SummaryReport { mean_lx, min_lx, max_lx, uniformity, .. }) = &self.summary {
-            let bounds = |of: &BoundsReport| Bounds { value: of.value, interval: of.interval };
-            let [mean, min, max] = [mean_lx, min_lx, max_lx].map(|of| bounded(&bounds(of), " lx"));
-            rows.push("mean", mean);
-            rows.push("smallest", min);
-            rows.push("largest", max);
-            rows.push("uniformity", bounded(&bounds(uniformity), ""));
+        if let Some(summary) = &self.summary {
+            for (label, value) in summary_rows(summary) {
+                rows.push(label, value);
+            }
         }
         if let Some(outdoors) = self.outdoors_lx {
             rows.push("outdoors", format!("{} lx on a horizontal plane", short(outdoors)));

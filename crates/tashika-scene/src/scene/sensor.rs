@@ -103,7 +103,11 @@ impl Scene {
     /// too far away for single precision, or if its normal has no direction.
     pub fn sensor(&self, point: &SensorPoint) -> Option<Sensor> {
         let position = (point.position - self.origin()).as_vec3();
-        let normal = point.normal.try_normalize()?.as_vec3().normalize();
+        let normal = match (point.normal.try_normalize(), point.shape) {
+            (Some(normal), _) => normal.as_vec3().normalize(),
+            (None, SensorShape::Sphere) => Vec3::Z,
+            (None, _) => return None,
+        };
         let sensor = Sensor { position, normal, shape: point.shape };
         sensor.is_valid().then_some(sensor)
     }

@@ -20,8 +20,8 @@ const BITS: u32 = 10;
 /// Sensors of a scene, in the pixels of an image.
 ///
 /// Sensors near each other, with similar normals, are put into the same block of 16×16 pixels,
-/// since the pixels of a block have common guidance. The order of the sensors in a file
-/// has no influence on their values.
+/// since the pixels of a block have common guidance. The order of the sensors in a file has no
+/// influence on their values.
 #[derive(Clone, Debug)]
 pub struct SensorSet {
     points: Vec<SensorPoint>,
@@ -99,13 +99,9 @@ impl SensorSet {
     /// If the film has another size.
     pub fn readings(&self, film: &Film, photometry: Photometry) -> Vec<Reading> {
         assert_eq!(film.size(), self.size, "a film of these sensors");
-        let window = film.window();
+        let (window, read) = (film.window(), RenderFilm::of(film));
         let of_pixel = |[x, y]: [u32; 2]| {
-            if window.contains(x, y) {
-                reading(&RenderFilm::of(film), [x, y], photometry)
-            } else {
-                Reading::NONE
-            }
+            if window.contains(x, y) { reading(&read, [x, y], photometry) } else { Reading::NONE }
         };
         self.pixels.iter().map(|pixel| of_pixel(*pixel)).collect()
     }
@@ -181,5 +177,8 @@ mod tests {
             assert!(message.contains("sensor 2"), "{message}");
         }
         assert!(SensorSet::new(&scene, Vec::new()).is_err());
+        let sphere =
+            SensorPoint { shape: SensorShape::Sphere, ..SensorPoint::plane(DVec3::ZERO, DVec3::ZERO) };
+        assert!(SensorSet::new(&scene, vec![sphere]).is_ok(), "it has no direction");
     }
 }

@@ -21,13 +21,15 @@
 //! # Held to this by
 //! The tests below; the suite's `sensors`, seed against seed.
 
+use serde::Serialize;
+
 use crate::film::Claim;
 use crate::stats::normal_quantile;
 
 use super::Reading;
 
 /// A value with the ends of its interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Bounds {
     /// Estimate.
     pub value: f64,
@@ -36,7 +38,7 @@ pub struct Bounds {
 }
 
 /// Summary of the readings of a grid.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct GridSummary {
     /// Number of sensors that were measured.
     pub sensors: usize,
