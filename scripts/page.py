@@ -334,7 +334,7 @@ def compared_page(browser):
 
 
 def experiment_page(browser):
-    run("experiment seed builtin:tiny --size 48x27 --vpls 300 --gather 4 --methods mdlc,iwasaki2019,tashika --out seed -q")
+    run("experiment iwasaki2019 builtin:tiny --size 48x27 --vpls 300 --gather 4 --methods mdlc,iwasaki2019,tashika --out seed -q")
     opened = Opened(browser, (FOLDER / "seed/index.html").as_uri())
     views = opened.value("() => [...document.querySelectorAll('#left option')].map(o => o.textContent)")
     for method in ("mdlc", "iwasaki2019", "tashika"):

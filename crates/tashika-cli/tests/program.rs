@@ -768,7 +768,8 @@ fn coverage_is_measured_by_error_confidence_and_seed() {
 fn the_seed_experiment_is_what_render_and_compare_say() {
     let folder = Folder::new();
     let stage = "builtin:tiny --size 20x12 --vpls 150 --gather 2";
-    let run = folder.run(&format!("experiment seed {stage} --out out --methods mdlc,sakai2018 --error 5%"));
+    let run =
+        folder.run(&format!("experiment iwasaki2019 {stage} --out out --methods mdlc,sakai2018 --error 5%"));
     let rows = sound_rows(folder.json("out/table.json"));
     assert_eq!(rows.len(), 2);
     folder.run(&format!("render {stage} --method sakai2018 --error 5% -o s.exr -q")).succeeds();
@@ -798,7 +799,9 @@ fn the_seed_experiment_is_what_render_and_compare_say() {
 
     // The experiment is repeated with exact sums of only 9 pixels.
     folder
-        .run(&format!("experiment seed {stage} --out some --methods mdlc --pixels 9 --json some.json -q"))
+        .run(&format!(
+            "experiment iwasaki2019 {stage} --out some --methods mdlc --pixels 9 --json some.json -q"
+        ))
         .succeeds();
     let some = sound_rows(folder.json("some.json"));
     assert_eq!((&some[0]["pixels"], folder.json("some/table.json")), (&9.into(), Value::Array(some.clone())));

@@ -107,7 +107,7 @@ def test_the_package_says_that_it_is_typed() -> None:
 
 def test_the_example_makes_the_table_of_the_program() -> None:
     typed = ["builtin:tiny", "--size", "8", "6", "--vpls", "100", "--gather", "1"]
-    program = [sys.executable, str(HERE / "examples" / "seed_table.py"), *typed]
+    program = [sys.executable, str(HERE / "examples" / "iwasaki2019_table.py"), *typed]
     said = subprocess.run(program, capture_output=True, text=True, check=True).stdout.splitlines()
     assert [line.split()[0] for line in said[1:]] == [
         "lightcuts", "mdlc", "nabata2016", "sakai2018", "iwasaki2019", "tashika", "tashika-certified",

@@ -19,10 +19,10 @@ Pixels are drawn at random, their exact sums computed once, and every method ren
 error, confidence and seed. Shares are of all pixels and seeds together, with their binomial
 interval at 95 %. Methods that state no interval have one row an error.";
 
-const SEED_EXAMPLES: &str = "\
+const IWASAKI2019_EXAMPLES: &str = "\
 Examples:
-  tashika experiment seed san-miguel.obj --out seed --pixels 500
-  tashika experiment seed kitchen.glb --size 320x180 --vpls 10k --gather 16 --methods mdlc,iwasaki2019
+  tashika experiment iwasaki2019 san-miguel.obj --out figures --pixels 500
+  tashika experiment iwasaki2019 kitchen.glb --size 320x180 --vpls 10k --gather 16 --methods mdlc,iwasaki2019
 
 The folder gets an image of each method, the exact reference, pictures of the relative errors, the
 table as Markdown, JSON and CSV, plots as SVG, and index.html, which shows them all in one file. With --pixels the reference is that of
@@ -155,8 +155,8 @@ pub struct CoverageArgs {
 #[derive(Debug, Subcommand)]
 pub enum ExperimentArgs {
     /// Make the figures of Iwasaki 2019: images, reference and relative errors of each method
-    #[command(after_help = SEED_EXAMPLES)]
-    Seed(SeedArgs),
+    #[command(name = "iwasaki2019", alias = "seed", after_help = IWASAKI2019_EXAMPLES)]
+    Iwasaki2019(Iwasaki2019Args),
     /// Measure rays a pixel against the number of virtual point lights and of gather points
     #[command(after_help = SCALING_EXAMPLES)]
     Scaling(ScalingArgs),
@@ -174,7 +174,7 @@ pub enum ExperimentArgs {
 }
 
 #[derive(Debug, Args)]
-pub struct SeedArgs {
+pub struct Iwasaki2019Args {
     #[command(flatten)]
     pub stage: StageArgs,
 
@@ -207,7 +207,7 @@ pub struct SeedArgs {
     pub pixels: Option<u64>,
 
     /// Folder for all files; made if it does not exist
-    #[arg(long, value_name = "DIR", default_value = "seed", help_heading = "Output")]
+    #[arg(long, value_name = "DIR", default_value = "iwasaki2019", help_heading = "Output")]
     pub out: PathBuf,
 
     #[command(flatten)]

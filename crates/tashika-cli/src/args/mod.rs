@@ -15,7 +15,7 @@ pub use farm::FarmArgs;
 pub use film::{ExrArgs, PictureArgs, PlaneArgs};
 pub use frames::FramesArgs;
 pub use measure::{
-    AblationArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, MeasureArgs, ScalingArgs, SeedArgs,
+    AblationArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, Iwasaki2019Args, MeasureArgs, ScalingArgs,
     TransportArgs, TransportMethod,
 };
 
@@ -173,7 +173,8 @@ pub struct SceneArgs {
 
     /// Light in addition to the scene's:
     /// sun:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z], point:X,Y,Z,WATTS, or
-    /// ies:FILE@X,Y,Z[,scale=S][,rotate=DEG][,up=z]; may be given several times
+    /// ies:FILE@X,Y,Z[,scale=S][,rotate=DEG][,up=z], with an IES or EULUMDAT file; may be given
+    /// several times
     #[arg(long, value_name = "sun:...|point:...|ies:...", help_heading = "Scene")]
     pub light: Vec<AskedLight>,
 }

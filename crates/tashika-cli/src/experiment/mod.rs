@@ -2,8 +2,8 @@
 
 mod ablation;
 mod equal_quality;
+mod iwasaki2019;
 mod scaling;
-mod seed;
 mod transport;
 
 use crate::exit::{Failure, Outcome};
@@ -15,7 +15,7 @@ use crate::progress::metered;
 pub fn run(plan: &ExperimentPlan) -> Result<Outcome, Failure> {
     interrupt::listen(plan.common());
     metered(plan.common(), |meter| match plan {
-        ExperimentPlan::Seed(plan) => seed::work(plan, meter),
+        ExperimentPlan::Iwasaki2019(plan) => iwasaki2019::work(plan, meter),
         ExperimentPlan::Scaling(plan) => scaling::work(plan, meter),
         ExperimentPlan::EqualQuality(plan) => equal_quality::work(plan, meter),
         ExperimentPlan::Ablation(plan) => ablation::work(plan, meter),

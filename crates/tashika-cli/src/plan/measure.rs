@@ -9,8 +9,8 @@ use tashika::request::Request;
 
 use super::{Asked, Common, StagePlan, TransportPlan};
 use crate::args::{
-    AblationArgs, CommonArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, MeasureArgs, ScalingArgs,
-    SeedArgs, StageArgs,
+    AblationArgs, CommonArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, Iwasaki2019Args, MeasureArgs,
+    ScalingArgs, StageArgs,
 };
 use crate::exit::Failure;
 use crate::values::measured;
@@ -124,7 +124,7 @@ impl CoveragePlan {
 #[derive(Debug)]
 pub enum ExperimentPlan {
     /// Images, reference and errors.
-    Seed(SeedPlan),
+    Iwasaki2019(Iwasaki2019Plan),
     /// Rays against lights and gather points.
     Scaling(ScalingPlan),
     /// Cost of each method at equal quality.
@@ -139,7 +139,7 @@ impl ExperimentPlan {
     /// Checks the arguments, and that the outputs can be written; makes the folder.
     pub fn new(args: &ExperimentArgs) -> Result<Self, Failure> {
         Ok(match args {
-            ExperimentArgs::Seed(args) => Self::Seed(SeedPlan::new(args)?),
+            ExperimentArgs::Iwasaki2019(args) => Self::Iwasaki2019(Iwasaki2019Plan::new(args)?),
             ExperimentArgs::Scaling(args) => Self::Scaling(ScalingPlan::new(args)?),
             ExperimentArgs::EqualQuality(args) => Self::EqualQuality(EqualQualityPlan::new(args)?),
             ExperimentArgs::Ablation(args) => Self::Ablation(AblationPlan::new(args)?),
@@ -150,7 +150,7 @@ impl ExperimentPlan {
     /// Options of every command.
     pub fn common(&self) -> &Common {
         match self {
-            Self::Seed(plan) => &plan.measure.common,
+            Self::Iwasaki2019(plan) => &plan.measure.common,
             Self::Scaling(plan) => &plan.measure.common,
             Self::EqualQuality(plan) => &plan.measure.common,
             Self::Ablation(plan) => &plan.measure.common,
@@ -161,7 +161,7 @@ impl ExperimentPlan {
 
 /// Whole images of all methods.
 #[derive(Debug)]
-pub struct SeedPlan {
+pub struct Iwasaki2019Plan {
     /// Options of all measurements.
     pub measure: MeasurePlan,
     /// Gather points and lights.
@@ -172,8 +172,8 @@ pub struct SeedPlan {
     pub folder: Folder,
 }
 
-impl SeedPlan {
-    fn new(args: &SeedArgs) -> Result<Self, Failure> {
+impl Iwasaki2019Plan {
+    fn new(args: &Iwasaki2019Args) -> Result<Self, Failure> {
         let request = Request {
             // With a file of lights, the file determines the number of lights.
             vpls: args.vpl_file.is_none().then_some(args.vpls),

@@ -13,7 +13,8 @@ pub use camera::Cameras;
 pub use farm::{Farm, FarmPlan};
 pub use frames::Frames;
 pub use measure::{
-    AblationPlan, CoveragePlan, EqualQualityPlan, ExperimentPlan, Folder, MeasurePlan, ScalingPlan, SeedPlan,
+    AblationPlan, CoveragePlan, EqualQualityPlan, ExperimentPlan, Folder, Iwasaki2019Plan, MeasurePlan,
+    ScalingPlan,
 };
 pub use outputs::Outputs;
 pub use render::RenderPlan;

@@ -1,4 +1,5 @@
-//! Photometric data of lamps: IES files (LM-63 of 1986 to 2019), photometry of type C.
+//! Photometric data of lamps: IES files (LM-63 of 1986 to 2019), photometry of type C, and the map
+//! of [`eulumdat`](super::eulumdat) files.
 //!
 //! A file gives the luminous intensity at a grid of angles: vertical angles `γ` from straight down
 //! (0°) to straight up (180°), and horizontal angles `C`. For symmetric lamps, files list only half
@@ -19,6 +20,9 @@
 //! Any bytes give a map or an error; memory is proportional to the bytes that are there. Held to
 //! this by the tests below.
 
+use std::path::Path;
+
+use super::eulumdat;
 use crate::error::{Error, Location, Result};
 use crate::scene::{Image, IntensityMap, Lookup, Pixels, Sampling, SphereMap, Spread, Wrap};
 
@@ -27,19 +31,20 @@ pub const SIZE: [u32; 2] = [360, 360];
 
 /// Intensities (cd) at a grid of angles (degrees).
 #[derive(Debug, PartialEq)]
-struct Photometry {
-    vertical: Vec<f32>,
-    horizontal: Vec<f32>,
+pub(super) struct Photometry {
+    pub(super) vertical: Vec<f32>,
+    pub(super) horizontal: Vec<f32>,
     /// Row by row, one row for each horizontal angle.
-    candela: Vec<f32>,
+    pub(super) candela: Vec<f32>,
 }
 
-/// The map of an IES file; none if it is dark.
+/// The map of an IES file, or of an EULUMDAT file if the name ends in `.ldt`; none if it is dark.
 ///
 /// # Errors
 /// [`Error::Invalid`] with the place if the bytes are no photometry of type C.
 pub(super) fn decode(bytes: &[u8], name: &str, at: &Location) -> Result<Option<IntensityMap>> {
-    let photometry = parse(bytes, at)?;
+    let is_eulumdat = Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ldt"));
+    let photometry = if is_eulumdat { eulumdat::parse(bytes, at)? } else { parse(bytes, at)? };
     let [width, height] = SIZE;
     let texel = |i: u32| {
         let azimuth = ((i % width) as f32 + 0.5) * 360.0 / width as f32;
@@ -56,7 +61,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, at: &Location) -> Result<Option<I
 impl Photometry {
     /// The intensity (cd) at the vertical angle `gamma` and the horizontal angle `column`
     /// (degrees). `column` grows with the map's columns, opposite to `C`.
-    fn at(&self, gamma: f32, column: f32) -> f32 {
+    pub(super) fn at(&self, gamma: f32, column: f32) -> f32 {
         // `column` is 0 at +x, which is at 270° of the map, and grows towards +z, opposite to `C`.
         let c = (360.0 - column).rem_euclid(360.0);
         let (first, last) = (self.horizontal[0], self.horizontal[self.horizontal.len() - 1]);

@@ -7,6 +7,7 @@ mod assets;
 mod cameras;
 mod checkpoint;
 mod dielectrics;
+mod eulumdat;
 mod exr;
 mod features;
 mod files;

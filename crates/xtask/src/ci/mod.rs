@@ -86,8 +86,10 @@ pub fn run(shell: &Shell) -> Outcome<()> {
 /// browser's driver.
 fn download(shell: &Shell) -> Outcome<PathBuf> {
     if shell.has("rustup") {
-        shell.command("rustup", "target add").args(OTHER_MACHINES).run_quietly()?;
-        shell.command("rustup", "toolchain install --profile minimal").arg(oldest(shell)?).run_quietly()?;
+        let oldest = oldest(shell)?;
+        shell.command("rustup", "toolchain install --profile minimal").arg(&oldest).run_quietly()?;
+        let target = shell.command("rustup", "target add --toolchain").arg(&oldest);
+        target.args(OTHER_MACHINES).run_quietly()?;
     }
     let python = python_of_readers(shell)?;
     python::browser(shell)?;
@@ -121,20 +123,16 @@ fn toolchain(shell: &Shell) -> Outcome<()> {
 /// Targets that the program has to compile for, although it does not run on them here.
 const OTHER_MACHINES: [&str; 2] = ["aarch64-apple-darwin", "x86_64-pc-windows-gnu"];
 
-/// Checks that the program compiles for other targets and with the oldest compiler that the
-/// manifests promise, if there is rustup.
+/// Checks that the program compiles for other targets with the oldest compiler that the manifests
+/// promise, if there is rustup.
 fn others(shell: &Shell) -> Outcome<()> {
     if !shell.has("rustup") {
         return Ok(());
     }
     shell.step("other machines, older compilers");
     let targets = OTHER_MACHINES.iter().flat_map(|target| ["--target", target]);
-    shell.cargo("check --locked --release --package tashika-cli").args(targets).run()?;
-    shell
-        .command("rustup", "run")
-        .arg(oldest(shell)?)
-        .args("cargo check --locked --workspace --target-dir target/oldest".split(' '))
-        .run()
+    let check = "cargo check --locked --release --package tashika-cli --target-dir target/oldest";
+    shell.command("rustup", "run").arg(oldest(shell)?).args(check.split(' ')).args(targets).run()
 }
 
 /// Version of the oldest compiler that the manifests promise.

@@ -14,9 +14,10 @@
 //! the sun grows from north to east. The middle of an image is north, and its right half is east;
 //! `rotate` turns an image or a lamp counterclockwise as seen from above. Sun and sky are those of
 //! [`scene::sky`](crate::scene::sky), with turbidity 3 by default. A lamp is read by
-//! [`ies`](super::ies), with `C = 0°` to the east. `cie` is one of the sixteen skies of ISO 15469
-//! ([`CieSky`]), by its number or as `overcast` (16), `uniform` (5) or `clear` (12). It has a
-//! horizontal illuminance of 10,000 lx by default; the ground is black by default.
+//! [`ies`](super::ies) (an EULUMDAT file, too), with `C = 0°` to the east. `cie` is one of the
+//! sixteen skies of ISO 15469 ([`CieSky`]), by its number or as `overcast` (16), `uniform` (5) or
+//! `clear` (12). It has a horizontal illuminance of 10,000 lx by default; the ground is black by
+//! default.
 //!
 //! Held to this by the tests below and by `suite::light_changes`.
 

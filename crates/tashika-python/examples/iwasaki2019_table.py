@@ -1,6 +1,6 @@
-"""The table of `tashika experiment seed`, from Python: pixels of each method within the error.
+"""The table of `tashika experiment iwasaki2019`: pixels of each method within the error.
 
-python seed_table.py kitchen.glb --size 320 180 --vpls 10000 --gather 16 --pixels 500
+python iwasaki2019_table.py kitchen.glb --size 320 180 --vpls 10000 --gather 16 --pixels 500
 """
 
 import argparse

@@ -1,4 +1,4 @@
-//! `tashika experiment seed`: whole images of all methods, and their errors.
+//! `tashika experiment iwasaki2019`: whole images of all methods, and their errors.
 
 use tashika::experiment::{Cell, Column, Pixels, Pool, Row};
 use tashika::film::Film;
@@ -12,7 +12,7 @@ use crate::interrupt;
 use crate::measure::{
     Bench, Findings, Subjects, about_intervals, prepare, quantities, scenery, subject, told,
 };
-use crate::plan::{Folder, SeedPlan};
+use crate::plan::{Folder, Iwasaki2019Plan};
 use crate::progress::Meter;
 use crate::stage::timed;
 use crate::summary::Seconds;
@@ -37,7 +37,7 @@ const COLUMNS: &[Column] = &[
 const REFERENCE: &str = "reference";
 
 /// Renders all methods, compares them with the reference, and writes all files.
-pub fn work(plan: &SeedPlan, meter: &Meter) -> Result<Outcome, Failure> {
+pub fn work(plan: &Iwasaki2019Plan, meter: &Meter) -> Result<Outcome, Failure> {
     let measure = &plan.measure;
     let watcher = Watcher::new(meter, Seconds::default());
     let (stage, subjects) = prepare(measure, &plan.asked, plan.pixels, meter, &watcher)?;
