@@ -768,8 +768,8 @@ fn coverage_is_measured_by_error_confidence_and_seed() {
 fn the_seed_experiment_is_what_render_and_compare_say() {
     let folder = Folder::new();
     let stage = "builtin:tiny --size 20x12 --vpls 150 --gather 2";
-    let run =
-        folder.run(&format!("experiment iwasaki2019 {stage} --out out --methods mdlc,sakai2018 --error 5%"));
+    let figures = format!("experiment iwasaki2019 {stage}");
+    let run = folder.run(&format!("{figures} --out out --methods mdlc,sakai2018 --error 5%"));
     let rows = sound_rows(folder.json("out/table.json"));
     assert_eq!(rows.len(), 2);
     folder.run(&format!("render {stage} --method sakai2018 --error 5% -o s.exr -q")).succeeds();
@@ -798,11 +798,7 @@ fn the_seed_experiment_is_what_render_and_compare_say() {
     assert!(fs::read_to_string(folder.path("out/quality-and-cost.svg")).unwrap().starts_with("<svg"));
 
     // The experiment is repeated with exact sums of only 9 pixels.
-    folder
-        .run(&format!(
-            "experiment iwasaki2019 {stage} --out some --methods mdlc --pixels 9 --json some.json -q"
-        ))
-        .succeeds();
+    folder.run(&format!("{figures} --out some --methods mdlc --pixels 9 --json some.json -q")).succeeds();
     let some = sound_rows(folder.json("some.json"));
     assert_eq!((&some[0]["pixels"], folder.json("some/table.json")), (&9.into(), Value::Array(some.clone())));
     assert_eq!(rendered(&folder.film("some/reference.exr")).iter().filter(|r| **r).count(), 9);
@@ -863,8 +859,8 @@ fn typing_errors_of_measurements_are_answered() {
     folder.run("coverage builtin:tiny --vpls 5 --size 4x4 --pixels 0").fails(2, &["--pixels = 0;"]);
     folder.run("coverage --json none/a.json").fails(3, &["none/a.json", "no folder none"]);
     folder.run("coverage none.obj").fails(3, &["none.obj"]);
-    folder.run("experiment").fails(2, &["seed", "scaling", "equal-quality"]);
-    folder.run("experiment sed").fails(2, &["'sed'", "'seed'"]);
+    folder.run("experiment").fails(2, &["iwasaki2019", "scaling", "equal-quality"]);
+    folder.run("experiment iwasaki").fails(2, &["'iwasaki'", "'iwasaki2019'"]);
     folder.run("experiment scaling --gather 4,2000").fails(2, &["--gather = 2000;"]);
     folder.run("experiment scaling --vpls 1k,0").fails(2, &["--vpls = 0;"]);
     folder.run("experiment equal-quality --share 0").fails(2, &["--share = 0;"]);
