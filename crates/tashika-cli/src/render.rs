@@ -1,7 +1,6 @@
 //! `tashika render`.
 
 use std::path::Path;
-use std::thread::available_parallelism;
 
 use tashika::error::Error;
 use tashika::experiment::OtherSet;
@@ -309,10 +308,7 @@ fn report(
         mean_luminance: RenderFilm::of(&rendered.film).mean_interval(),
         light: FoundLight::of(&rendered.film),
         rays_per_second: totals.rays as f64 / seconds.render.max(1e-9),
-        threads: match plan.common.threads {
-            0 => available_parallelism().map_or(1, usize::from),
-            threads => threads,
-        },
+        threads: plan.common.thread_count(),
         seconds,
         other_set: done.other_set,
         audit: done.audit.clone(),

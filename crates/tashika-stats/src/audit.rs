@@ -89,9 +89,9 @@ fn last_true(first: u64, last: u64, is_true: impl Fn(u64) -> bool) -> u64 {
 
 /// Rank, counted from 1, of a number among all `n` numbers of a picture: at least the share `share`
 /// of the true numbers is at most as large as the number of this rank. It is `n − k` for the
-/// largest `k` with [`upper_share_outside_of_all`] at most `1 − share`: if fewer true numbers were
-/// below, so many numbers above would be missed with a probability of at most the risk. `None` if
-/// there is no such `k`.
+/// largest `k` with [`upper_share_outside_of_all`] at most `1 − share`. If the statement were
+/// false, at most `k` numbers would be found above with a probability of at most the risk. `None`
+/// if there is no such `k`.
 ///
 /// * `risk`, `missed`: as for [`upper_share_outside`], where a number is outside if it is above the
 ///   returned one.

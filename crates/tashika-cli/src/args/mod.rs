@@ -33,7 +33,7 @@ use tashika::gather::{Filter, GatherOptions};
 use tashika::integrator::Truth;
 use tashika::io::{AskedEnvironment, AskedLight, Tone};
 use tashika::render::TileShare;
-use tashika::request::{MethodName, Quality};
+use tashika::request::{ClaimName, MethodName, Quality};
 use tashika::vpl::{Clamp, VplOptions};
 
 use crate::tev;
@@ -488,6 +488,16 @@ pub enum Claim {
     Certified,
     /// Share of the pixels, by an audit
     Audited,
+}
+
+impl From<Claim> for ClaimName {
+    fn from(claim: Claim) -> Self {
+        match claim {
+            Claim::Calibrated => Self::Calibrated,
+            Claim::Certified => Self::Certified,
+            Claim::Audited => Self::Audited,
+        }
+    }
 }
 
 /// Method that computes the pixels.

@@ -25,6 +25,7 @@ use std::fs;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::thread::available_parallelism;
 
 use tashika::film::Window;
 use tashika::io::{
@@ -481,6 +482,11 @@ impl Common {
     /// printed there, they are not.
     pub fn prints_rows(&self) -> bool {
         !self.quiet && !self.json.as_deref().is_some_and(is_standard_stream)
+    }
+
+    /// Number of threads of the work.
+    pub fn thread_count(&self) -> usize {
+        if self.threads > 0 { self.threads } else { available_parallelism().map_or(1, usize::from) }
     }
 
     /// Checks that all outputs can be written and none is written twice or over an input.

@@ -12,7 +12,7 @@ use tashika::scene::LightGrouping;
 use tashika_oidn::Oidn;
 
 use super::{Asked, Common, Frames, Outputs, Serving, StagePlan, tone_map};
-use crate::args::{Claim, RenderArgs};
+use crate::args::RenderArgs;
 use crate::exit::Failure;
 
 /// Checked arguments of `render`.
@@ -185,11 +185,7 @@ fn of_one_scene(args: &RenderArgs) -> Option<&'static str> {
 fn request(args: &RenderArgs) -> Result<Request, Failure> {
     let request = Request {
         method: args.method.name()?,
-        claim: args.claim.map(|claim| match claim {
-            Claim::Calibrated => ClaimName::Calibrated,
-            Claim::Certified => ClaimName::Certified,
-            Claim::Audited => ClaimName::Audited,
-        }),
+        claim: args.claim.map(ClaimName::from),
         share: args.share,
         assurance: args.assurance,
         audit: args.audit,

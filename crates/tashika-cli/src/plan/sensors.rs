@@ -2,19 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
+use tashika::io::{LoadOptions, load_sensor_points};
 use tashika::math::DVec3;
 use tashika::request::{CameraChange, ClaimName, Framing, Request};
+use tashika::scene::SensorPoint;
 use tashika::sensors::{SensorGridRequest, SensorRequest};
 
 use super::{Asked, Cameras, Common, SceneSource, StagePlan, has_ending, is_standard_stream, with_ending};
-use crate::args::{Claim, SensorsArgs};
+use crate::args::SensorsArgs;
 use crate::exit::Failure;
 
 /// Either a list, or a rule for making one.
 #[derive(Clone, Debug)]
 pub enum SensorsFrom {
-    /// Positions and normals, or a table, on disk.
-    File(PathBuf),
+    /// Sensors of a file.
+    Points(Vec<SensorPoint>),
     /// A grid over a surface.
     Grid(SensorGridRequest),
 }
@@ -24,7 +26,7 @@ pub enum SensorsFrom {
 pub struct SensorsPlan {
     /// Scene. Its first camera gives only the medium of the sensors.
     pub stage: StagePlan,
-    /// File or grid that the sensors come from.
+    /// Sensors, or the grid that they follow from.
     pub sensors: SensorsFrom,
     /// Options of the measurement.
     pub request: SensorRequest,
@@ -53,11 +55,6 @@ impl SensorsPlan {
             change: CameraChange::default(),
             framing: Framing::default(),
         };
-        let sensors = match (&args.points, &args.grid) {
-            (Some(file), _) => SensorsFrom::File(file.clone()),
-            (None, Some(grid)) => SensorsFrom::Grid(grid.clone()),
-            (None, None) => return Err(Failure::usage("--points or --grid names the sensors")),
-        };
         let request = request(args)?;
         // The number of sensors is known after the scene is read.
         let asked = Asked::new(request.of(1)?, None)?;
@@ -77,6 +74,12 @@ impl SensorsPlan {
             [(!is_printed).then_some(csv.as_path()), args.html.as_deref()].into_iter().flatten().collect();
         let inputs: Vec<&Path> = stage.inputs(args.points.as_deref());
         let common = Common::new(&args.common, &outputs, &inputs)?;
+        // The file is small, so that its faults are reported before the scene is read.
+        let sensors = match (&args.points, &args.grid) {
+            (Some(file), _) => SensorsFrom::Points(load_sensor_points(file, &LoadOptions::default())?),
+            (None, Some(grid)) => SensorsFrom::Grid(grid.clone()),
+            (None, None) => return Err(Failure::usage("--points or --grid names the sensors")),
+        };
         Ok(Self {
             stage,
             sensors,
@@ -94,11 +97,7 @@ impl SensorsPlan {
 fn request(args: &SensorsArgs) -> Result<SensorRequest, Failure> {
     let request = Request {
         method: args.method.name()?,
-        claim: args.claim.map(|claim| match claim {
-            Claim::Calibrated => ClaimName::Calibrated,
-            Claim::Certified => ClaimName::Certified,
-            Claim::Audited => ClaimName::Audited,
-        }),
+        claim: args.claim.map(ClaimName::from),
         error: args.error,
         absolute: args.absolute,
         confidence: args.confidence,

@@ -5,10 +5,8 @@ mod report;
 mod table;
 mod words;
 
-use std::thread::available_parallelism;
-
 use tashika::film::{Stop, Tally};
-use tashika::io::{LoadOptions, load_sensor_points, write_file};
+use tashika::io::write_file;
 use tashika::math::DVec3;
 use tashika::render::Rendered;
 use tashika::report::{percent_of_error, percent_of_tolerance};
@@ -35,16 +33,10 @@ pub fn run(plan: &SensorsPlan) -> Result<Outcome, Failure> {
 
 fn work(plan: &SensorsPlan, meter: &Meter) -> Result<Outcome, Failure> {
     let mut seconds = Seconds::default();
-    // A file of sensors is small, and its errors are reported before the work on the scene.
-    let of_file = match &plan.sensors {
-        SensorsFrom::File(file) => Some(load_sensor_points(file, &LoadOptions::default())?),
-        SensorsFrom::Grid(_) => None,
-    };
     let stage = Stage::load(&plan.stage, meter, &mut seconds)?;
-    let points = match (of_file, &plan.sensors) {
-        (Some(points), _) => points,
-        (None, SensorsFrom::Grid(grid)) => grid.points(&stage.tracer)?,
-        (None, SensorsFrom::File(_)) => Vec::new(),
+    let points = match &plan.sensors {
+        SensorsFrom::Points(points) => points.clone(),
+        SensorsFrom::Grid(grid) => grid.points(&stage.tracer)?,
     };
     let set = SensorSet::new(&stage.scene, points)?;
     let outdoors = plan.daylight_up.map(|up| outdoors(plan, &stage, up)).transpose()?;
@@ -87,7 +79,6 @@ struct Measured<'a> {
     method: String,
     complete: bool,
     tally: Tally,
-    rays: u64,
     outcome: Outcome,
     summary: Option<GridSummary>,
     /// Illuminance of an unobstructed horizontal plane (lx), if daylight factors are computed.
@@ -116,7 +107,6 @@ impl<'a> Measured<'a> {
             plan,
             stage,
             set,
-            rays: readings.iter().map(|reading| reading.rays).sum(),
             readings,
             method,
             complete: rendered.complete,
@@ -179,6 +169,7 @@ impl<'a> Measured<'a> {
             irradiance: reading.irradiance,
             daylight_factor_percent: self.daylight_factor(reading.illuminance),
         });
+        let rays: u64 = self.readings.iter().map(|reading| reading.rays).sum();
         let files = [Some(&self.plan.csv).filter(|path| !is_standard_stream(path)), self.plan.html.as_ref()];
         SensorsReport {
             version: env!("CARGO_PKG_VERSION"),
@@ -197,11 +188,8 @@ impl<'a> Measured<'a> {
             tally: self.tally,
             outdoors_lx: self.outdoors,
             summary: self.summary,
-            rays_per_sensor: self.rays as f64 / self.tally.rendered().max(1) as f64,
-            threads: match self.plan.common.threads {
-                0 => available_parallelism().map_or(1, usize::from),
-                threads => threads,
-            },
+            rays_per_sensor: rays as f64 / self.tally.rendered().max(1) as f64,
+            threads: self.plan.common.thread_count(),
             seconds,
             sensors: sensors.collect(),
             files: files.into_iter().flatten().cloned().collect(),

@@ -6,10 +6,9 @@
 //! mirror sharply are kept apart from others: a glossy pixel among matt ones is as noisy as other
 //! glossy pixels.
 //!
-//! Where full paths seem cheap, the pixels rely on the variance of these paths. If the paths missed
-//! the tail of their distribution, they seem cheap, and intervals are too narrow. The cell
-//! therefore follows an eighth of the paths that its pixels are predicted to take, and only then
-//! decides.
+//! A few full paths may miss the tail of their distribution. Their variance is then too small, full
+//! paths seem cheap, and intervals would be too narrow. Before a cell decides for full paths, it
+//! therefore follows an eighth of the paths that its pixels are predicted to take.
 //!
 //! # Independence
 //! Pixels and paths come from streams of their own ([`Purpose::Guidance`]); a cell is a function of
