@@ -19,12 +19,13 @@
 //! # Held to this by
 //! The tests below: integrals, the ratio of horizon to zenith, and published values.
 
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::{DVec3, Vec3};
 
-use super::{Image, Pixels};
-use crate::math::elementary::{atan2_f64, exp_f64, sin_cos_f64};
+use super::Image;
+use super::hemisphere::{hemispherical_irradiance, sky_image};
+use crate::math::elementary::{atan2_f64, exp_f64};
 
 /// Rows of the standard's table: `a … e` by type, from type 1.
 const COEFFICIENTS: [[f64; 5]; 15] = [
@@ -45,9 +46,6 @@ const COEFFICIENTS: [[f64; 5]; 15] = [
     [-1.0, -0.15, 24.0, -2.8, 0.15],
 ];
 
-/// Rows and columns of the quadrature over the upper hemisphere.
-const ROWS: u32 = 512;
-const COLUMNS: u32 = 512;
 /// Smallest cosine from the zenith at which the gradation is evaluated.
 const MIN_COSINE: f64 = 1e-3;
 
@@ -106,39 +104,21 @@ impl CieSky {
         gradation * indicatrix
     }
 
-    /// Horizontal illuminance by the midpoint rule, with rows of equal weight.
+    /// Horizontal illuminance.
     fn horizontal(&self) -> f64 {
-        let mut sum = 0.0;
-        for row in 0..ROWS {
-            let squared = (f64::from(row) + 0.5) / f64::from(ROWS);
-            let (sin, cos) = (squared.sqrt(), (1.0 - squared).sqrt());
-            for column in 0..COLUMNS {
-                let (sin_phi, cos_phi) = sin_cos_f64(TAU * (f64::from(column) + 0.5) / f64::from(COLUMNS));
-                sum += self.luminance(DVec3::new(cos_phi * sin, cos, sin_phi * sin));
-            }
-        }
-        sum * PI / (f64::from(ROWS) * f64::from(COLUMNS))
+        hemispherical_irradiance(DVec3::Y, |direction| [self.luminance(direction)])[0]
     }
 
-    /// The sky and its ground as a latitude-longitude image: row 0 at `+y`, `u = 0.5` at `−z`,
-    /// `u = 0.75` at `+x`.
+    /// Image of the sky and its ground, as that of [`Sky::image`](super::sky::Sky::image).
     pub fn image(&self, width: u32, height: u32) -> Image {
-        let mut texels = Vec::with_capacity(width as usize * height as usize);
-        for row in 0..height {
-            let (sin_theta, cos_theta) = sin_cos_f64((f64::from(row) + 0.5) / f64::from(height) * PI);
-            for column in 0..width {
-                let (sin_phi, cos_phi) = sin_cos_f64((f64::from(column) + 0.5) / f64::from(width) * TAU);
-                let direction = DVec3::new(-sin_phi * sin_theta, cos_theta, cos_phi * sin_theta);
-                texels.push([self.luminance(direction) as f32; 3]);
-            }
-        }
-        Image { name: "sky".to_owned(), width, height, pixels: Pixels::Float(texels) }
+        sky_image(width, height, |direction| [self.luminance(direction) as f32; 3])
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::elementary::sin_cos_f64;
 
     /// Direction at an angle from the zenith, towards `+x`.
     fn towards(degrees: f64) -> DVec3 {

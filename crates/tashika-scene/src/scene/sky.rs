@@ -31,11 +31,12 @@
 //!
 //! Checked by the tests below.
 
-use std::f32::consts::{FRAC_PI_2, PI, TAU};
+use std::f32::consts::{FRAC_PI_2, PI};
 
 use glam::Vec3;
 
-use super::{Image, Pixels};
+use super::Image;
+use super::hemisphere::sky_image;
 use crate::color::Rgb;
 use crate::color::spectrum::{blackbody, rgb_of_emission};
 use crate::math::elementary::{acos, exp, powf, sin_cos, tan};
@@ -147,16 +148,7 @@ impl Sky {
     /// The sky without its sun as a latitude-longitude image: row 0 at `+y`, `u = 0.5` at `−z`,
     /// `u = 0.75` at `+x`.
     pub fn image(&self, width: u32, height: u32) -> Image {
-        let mut texels = Vec::with_capacity(width as usize * height as usize);
-        for row in 0..height {
-            let (sin_theta, cos_theta) = sin_cos((row as f32 + 0.5) / height as f32 * PI);
-            for column in 0..width {
-                let (sin_phi, cos_phi) = sin_cos((column as f32 + 0.5) / width as f32 * TAU);
-                let direction = Vec3::new(-sin_phi * sin_theta, cos_theta, cos_phi * sin_theta);
-                texels.push(self.radiance(direction).to_array());
-            }
-        }
-        Image { name: "sky".to_owned(), width, height, pixels: Pixels::Float(texels) }
+        sky_image(width, height, |direction| self.radiance(direction.as_vec3()).to_array())
     }
 }
 

@@ -1,15 +1,8 @@
 //! Horizontal irradiance outdoors, to which daylight factors are relative.
 
-use std::f64::consts::PI;
-
 use glam::DVec3;
 
-use crate::math::elementary::sin_cos_f64;
-use crate::scene::Environment;
-
-/// Rows between the zenith and the horizon, and directions in a row.
-const ROWS: u32 = 512;
-const COLUMNS: u32 = 2048;
+use crate::scene::{Environment, hemispherical_irradiance};
 
 /// Irradiance by channel (W·m⁻²) that an environment gives to an unobstructed horizontal plane:
 ///
@@ -17,35 +10,24 @@ const COLUMNS: u32 = 2048;
 /// E = ∫ L(θ, φ) cos θ sin θ dθ dφ          0 ≤ θ ≤ π/2
 /// ```
 ///
-/// by the midpoint rule with 512 × 2048 directions. The sun and other directional lights are not
-/// included, as in the definition of the daylight factor.
+/// by [`hemispherical_irradiance`]. The sun and other directional lights are not included, as in
+/// the definition of the daylight factor.
 ///
 /// * `up`: unit vector to the zenith.
 pub fn horizontal_irradiance(environment: &Environment, up: DVec3) -> [f64; 3] {
-    let (right, ahead) = up.any_orthonormal_pair();
-    let mut sum = [0.0; 3];
-    for row in 0..ROWS {
-        // Rows of equal sin² θ have equal weights.
-        let squared = (f64::from(row) + 0.5) / f64::from(ROWS);
-        let (sin, cos) = (squared.sqrt(), (1.0 - squared).sqrt());
-        for column in 0..COLUMNS {
-            let phi = 2.0 * PI * (f64::from(column) + 0.5) / f64::from(COLUMNS);
-            let (sin_phi, cos_phi) = sin_cos_f64(phi);
-            let direction = up * cos + (right * cos_phi + ahead * sin_phi) * sin;
-            let radiance = environment.radiance(direction.as_vec3().normalize()).to_array();
-            for (sum, value) in sum.iter_mut().zip(radiance) {
-                *sum += f64::from(value);
-            }
-        }
-    }
-    sum.map(|sum| sum * PI / (f64::from(ROWS) * f64::from(COLUMNS)))
+    hemispherical_irradiance(up, |direction| {
+        environment.radiance(direction.as_vec3().normalize()).to_array().map(f64::from)
+    })
 }
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
     use crate::color::Rgb;
     use crate::math::Mat3;
+    use crate::math::elementary::sin_cos_f64;
     use crate::scene::{Image, Pixels};
 
     /// Radiance `cos θ` integrates to `2π/3`; below the horizon nothing counts.
