@@ -19,7 +19,7 @@
 
 use glam::Vec3;
 
-use super::{GatherPoint, Scatter};
+use super::{GatherPoint, Scatter, SkySample};
 use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::media::{Leg, MOST_PASSED};
@@ -53,11 +53,13 @@ pub(super) struct End {
     /// Emission seen, as basic radiance (W·m⁻²·sr⁻¹).
     pub background: Rgb,
     pub first: Option<First>,
+    /// End in the sky, whose throughput is that of basic radiance.
+    pub sky: Option<SkySample>,
 }
 
 impl End {
     /// End of a sample that sees nothing.
-    pub const NOTHING: Self = Self { point: None, background: Rgb::BLACK, first: None };
+    pub const NOTHING: Self = Self { point: None, background: Rgb::BLACK, first: None, sky: None };
 }
 
 /// Inputs of a camera path.
@@ -101,8 +103,10 @@ impl CameraPath<'_> {
             }
             let Some(hit) = hit else {
                 if let Some(e) = scene.environment() {
-                    let basic = e.radiance(leg.ray.direction.normalize()) * camera.basic_of_infinity(ratio);
-                    end.background += weight * basic;
+                    let direction = leg.ray.direction.normalize();
+                    let of_infinity = camera.basic_of_infinity(ratio);
+                    end.background += weight * (e.radiance(direction) * of_infinity);
+                    end.sky = Some(SkySample { direction, throughput: weight.luminance() * of_infinity });
                 }
                 break;
             };

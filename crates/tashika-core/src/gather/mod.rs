@@ -173,6 +173,18 @@ pub struct SeenSample {
     pub background: Rgb,
     /// Index of the sample's gather point, if it reached one.
     pub point: Option<u32>,
+    /// End of the path in the sky, if the path left the scene.
+    pub sky: Option<SkySample>,
+}
+
+/// End of a camera path that left the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkySample {
+    /// Unit direction in which the path left.
+    pub direction: Vec3,
+    /// Luminance that the sample adds to its pixel for each unit of the sky's luminance in this
+    /// direction.
+    pub throughput: f32,
 }
 
 /// Beginning of a path from the camera.
@@ -346,6 +358,7 @@ impl View<'_> {
                 place: [x, y],
                 background: end.background * of_basic,
                 point: end.point.is_some().then_some(sum.points.len() as u32),
+                sky: end.sky.map(|sky| SkySample { throughput: sky.throughput * of_basic, ..sky }),
             });
             if let Some(mut point) = end.point {
                 point.weight *= of_basic;

@@ -6,6 +6,7 @@
 //!   VPLs and unguided paths may miss this light.
 //! * [`Photons`]: the light that reaches surfaces, by light paths alone.
 //! * [`SeenLight`]: luminance of lamps and caustics in each pixel, however small they are.
+//! * [`Sky`]: luminance of the sky in a pixel, however small its bright parts are.
 //! * [`LightAccount`]: shares of the light in view by its way, and by the kind of its emitter.
 //! * [`importance_correlation`]: the ratio of the variance of a sum over VPLs to that over the same
 //!   number of independent VPLs. One light path leaves several VPLs.
@@ -22,6 +23,7 @@ mod emission;
 mod grid;
 mod photons;
 mod seen;
+mod sky;
 
 pub use caustics::{Caustics, Directions};
 pub use correlation::importance_correlation;
@@ -29,6 +31,7 @@ pub use emission::{Guided, learn_light_guide};
 pub use grid::{Grid, cell_of, key_of, pixels_of};
 pub use photons::Photons;
 pub use seen::{LightAccount, SeenLight};
+pub use sky::Sky;
 
 use crate::gather::View;
 use crate::vpl::{ArrivedLight, LightTracer, Vpl};

@@ -15,7 +15,7 @@ pub mod simd;
 pub use aabb::Aabb;
 pub use cone::Cone;
 pub use frame::Frame;
-pub use glam::{Affine3A, DAffine3, DMat3, DVec3, Mat3, Quat, Vec2, Vec3};
+pub use glam::{Affine3A, DAffine3, DMat3, DVec3, Mat2, Mat3, Quat, Vec2, Vec3};
 pub use instants::Instants;
 pub use local::{LocalPlaces, local_origin, origin_near, spacing_at};
 pub use ray::Ray;

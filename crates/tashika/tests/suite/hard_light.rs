@@ -7,8 +7,8 @@ use tashika::integrator::{
     ControlOptions, Estimator, GuidedLights, Integrator, LightTransport, PathSamples, PathStop, PathTracer,
     SamplePaths, Setting, Stop, Truth,
 };
-use tashika::math::Vec3;
-use tashika::scene::{Camera, Emitter, Environment, Material, SceneBuilder, Surface};
+use tashika::math::{Mat3, Vec3};
+use tashika::scene::{Camera, Emitter, Environment, Image, Material, Pixels, SceneBuilder, Surface};
 use tashika::vpl::VplOptions;
 
 use crate::cases::{
@@ -251,6 +251,45 @@ fn a_lamp_in_a_thousandth_of_a_pixel() {
     let bright = |image: &Vec<Said>| image.iter().any(|said| said.found > 10.0);
     let pixel = images(&scene).into_iter().filter(bright).count();
     assert!(pixel as u64 * 4 > SEEDS * 3, "the lamp is seen by {pixel} of {SEEDS}");
+}
+
+/// The sun, of 0.2°, low above a plain, seen directly or through a pane. It covers a thousandth of
+/// a pixel, and makes this pixel hundreds of times as bright as the rest of the sky: most sets of
+/// camera samples miss it. No pixel claims an interval without the sun.
+#[test]
+fn a_sun_in_a_thousandth_of_a_pixel() {
+    let scene = |has_pane: bool| {
+        let mut b = builder();
+        let plain = parallelogram(Vec3::new(-50.0, 0.0, -50.0), Vec3::Z * 100.0, Vec3::X * 100.0);
+        place(&mut b, plain, Material::new("plain", lambert(0.7)));
+        add_camera(&mut b, [0.0, 1.0, 0.0], [0.0, 1.1, -1.0]);
+        let (w, h) = (2048, 1024);
+        let mut texels = vec![[0.1; 3]; w * h];
+        texels[470 * w + w / 2 + 20] = [1e6; 3];
+        let image = Image { name: "sky".into(), width: 2048, height: 1024, pixels: Pixels::Float(texels) };
+        b.set_environment(Environment::lat_long(image, Rgb::WHITE, Mat3::IDENTITY)).unwrap();
+        if has_pane {
+            let glass = Surface::Glass {
+                ior: 1.5,
+                reflectance: Rgb::WHITE,
+                transmittance: Rgb::WHITE,
+                facets: 0.0.into(),
+            };
+            let pane = cuboid(Vec3::new(-2.0, 0.5, -1.1), Vec3::new(2.0, 3.0, -1.0), false);
+            place(&mut b, pane, Material::new("pane", glass));
+        }
+        b
+    };
+    for has_pane in [false, true] {
+        let images = images(&|| scene(has_pane));
+        let sees_sun = |said: &Said| said.found > 20.0;
+        let brightest: Vec<usize> = (0..PIXELS).filter(|i| images.iter().any(|m| sees_sun(&m[*i]))).collect();
+        let [pixel] = brightest[..] else { panic!("the sun is in {brightest:?}, pane: {has_pane}") };
+        let seen = images.iter().filter(|image| sees_sun(&image[pixel])).count();
+        assert!(seen as u64 * 4 > SEEDS * 3, "the sun is seen by {seen} of {SEEDS}, pane: {has_pane}");
+        let missed = |image: &&Vec<Said>| !sees_sun(&image[pixel]) && image[pixel].half_width.is_some();
+        assert_eq!(images.iter().filter(missed).count(), 0, "claims without the sun, pane: {has_pane}");
+    }
 }
 
 /// A room half under water, without a lamp.

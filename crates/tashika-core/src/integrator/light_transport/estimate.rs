@@ -74,11 +74,14 @@ impl<'a> Common<'a> {
         self.lights.lamps().is_some_and(|lamps| lamps.importance_radiance(pixel) > 0.0)
     }
 
-    /// Luminance of a pixel due to lamps that it sees, less two standard errors of its projection,
-    /// if these camera samples have met hardly any of that light; else 0 (W·m⁻²·sr⁻¹).
-    pub(super) fn unsampled_lamps(&self, pixel: [u32; 2], seen: &PixelSum) -> f64 {
+    /// Luminance of a pixel due to lamps and sky that it sees, less two standard errors of its
+    /// projection, if these camera samples have met hardly any of that light; else 0
+    /// (W·m⁻²·sr⁻¹).
+    pub(super) fn unsampled_emission(&self, pixel: [u32; 2], seen: &PixelSum) -> f64 {
         // A single point of a lamp that is drawn rarely is no evidence.
-        let there = self.lights.lamps().map_or(0.0, |lamps| lamps.importance_least(pixel));
+        let of_lamps = self.lights.lamps().map_or(0.0, |lamps| lamps.importance_least(pixel));
+        let of_sky = self.lights.sky().map_or(0.0, |sky| sky.importance_least(seen));
+        let there = of_lamps.max(of_sky);
         let met = f64::from(seen.background.luminance());
         if met < MIN_PROJECTED_SHARE * there { there } else { 0.0 }
     }

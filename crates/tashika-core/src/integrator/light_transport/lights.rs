@@ -8,7 +8,7 @@ use crate::contribution::ContributionKernel;
 use crate::error::{Error, Result};
 use crate::gather::{GatherPoint, View};
 use crate::guidance::{
-    Caustics, Guided, LightAccount, LightOnSurfaces, Photons, SeenLight, importance_correlation,
+    Caustics, Guided, LightAccount, LightOnSurfaces, Photons, SeenLight, Sky, importance_correlation,
     learn_light_guide,
 };
 use crate::math::Vec3;
@@ -35,6 +35,7 @@ pub struct GuidedLights {
     choices: Option<Box<Choices>>,
     on_surfaces: Option<LightOnSurfaces>,
     lamps: Option<SeenLight>,
+    sky: Option<Sky>,
 }
 
 /// Factor on the clamp distance where paths add the light that clamping removes. The variance due
@@ -182,10 +183,12 @@ impl GuidedLights {
     }
 
     /// Learns two properties that estimates by these VPLs do not show: the correlation of the VPLs,
-    /// and the lamps that the camera sees.
+    /// and the lamps and the sky that the camera sees.
     fn learn_limits(&mut self, tracing: &LightTracer<'_>, view: &View<'_>) {
         self.importance_correlation = importance_correlation(tracing, view, &self.provenance, self.key(2));
         self.lamps = SeenLight::lamps(tracing, view, self.key(4));
+        let environment = tracing.tracer().scene().environment();
+        self.sky = environment.and_then(|environment| Sky::new(environment, self.key(5)));
     }
 
     /// The set in a tree, before anything is learned.
@@ -198,6 +201,7 @@ impl GuidedLights {
             choices: None,
             on_surfaces: None,
             lamps: None,
+            sky: None,
             provenance: set.provenance().clone(),
             truth,
             given_directions: directional.map(|light| light.direction).collect(),
@@ -266,6 +270,11 @@ impl GuidedLights {
     /// Lamps that the camera sees.
     pub(super) fn lamps(&self) -> Option<&SeenLight> {
         self.lamps.as_ref()
+    }
+
+    /// Sky that the camera may see, if its radiance varies.
+    pub(super) fn sky(&self) -> Option<&Sky> {
+        self.sky.as_ref()
     }
 
     /// Caustics that the camera sees, in the pixels.

@@ -105,7 +105,7 @@ fn pixel(
     found.importance_of_set = common.lights.importance_correlation() * squares;
     let is_found = caustic.mean() + 2.0 * caustic.standard_error() >= MIN_SAMPLED_SHARE * expected;
     let not_found = if is_found { 0.0 } else { expected - caustic.mean() };
-    found.importance_not_found = whole * (not_found + common.unsampled_lamps(pixel, &seen));
+    found.importance_not_found = whole * (not_found + common.unsampled_emission(pixel, &seen));
     found
 }
 

@@ -144,7 +144,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
 
     /// Estimates by sums over VPLs. Returns true if full paths need not be tried.
     fn by_vpls(&mut self, memory: &mut CutMemory) -> bool {
-        let mut samples = self.samples_for_lamps(self.common.setting.view.gather.points);
+        let mut samples = self.samples_for_emission(self.common.setting.view.gather.points);
         if self.misses_surfaces(samples) {
             samples = MOST_SAMPLES;
         }
@@ -164,7 +164,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
                 caustics = nearby.map_or(0.0, |nearby| points.not_found(&common, nearby));
                 self.rays += nearby.map_or(0, |nearby| nearby.rays_per_pixel(Estimator::Vpls));
             }
-            self.importance_not_found = caustics + common.unsampled_lamps(self.at, &points.pixel);
+            self.importance_not_found = caustics + common.unsampled_emission(self.at, &points.pixel);
             self.look_at(&points.pixel);
             let moments = nearby.map(|nearby| nearby.compensation(points.are_narrow()));
             let (prior, clamp_distance) = (visibility.prior(), method.clamp_distance(clamp));
@@ -182,25 +182,33 @@ impl<'a, 'v> Pixel<'a, 'v> {
         false
     }
 
-    /// Number of camera samples that are likely to meet the lamps that the pixel sees, at least
-    /// `few`. Separate samples decide, since a decision by the samples of the estimate would bias
-    /// it.
-    fn samples_for_lamps(&mut self, few: u32) -> u32 {
+    /// Number of camera samples that are likely to meet the lamps and the sky that the pixel sees,
+    /// at least `few`. Separate samples decide, since a decision by the samples of the estimate
+    /// would bias it.
+    fn samples_for_emission(&mut self, few: u32) -> u32 {
         let mut samples = few;
-        while samples < MOST_SAMPLES && self.misses_lamps(samples) {
+        while samples < MOST_SAMPLES && self.misses_emission(samples) {
             self.sees_small_lamp = true;
             samples = more(samples);
         }
         if self.sees_small_lamp { more(samples) } else { few }
     }
 
-    /// Returns true if `samples` camera samples, drawn only for this test, miss a lamp.
-    fn misses_lamps(&mut self, samples: u32) -> bool {
-        if !self.common.sees_lamps(self.at) {
+    /// Returns true if `samples` camera samples, drawn only for this test, miss a lamp or a bright
+    /// part of the sky.
+    fn misses_emission(&mut self, samples: u32) -> bool {
+        if !self.common.sees_lamps(self.at) && !self.may_see_sky() {
             return false;
         }
         let seen = self.try_samples(samples);
-        self.common.unsampled_lamps(self.at, &seen) > 0.0
+        self.common.unsampled_emission(self.at, &seen) > 0.0
+    }
+
+    /// Returns true if the pixel may see a sky whose radiance varies.
+    fn may_see_sky(&self) -> bool {
+        let common = self.common;
+        let sees_emission = || self.of_view.nearby(&common, self.at, 0).sees_emission();
+        common.compensates && common.lights.sky().is_some() && sees_emission()
     }
 
     /// Returns true if a surface may be in the pixel, and `samples` camera samples, drawn only for
@@ -262,7 +270,7 @@ impl<'a, 'v> Pixel<'a, 'v> {
             return false;
         }
         let nearby = self.of_view.nearby(&common, self.at, 0);
-        if nearby.not_found().is_some() {
+        if nearby.not_found().is_some() || self.misses_emission(common.setting.view.gather.points) {
             return false;
         }
         self.nearby_whole();

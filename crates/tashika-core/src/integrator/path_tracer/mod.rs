@@ -26,9 +26,11 @@ mod stopping;
 
 pub use self::stopping::PathStop;
 
+use std::sync::OnceLock;
+
 use self::groups::PathByGroup;
 use self::nearby::{Nearby, Neighbourhood};
-use self::stopping::{Looking, Next};
+use self::stopping::{Looking, Next, Scattering};
 use super::{Estimates, HalfWidths, Integrator, PixelRecord, PlaneBeside, Setting, Truth};
 use crate::accel::{Glass, Hit, SegmentBatch, Tracer};
 use crate::color::{Rgb, RgbSum};
@@ -80,66 +82,6 @@ impl<'s> PathTracer<'s> {
     pub fn with_groups(self, groups: &'s LightGroups) -> Self {
         Self { groups: Some(groups), ..self }
     }
-
-    /// Estimates a pixel by paths, until the stopping rule ends it.
-    ///
-    /// * `nearby`: paths of the neighbourhood, if the stopping rule uses them.
-    fn pixel(
-        &self,
-        setting: &Setting<'_>,
-        pixel: [u32; 2],
-        nearby: Option<&Nearby>,
-        tracing: &mut Tracing<'_>,
-    ) -> PixelRecord {
-        let parts = self.stop.controlled().parts();
-        let mut sum = RgbSum::default();
-        if let Some(groups) = &mut tracing.groups {
-            groups.begin_pixel();
-        }
-        let mut moments = vec![Moments::default(); parts.len()];
-        (tracing.rays, tracing.gathers) = (0, false);
-        let index = u64::from(pixel[1]) << 32 | u64::from(pixel[0]);
-        let mut draws = Draws::new(setting.view.seed, Purpose::CameraPath, index);
-        let pixel_key = rng::key(setting.view.seed, Purpose::CameraPath, index);
-        let (mut looking, mut wanted) = Looking::new(self.stop, nearby.map_or(&[], Nearby::moments));
-        let mut done = 0;
-        let (claim, half_width, stop) = loop {
-            for k in done..wanted {
-                let key = rng::key(pixel_key, Purpose::CameraPath, u64::from(k));
-                let radiance = tracing.through(setting, pixel, key, &mut draws);
-                sum.add(radiance);
-                if let Some(groups) = &mut tracing.groups {
-                    groups.end_path();
-                }
-                parts.iter().zip(&mut moments).for_each(|(part, m)| m.push(part.of(radiance)));
-            }
-            done = wanted;
-            match looking.look(&moments, &sum.scaled(1.0 / f64::from(done)), tracing.gathers) {
-                Next::Follow(more) => wanted = more,
-                Next::End { claim, half_width, stop } => break (claim, half_width, stop),
-            }
-        };
-        let of_features = OF_FEATURES.min(done);
-        let features = setting.view.features(setting.tracer, pixel, of_features, pixel_key);
-        let of_nearby = nearby.map_or(0, Nearby::rays_per_pixel);
-        let half_width = claim.stated(half_width);
-        let standard_error = match done {
-            // A single path has no estimate of its error.
-            1 => f64::NAN,
-            _ => moments.iter().map(Moments::standard_error).fold(0.0, f64::max),
-        };
-        PixelRecord {
-            radiance: sum.scaled(1.0 / f64::from(done)).total(),
-            standard_error: standard_error as f32,
-            claim,
-            half_width,
-            half_widths: HalfWidths { compensation: half_width, ..HalfWidths::default() },
-            stop,
-            pairs: u64::from(done),
-            rays: tracing.rays + u64::from(of_features) + of_nearby,
-            ..features.into()
-        }
-    }
 }
 
 /// Random numbers of the paths of a pixel.
@@ -175,7 +117,8 @@ impl Integrator for PathTracer<'_> {
     }
 
     fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
-        Box::new(OfView { method: self, setting, neighbourhood: Neighbourhood::new(setting.view.size) })
+        let neighbourhood = Neighbourhood::new(setting.view.size);
+        Box::new(OfView { method: self, setting, neighbourhood, brightness: OnceLock::new() })
     }
 
     fn planes_beside(&self) -> Vec<PlaneBeside> {
@@ -188,6 +131,8 @@ struct OfView<'v> {
     method: &'v PathTracer<'v>,
     setting: Setting<'v>,
     neighbourhood: Neighbourhood,
+    /// Approximate mean luminance of the view.
+    brightness: OnceLock<f64>,
 }
 
 impl Estimates for OfView<'_> {
@@ -200,8 +145,7 @@ impl Estimates for OfView<'_> {
         tracing.groups = self.method.groups.map(PathByGroup::new);
         let mut beside = Vec::new();
         let mut of_pixel = |(x, y)| {
-            let nearby = self.nearby([x, y]);
-            let record = self.method.pixel(&self.setting, [x, y], nearby, &mut tracing);
+            let record = self.pixel([x, y], &mut tracing);
             if let Some(groups) = &tracing.groups {
                 groups.samples(&mut beside);
             }
@@ -209,6 +153,70 @@ impl Estimates for OfView<'_> {
         };
         let records = tile.pixels().map(&mut of_pixel).collect();
         (records, beside)
+    }
+}
+
+impl OfView<'_> {
+    /// Estimates a pixel by paths, until the stopping rule ends it.
+    fn pixel(&self, pixel: [u32; 2], tracing: &mut Tracing<'_>) -> PixelRecord {
+        let (method, setting) = (self.method, &self.setting);
+        let nearby = self.nearby(pixel);
+        let parts = method.stop.controlled().parts();
+        let mut sum = RgbSum::default();
+        if let Some(groups) = &mut tracing.groups {
+            groups.begin_pixel();
+        }
+        let mut moments = vec![Moments::default(); parts.len()];
+        (tracing.rays, tracing.gathers) = (0, false);
+        let index = u64::from(pixel[1]) << 32 | u64::from(pixel[0]);
+        let mut draws = Draws::new(setting.view.seed, Purpose::CameraPath, index);
+        let pixel_key = rng::key(setting.view.seed, Purpose::CameraPath, index);
+        let (mut looking, mut wanted) = Looking::new(method.stop, nearby.map_or(&[], Nearby::moments));
+        let (mut done, mut unmet) = (0, None);
+        let (claim, half_width, stop) = loop {
+            for k in done..wanted {
+                let key = rng::key(pixel_key, Purpose::CameraPath, u64::from(k));
+                let radiance = tracing.through(setting, pixel, key, &mut draws);
+                sum.add(radiance);
+                if let Some(groups) = &mut tracing.groups {
+                    groups.end_path();
+                }
+                parts.iter().zip(&mut moments).for_each(|(part, m)| m.push(part.of(radiance)));
+            }
+            done = wanted;
+            // Outside the film's image no ray leaves the camera.
+            let scattering = match nearby {
+                Some(nearby) if !tracing.gathers && tracing.rays > 0 => {
+                    Scattering::Unmet(*unmet.get_or_insert_with(|| self.importance_unmet(pixel, nearby)))
+                }
+                _ if tracing.gathers => Scattering::Met,
+                _ => Scattering::Unmet(0.0),
+            };
+            match looking.look(&moments, &sum.scaled(1.0 / f64::from(done)), scattering) {
+                Next::Follow(more) => wanted = more,
+                Next::End { claim, half_width, stop } => break (claim, half_width, stop),
+            }
+        };
+        let of_features = OF_FEATURES.min(done);
+        let features = setting.view.features(setting.tracer, pixel, of_features, pixel_key);
+        let of_nearby = nearby.map_or(0, Nearby::rays_per_pixel);
+        let half_width = claim.stated(half_width);
+        let standard_error = match done {
+            // A single path has no estimate of its error.
+            1 => f64::NAN,
+            _ => moments.iter().map(Moments::standard_error).fold(0.0, f64::max),
+        };
+        PixelRecord {
+            radiance: sum.scaled(1.0 / f64::from(done)).total(),
+            standard_error: standard_error as f32,
+            claim,
+            half_width,
+            half_widths: HalfWidths { compensation: half_width, ..HalfWidths::default() },
+            stop,
+            pairs: u64::from(done),
+            rays: tracing.rays + u64::from(of_features) + of_nearby,
+            ..features.into()
+        }
     }
 }
 

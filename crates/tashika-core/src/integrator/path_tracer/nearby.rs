@@ -32,6 +32,8 @@ struct OfCell {
     whole: Vec<Moments>,
     /// Moments without the lamps that the camera sees.
     scattered: Vec<Moments>,
+    /// Luminances of the paths that met a surface or medium that scatters light.
+    gathered: Moments,
     rays: u64,
 }
 
@@ -39,6 +41,7 @@ struct OfCell {
 #[derive(Debug)]
 pub(super) struct Nearby {
     moments: Vec<Moments>,
+    gathered: Moments,
     rays: u64,
 }
 
@@ -46,6 +49,12 @@ impl Nearby {
     /// Moments of single paths, by part of the error metric.
     pub fn moments(&self) -> &[Moments] {
         &self.moments
+    }
+
+    /// Approximate luminance of surfaces and media in the neighbourhood, zero if no path met any
+    /// (W·m⁻²·sr⁻¹).
+    pub fn importance_brightness(&self) -> f64 {
+        self.gathered.mean()
     }
 
     /// Rays of the cell's own paths, divided among its pixels.
@@ -71,15 +80,27 @@ impl OfView<'_> {
         let center = cell_of(pixel);
         let of_cell = |cell| cells.at(cell, || self.method.follow_of_cell(&self.setting, cell));
         let join = || {
-            let OfCell { whole, rays, .. } = of_cell(center);
-            let mut moments = whole.clone();
+            let OfCell { whole, gathered, rays, .. } = of_cell(center);
+            let (mut moments, mut gathered) = (whole.clone(), *gathered);
             for cell in cells.about(center).filter(|cell| *cell != center) {
-                let theirs = &of_cell(cell).scattered;
-                moments.iter_mut().zip(theirs).for_each(|(all, theirs)| all.merge(theirs));
+                let theirs = of_cell(cell);
+                moments.iter_mut().zip(&theirs.scattered).for_each(|(all, theirs)| all.merge(theirs));
+                gathered.merge(&theirs.gathered);
             }
-            Nearby { moments, rays: *rays }
+            Nearby { moments, gathered, rays: *rays }
         };
         Some(around.at(center, join))
+    }
+
+    /// Approximate luminance of surfaces that may be in a pixel though no path met one. Zero where
+    /// no ray of the pixel can meet a surface.
+    pub fn importance_unmet(&self, pixel: [u32; 2], nearby: &Nearby) -> f64 {
+        let Setting { tracer, view } = &self.setting;
+        if view.pyramid(pixel).is_some_and(|pyramid| tracer.is_empty_within(&pyramid)) {
+            return 0.0;
+        }
+        let of_view = self.brightness.get_or_init(|| self.method.importance_brightness(&self.setting));
+        nearby.importance_brightness().max(*of_view)
     }
 }
 
@@ -90,6 +111,7 @@ impl PathTracer<'_> {
         let parts = self.stop.controlled().parts();
         let mut whole = vec![Moments::default(); parts.len()];
         let mut scattered = whole.clone();
+        let mut gathered = Moments::default();
         let mut tracing = self.tracing(setting);
         let mut of_pixels = Stream::new(key, Purpose::Guidance, 0);
         for path in 0..PATHS {
@@ -98,12 +120,15 @@ impl PathTracer<'_> {
             let mut draws = Draws::new(of_path, Purpose::Guidance, 0);
             (tracing.gathers, tracing.seen) = (false, Rgb::BLACK);
             let radiance = tracing.through(setting, pixel, of_path, &mut draws);
+            if tracing.gathers {
+                gathered.push(radiance.luminance().into());
+            }
             for (part, (whole, scattered)) in parts.iter().zip(whole.iter_mut().zip(&mut scattered)) {
                 whole.push(part.of(radiance));
                 scattered.push(part.of(radiance - tracing.seen));
             }
         }
-        OfCell { whole, scattered, rays: tracing.rays }
+        OfCell { whole, scattered, gathered, rays: tracing.rays }
     }
 }
 

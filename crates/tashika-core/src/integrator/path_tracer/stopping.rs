@@ -10,8 +10,13 @@
 //!   few, planned, and share the error probability ([`Looks`]).
 //!
 //! ```text
-//! h = t_ν √V + κ b ln(2/δ_j)
+//! h = t_ν √V + κ b ln(2/δ_j) + B ln(1/δ_j)/n
 //! ```
+//!
+//! The last term is only for pixels in which none of the `n` paths met a surface although one may
+//! be there, of about the luminance `B` ([`Scattering::Unmet`]). All paths miss a surface that
+//! covers the share `c` of the pixel with probability `(1 − c)ⁿ`, which is below `δ_j` if
+//! `c ≥ ln(1/δ_j)/n`.
 //!
 //! # Guarantee
 //! The coverage of the calibrated interval is measured, not proven. Held to this by the suite's
@@ -127,6 +132,16 @@ impl PathStop {
     }
 }
 
+/// Surfaces and media of a pixel that scatter light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Scattering {
+    /// A path met some.
+    Met,
+    /// No path met any. Some may be there, of about this luminance; zero if the pixel is certainly
+    /// empty (W·m⁻²·sr⁻¹).
+    Unmet(f64),
+}
+
 /// Decision of an interim analysis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Next {
@@ -165,8 +180,8 @@ impl<'a> Looking<'a> {
     ///
     /// * `moments`: moments of the paths, by part of the error metric; `mean`: mean of their
     ///   radiances.
-    /// * `gathers`: true if any path met a surface or medium that scatters light.
-    pub fn look(&mut self, moments: &[Moments], mean: &RgbSum, gathers: bool) -> Next {
+    /// * `scattering`: surfaces and media that the paths met.
+    pub fn look(&mut self, moments: &[Moments], mean: &RgbSum, scattering: Scattering) -> Next {
         // More paths cannot make the pixel finite.
         if !mean.total().is_finite() {
             return Next::End { claim: Claim::None, half_width: f64::NAN, stop: Stop::NotFinite };
@@ -185,7 +200,7 @@ impl<'a> Looking<'a> {
                 }
             }
             PathStop::Calibrated { options, most } => {
-                self.look_calibrated(&options, most, moments, mean, gathers)
+                self.look_calibrated(&options, most, moments, mean, scattering)
             }
         }
     }
@@ -196,14 +211,18 @@ impl<'a> Looking<'a> {
         most: u32,
         moments: &[Moments],
         mean: &RgbSum,
-        gathers: bool,
+        scattering: Scattering,
     ) -> Next {
         // Where nothing scatters, the camera sees all light directly, and paths of the
         // neighbourhood do not matter.
-        let nearby = if gathers { self.nearby } else { &[] };
+        let (nearby, unmet) = match scattering {
+            Scattering::Met => (self.nearby, 0.0),
+            Scattering::Unmet(luminance) => (&[][..], luminance),
+        };
+        let interval = |delta| Interval::of(moments, nearby, unmet, delta);
         let (tolerance, done) = (options.tolerance(mean), moments[0].count() as f64);
         if self.is_planned {
-            let half_width = Interval::of(moments, nearby, self.looks.delta()).half_width();
+            let half_width = interval(self.looks.delta()).half_width();
             let is_met = half_width <= tolerance;
             if is_met || done >= f64::from(most) {
                 let stop = if is_met { Stop::RuleMet } else { Stop::Budget };
@@ -211,28 +230,32 @@ impl<'a> Looking<'a> {
             }
             self.looks.next();
         }
-        let growth = Interval::of(moments, nearby, self.looks.delta()).growth(AIM * tolerance);
+        let growth = interval(self.looks.delta()).growth(AIM * tolerance);
         let wanted = (done * growth.clamp(LEAST_GROWTH, MOST_GROWTH)).ceil();
         self.is_planned = growth <= MOST_GROWTH || wanted >= f64::from(most);
         Next::Follow(wanted.min(most.into()) as u32)
     }
 }
 
-/// Our own interval of a mean: `h = t_ν √V + κ b ln(2/δ)`.
+/// Our own interval of a mean: `h = t_ν √V + κ b ln(2/δ) + B ln(1/δ)/n`.
 #[derive(Clone, Copy, Debug)]
 struct Interval {
     by_variance: f64,
+    /// The other terms, which are inversely proportional to the number of paths.
     by_rare: f64,
 }
 
 impl Interval {
     /// Widest interval among the parts of the error metric, which share `δ` evenly.
-    fn of(moments: &[Moments], nearby: &[Moments], delta: f64) -> Self {
+    ///
+    /// * `unmet`: `B`.
+    fn of(moments: &[Moments], nearby: &[Moments], unmet: f64, delta: f64) -> Self {
         let delta = delta / moments.len() as f64;
         let of_part = |(part, own): (usize, &Moments)| {
             let spread = PathSpread::of(own, &nearby.get(part).copied().unwrap_or_default());
             let by_variance = student_t_two_sided(1.0 - delta, spread.freedom) * spread.variance.sqrt();
-            Self { by_variance, by_rare: KAPPA_OF_PATHS * spread.largest * ln_f64(2.0 / delta) }
+            let by_unmet = unmet * ln_f64(delta.recip()) / own.count() as f64;
+            Self { by_variance, by_rare: KAPPA_OF_PATHS * spread.largest * ln_f64(2.0 / delta) + by_unmet }
         };
         let all = moments.iter().enumerate().map(of_part);
         all.max_by(|a, b| a.half_width().total_cmp(&b.half_width())).expect("something is controlled")
@@ -299,7 +322,7 @@ mod tests {
             }
             let mut mean = RgbSum::default();
             mean.add(Rgb::gray(moments[0].mean() as f32));
-            match looking.look(&moments, &mean, true) {
+            match looking.look(&moments, &mean, Scattering::Met) {
                 Next::Follow(more) => {
                     assert!(u64::from(more) > moments[0].count());
                     wanted = more;
@@ -325,7 +348,8 @@ mod tests {
                 (0..first).for_each(|k| moments.push(if k == 3 { value } else { 1.0 }));
                 let mut mean = RgbSum::default();
                 mean.add(Rgb::gray(value as f32));
-                let Next::End { claim, half_width, stop } = looking.look(&[moments], &mean, true) else {
+                let Next::End { claim, half_width, stop } = looking.look(&[moments], &mean, Scattering::Met)
+                else {
                     panic!("{value} is looked at again");
                 };
                 assert!(claim == Claim::None && half_width.is_nan() && stop == Stop::NotFinite);
@@ -367,6 +391,28 @@ mod tests {
             assert_eq!((claim, stop, paths), (Claim::Calibrated, Stop::Budget, most.into()));
             assert!(half_width > 0.001 * mean && (mean - 0.5).abs() < half_width, "{mean} ± {half_width}");
         }
+    }
+
+    /// In an empty pixel all paths have the same value. If a surface of luminance 2 may be there, the
+    /// interval at 95 % allows for it on the share of the pixel that `n` paths miss with a
+    /// probability of 5 %.
+    #[test]
+    fn surfaces_that_no_path_met_are_reckoned_with() {
+        let mut moments = Moments::default();
+        (0..300).for_each(|_| moments.push(1.0));
+        let half_width = |unmet: f64| Interval::of(&[moments], &[], unmet, 0.05).half_width();
+        assert_eq!(half_width(0.0), 0.0);
+        assert!((half_width(2.0) / 2.0 - 0.009_986).abs() < 1e-6, "{}", half_width(2.0));
+        let mut mean = RgbSum::default();
+        mean.add(Rgb::gray(1.0));
+        let stop = PathStop::Calibrated { options: options(1e-3), most: 1 << 20 };
+        let first = |scattering| {
+            let (mut looking, _) = Looking::new(stop, &[]);
+            looking.look(&[moments], &mean, scattering);
+            looking.look(&[moments], &mean, scattering)
+        };
+        assert!(matches!(first(Scattering::Unmet(0.0)), Next::End { half_width: 0.0, .. }));
+        assert!(matches!(first(Scattering::Unmet(2.0)), Next::Follow(_)));
     }
 
     /// A mean of small variance needs few paths. The predicted analyses end it before 128 paths.
