@@ -23,7 +23,7 @@ use super::{GatherPoint, Scatter, SkySample};
 use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::media::{Leg, MOST_PASSED};
-use crate::rng::{Purpose, Stream};
+use crate::rng::{self, Purpose, Stream};
 use crate::scene::Camera;
 
 /// Number of specular surfaces after which a camera path ends; the light beyond is missing from the
@@ -85,6 +85,7 @@ impl CameraPath<'_> {
         let mut weight = Rgb::WHITE;
         // Product of the squared index ratios at the boundaries of glass that the path has crossed.
         let mut ratio = 1.0;
+        let mut specular_way = 0;
         let mut end = End::NOTHING;
         // Surfaces met, boundaries passed in all, and length of the path so far (m).
         let (mut bounce, mut passed, mut way) = (0, 0, 0.0);
@@ -106,7 +107,8 @@ impl CameraPath<'_> {
                     let direction = leg.ray.direction.normalize();
                     let of_infinity = camera.basic_of_infinity(ratio);
                     end.background += weight * (e.radiance(direction) * of_infinity);
-                    end.sky = Some(SkySample { direction, throughput: weight.luminance() * of_infinity });
+                    let throughput = weight.luminance() * of_infinity;
+                    end.sky = Some(SkySample { direction, throughput, way: specular_way });
                 }
                 break;
             };
@@ -135,6 +137,10 @@ impl CameraPath<'_> {
                     let Some((next, factor)) = specular.step([a, b, c]) else { break };
                     weight *= factor;
                     ratio *= specular.squared_ratio(next.direction);
+                    let normal = surface.geometric_normal;
+                    let transmits = normal.dot(outgoing) * normal.dot(next.direction) < 0.0;
+                    let step = (hit.instance.index() as u64) << 1 | u64::from(transmits);
+                    specular_way = rng::key(specular_way, Purpose::Gather, step);
                     if weight.is_black() {
                         break;
                     }

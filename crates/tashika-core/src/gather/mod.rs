@@ -185,6 +185,8 @@ pub struct SkySample {
     /// Luminance that the sample adds to its pixel for each unit of the sky's luminance in this
     /// direction.
     pub throughput: f32,
+    /// Hash of the specular surfaces on the way, and of whether they reflected or transmitted.
+    pub way: u64,
 }
 
 /// Beginning of a path from the camera.

@@ -1,18 +1,19 @@
 //! Sky that a pixel sees, however small its bright parts are.
 //!
-//! The sun, seen directly or through a ball of glass, may cover a thousandth of a pixel and outshine
-//! all else in it, yet most sets of a hundred camera samples miss it. The samples that left the
-//! scene nevertheless show its place. Near one of them, the map from the place `p` in the pixel to
-//! the direction `ω` in which the path leaves is nearly linear, with a matrix `A` that is fitted to
-//! its neighbours. Let directions `ω_i` be drawn in proportion to the luminance of the sky, whose
-//! integral over the sphere is `E`. The luminance of the sky in the pixel is then
+//! The sun, seen directly or through a ball of glass, may cover a thousandth of a pixel and
+//! outshine all else in it, yet most sets of a hundred camera samples miss it. The samples that
+//! left the scene nevertheless show its place. Near one of them, the map from the place `p` in the
+//! pixel to the direction `ω` in which the path leaves is nearly linear, with a matrix `A` that is
+//! fitted to its neighbours. Let directions `ω_i` be drawn in proportion to the luminance of the
+//! sky, whose integral over the sphere is `E`. The luminance of the sky in the pixel is then
 //!
 //! ```text
 //! L = (E/N) Σ_i q_i T_i / |det A_i|          over the directions whose place lies in the pixel
 //! ```
 //!
-//! with the throughput `T_i` of the nearest path, and the share `q_i` of the samples around it whose
-//! paths take the same way.
+//! with the throughput `T_i` of the nearest path, and the share `q_i` of the samples around it
+//! whose paths take the same way, over the same surfaces by reflection or transmission. Each way
+//! has a map of its own.
 //!
 //! # Held to this by
 //! The tests below, and the suite's `hard_light`.
@@ -24,10 +25,8 @@ use crate::scene::Environment;
 
 /// Number of directions drawn from the sky.
 const DIRECTIONS: usize = 64;
-/// Number of samples nearest in the pixel among which neighbours are sought.
-const NEAR: usize = 16;
 /// Number of neighbours to which the map is fitted.
-const NEIGHBOURS: usize = 6;
+const NEIGHBOURS: usize = 5;
 /// Largest distance of a direction's place from the nearest sample, over that of the farthest
 /// neighbour.
 const MAX_EXTRAPOLATION: f32 = 1.5;
@@ -67,22 +66,22 @@ impl Sky {
     ///
     /// * `seen`: camera samples of the pixel.
     pub fn importance_least(&self, seen: &PixelSum) -> f64 {
-        let exits: Vec<Exit> = seen
+        let mut exits: Vec<Exit> = seen
             .samples
             .iter()
             .filter_map(|sample| sample.sky.map(|sky| Exit { place: sample.place.into(), sky }))
             .collect();
-        if exits.len() <= NEIGHBOURS {
-            return 0.0;
-        }
+        exits.sort_by_key(|exit| exit.sky.way);
         let (mut sum, mut squares, mut largest) = (0.0, 0.0, 0.0_f64);
-        for direction in &self.directions {
-            let Some(found) = density(&exits, seen, *direction) else { continue };
-            let throughput = f64::from(found.throughput) * seen.samples.len() as f64;
-            let value = self.each * throughput * f64::from(found.per_solid_angle);
-            sum += value;
-            squares += value * value;
-            largest = largest.max(throughput);
+        for of_way in exits.chunk_by(|a, b| a.sky.way == b.sky.way).filter(|way| way.len() > NEIGHBOURS) {
+            for direction in &self.directions {
+                let Some(found) = density(of_way, seen, *direction) else { continue };
+                let throughput = f64::from(found.throughput) * seen.samples.len() as f64;
+                let value = self.each * throughput * f64::from(found.per_solid_angle);
+                sum += value;
+                squares += value * value;
+                largest = largest.max(throughput);
+            }
         }
         (sum - 2.0 * squares.sqrt()).clamp(0.0, largest * self.brightest)
     }
@@ -103,8 +102,8 @@ struct Density {
     throughput: f32,
 }
 
-/// Density of paths that leave in a direction; `None` if no place of the pixel sees it, or if the
-/// samples around that place are too few or do not map linearly.
+/// Density of the paths of one way that leave in a direction. `None` if no place of the pixel sees
+/// it, or if the samples around that place do not map linearly.
 fn density(exits: &[Exit], seen: &PixelSum, direction: Vec3) -> Option<Density> {
     let cosine = |exit: &Exit| exit.sky.direction.dot(direction);
     let nearest = exits.iter().max_by(|a, b| cosine(a).total_cmp(&cosine(b)))?;
@@ -114,19 +113,14 @@ fn density(exits: &[Exit], seen: &PixelSum, direction: Vec3) -> Option<Density> 
     // Gnomonic projection around the nearest direction.
     let (right, up) = nearest.sky.direction.any_orthonormal_pair();
     let projected = |d: Vec3| Vec2::new(d.dot(right), d.dot(up)) / d.dot(nearest.sky.direction);
-    let mut near: Vec<(f32, Vec2, Vec2)> = exits
+    let mut offsets: Vec<(Vec2, Vec2)> = exits
         .iter()
         .filter(|exit| exit.place != nearest.place && exit.sky.direction.dot(nearest.sky.direction) > 0.0)
-        .map(|exit| {
-            let offset = exit.place - nearest.place;
-            (offset.length_squared(), offset, projected(exit.sky.direction))
-        })
+        .map(|exit| (exit.place - nearest.place, projected(exit.sky.direction)))
         .collect();
-    near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-    near.truncate(NEAR);
-    near.sort_by(|a, b| a.2.length_squared().total_cmp(&b.2.length_squared()));
-    let neighbours = near.get(..NEIGHBOURS)?;
-    let radius = neighbours.iter().map(|neighbour| neighbour.0).fold(0.0, f32::max).sqrt();
+    offsets.sort_unstable_by(|a, b| a.0.length_squared().total_cmp(&b.0.length_squared()));
+    let neighbours = offsets.get(..NEIGHBOURS)?;
+    let radius = neighbours[NEIGHBOURS - 1].0.length();
     let map = fitted(neighbours)?;
     let area = map.determinant().abs();
     let place = map.inverse() * projected(direction);
@@ -143,9 +137,9 @@ fn density(exits: &[Exit], seen: &PixelSum, direction: Vec3) -> Option<Density> 
 
 /// Matrix that maps offsets in the pixel to projected directions, by least squares. `None` if the
 /// offsets lie on a line, if the matrix has no inverse, or if the map is not linear.
-fn fitted(neighbours: &[(f32, Vec2, Vec2)]) -> Option<Mat2> {
+fn fitted(neighbours: &[(Vec2, Vec2)]) -> Option<Mat2> {
     let (mut of_offsets, mut mixed) = (Mat2::ZERO, Mat2::ZERO);
-    for (_, offset, direction) in neighbours {
+    for (offset, direction) in neighbours {
         of_offsets += Mat2::from_cols(*offset * offset.x, *offset * offset.y);
         mixed += Mat2::from_cols(*direction * offset.x, *direction * offset.y);
     }
@@ -154,8 +148,8 @@ fn fitted(neighbours: &[(f32, Vec2, Vec2)]) -> Option<Mat2> {
         return None;
     }
     let map = mixed * of_offsets.inverse();
-    let residual: f32 = neighbours.iter().map(|(_, o, d)| (*d - map * *o).length_squared()).sum();
-    let whole: f32 = neighbours.iter().map(|(_, _, d)| d.length_squared()).sum();
+    let residual: f32 = neighbours.iter().map(|(o, d)| (*d - map * *o).length_squared()).sum();
+    let whole: f32 = neighbours.iter().map(|(_, d)| d.length_squared()).sum();
     let has_inverse = map.determinant().abs() > 1e-12;
     (has_inverse && residual <= MAX_RESIDUAL * MAX_RESIDUAL * whole).then_some(map)
 }
@@ -188,8 +182,11 @@ mod tests {
         for k in 0..count {
             let place = stream.uniform_2();
             let throughput = 1.0 / count as f32;
-            let sky = (k % stride == 0)
-                .then(|| SkySample { direction: direction(place.into()).normalize(), throughput });
+            let sky = (k % stride == 0).then(|| SkySample {
+                direction: direction(place.into()).normalize(),
+                throughput,
+                way: 7,
+            });
             seen.samples.push(SeenSample { place, background: Rgb::BLACK, point: None, sky });
         }
         seen
@@ -222,8 +219,7 @@ mod tests {
         }
     }
 
-    /// The sun is beside the pixel, in front of which the samples form an incoherent cloud, or too
-    /// few samples leave the scene.
+    /// The sun is beside the pixel, or too few samples leave the scene.
     #[test]
     fn a_sun_outside_the_pixel_is_not() {
         let (environment, _) = sky();
@@ -234,7 +230,7 @@ mod tests {
         let found = sky.importance_least(&samples(128, 1, beside));
         assert!(found < 3.0, "{found}: the rest of the sky");
         let inside = |p: Vec2| toward + right * 0.2 * (p.x - 0.5) + up * 0.1 * (p.y - 0.5);
-        assert_eq!(sky.importance_least(&samples(128, 20, inside)), 0.0);
+        assert_eq!(sky.importance_least(&samples(128, 26, inside)), 0.0);
         assert!(Sky::new(&Environment::constant(Rgb::WHITE), 1).is_none());
     }
 }

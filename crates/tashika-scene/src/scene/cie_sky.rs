@@ -104,7 +104,7 @@ impl CieSky {
         gradation * indicatrix
     }
 
-    /// Horizontal illuminance.
+    /// Illuminance of an unobstructed horizontal plane, at the present scale.
     fn horizontal(&self) -> f64 {
         hemispherical_irradiance(DVec3::Y, |direction| [self.luminance(direction)])[0]
     }

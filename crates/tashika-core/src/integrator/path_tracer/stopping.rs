@@ -135,10 +135,10 @@ impl PathStop {
 /// Surfaces and media of a pixel that scatter light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Scattering {
-    /// A path met some.
+    /// At least one path was scattered.
     Met,
-    /// No path met any. Some may be there, of about this luminance; zero if the pixel is certainly
-    /// empty (W·m⁻²·sr⁻¹).
+    /// No path was scattered, though surfaces of about this luminance may be there; zero if the
+    /// pixel is certainly empty (W·m⁻²·sr⁻¹).
     Unmet(f64),
 }
 
@@ -393,8 +393,8 @@ mod tests {
         }
     }
 
-    /// In an empty pixel all paths have the same value. If a surface of luminance 2 may be there, the
-    /// interval at 95 % allows for it on the share of the pixel that `n` paths miss with a
+    /// In an empty pixel all paths have the same value. If a surface of luminance 2 may be there,
+    /// the interval at 95 % allows for it on the share of the pixel that `n` paths miss with a
     /// probability of 5 %.
     #[test]
     fn surfaces_that_no_path_met_are_reckoned_with() {
