@@ -1,5 +1,6 @@
 //! Files of [tashika](https://github.com/tashika-render/tashika), a many-light renderer: scenes from
-//! pbrt, Mitsuba, glTF, USD and Wavefront OBJ, films to and from OpenEXR, pictures to PNG.
+//! pbrt, Mitsuba, glTF, USD, Wavefront OBJ and Radiance, films to and from OpenEXR, pictures to
+//! PNG.
 //!
 //! Everything is in [`io`], which users of the renderer see as `tashika::io`, together with the
 //! files of VPL sets.

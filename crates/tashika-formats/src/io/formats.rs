@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::features::{Feature, FormatFeatures};
-use super::{SceneFiles, gltf, mitsuba, obj, pbrt, usd};
+use super::{SceneFiles, gltf, mitsuba, obj, pbrt, radiance, usd};
 use crate::error::{Error, Location, Result};
 use crate::scene::Scene;
 
@@ -18,7 +18,7 @@ struct Format {
     features: &'static [Feature],
 }
 
-const FORMATS: [Format; 5] = [
+const FORMATS: [Format; 6] = [
     Format {
         name: "pbrt",
         endings: &[("pbrt", "pbrt-v3 and pbrt-v4")],
@@ -53,6 +53,12 @@ const FORMATS: [Format; 5] = [
         ],
         load: usd::load,
         features: usd::FEATURES,
+    },
+    Format {
+        name: "Radiance",
+        endings: &[("rad", "Radiance scene description")],
+        load: radiance::load,
+        features: radiance::FEATURES,
     },
 ];
 

@@ -30,6 +30,7 @@ mod ply;
 mod png;
 mod polygon;
 mod principled;
+mod radiance;
 mod rough_diffuse;
 mod sensor_points;
 mod shapes;

@@ -61,6 +61,24 @@ const NOT_COMPARED: &[(&str, &str)] = &[
     ("Mitsuba", "anisotropic roughness"),
     ("Mitsuba", "distribution as"),
     ("Mitsuba", "distribution phong"),
+    // Lobes and panes, which `io::radiance` compares with Radiance's formulas; lights.
+    ("Radiance", "plastic"),
+    ("Radiance", "metal"),
+    ("Radiance", "trans"),
+    ("Radiance", "plastic2"),
+    ("Radiance", "metal2"),
+    ("Radiance", "trans2"),
+    ("Radiance", "dielectric"),
+    ("Radiance", "interface"),
+    ("Radiance", "glass"),
+    ("Radiance", "mirror"),
+    ("Radiance", "light"),
+    ("Radiance", "glow"),
+    ("Radiance", "glow maxrad below 0"),
+    ("Radiance", "spotlight"),
+    ("Radiance", "spotlight focal length"),
+    ("Radiance", "illum"),
+    ("Radiance", "light of a luminaire"),
 ];
 
 /// Returns true if a row of a features table describes the material of a surface.
