@@ -55,6 +55,7 @@ TARGETS = {
     "gltf": ("scene.gltf", None, True),
     "glb": ("scene.glb", None, False),
     "obj": ("scene.obj", None, True),
+    "rad": ("scene.rad", None, True),
     "mtl": ("m.mtl", ("scene.obj", b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl a\nf 1/1 2/1 3/1\n"), True),
     "pbrt": ("scene.pbrt", None, True),
     "mitsuba": ("scene.xml", None, True),

@@ -15,7 +15,7 @@
 //!
 //! | to | use |
 //! |---|---|
-//! | read a scene | [`load_scene`] (pbrt, Mitsuba, glTF, USD, OBJ), with [`LoadOptions`](io::LoadOptions); [`Scene::notes`] lists departures from the file |
+//! | read a scene | [`load_scene`] (pbrt, Mitsuba, glTF, USD, OBJ, Radiance), with [`LoadOptions`](io::LoadOptions); [`Scene::notes`] lists departures from the file |
 //! | make one | [`SceneBuilder`](scene::SceneBuilder); [`scene::builtin`] has two |
 //! | render | [`Renderer`], by any [`MethodName`](request::MethodName); [`Observer`](renderer::Observer) watches and ends it |
 //! | measure illuminance | [`sensors`]: points and grids, with the interval of each |

@@ -182,7 +182,7 @@ pub struct SceneArgs {
 /// Options for the scene, its cameras and the size of the image.
 #[derive(Debug, ClapArgs)]
 pub struct StageArgs {
-    /// Scene file (.gltf, .glb, .usda, .usdc, .usdz, .obj, .pbrt, .xml), or builtin:room,
+    /// Scene file (.gltf, .glb, .usda, .usdc, .usdz, .obj, .pbrt, .rad, .xml), or builtin:room,
     /// builtin:tiny
     /// [default: builtin:room]
     pub scene: Option<String>,
@@ -533,7 +533,7 @@ impl Method {
 
 #[derive(Debug, ClapArgs)]
 pub struct InfoArgs {
-    /// Scene file (.gltf, .glb, .usda, .usdc, .usdz, .obj, .pbrt, .xml), or builtin:room,
+    /// Scene file (.gltf, .glb, .usda, .usdc, .usdz, .obj, .pbrt, .rad, .xml), or builtin:room,
     /// builtin:tiny
     /// [default: builtin:room]
     pub scene: Option<String>,

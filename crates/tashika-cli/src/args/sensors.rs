@@ -27,7 +27,7 @@ the sum over one set of virtual point lights; model, materials and sky are the u
 #[derive(Debug, ClapArgs)]
 #[command(after_help = SENSORS_EXAMPLES)]
 pub struct SensorsArgs {
-    /// Scene file (.gltf, .glb, .usda, .usdc, .usdz, .obj, .pbrt, .xml), or builtin:room,
+    /// Scene file (.gltf, .glb, .usda, .usdc, .usdz, .obj, .pbrt, .rad, .xml), or builtin:room,
     /// builtin:tiny
     pub scene: String,
 

@@ -14,9 +14,16 @@ fn each_seed(target: &str, with: impl Fn(&[u8])) {
 
 #[test]
 fn seeds_are_read_and_used() {
-    for scene in
-        ["scene.glb", "scene.gltf", "scene.obj", "scene.pbrt", "scene.usda", "scene.usdc", "scene.usdz"]
-    {
+    for scene in [
+        "scene.glb",
+        "scene.gltf",
+        "scene.obj",
+        "scene.pbrt",
+        "scene.rad",
+        "scene.usda",
+        "scene.usdc",
+        "scene.usdz",
+    ] {
         let (_, target) = scene.split_once('.').unwrap();
         each_seed(target, |bytes| fuzzing::load(&[(scene, bytes)]));
     }

@@ -18,6 +18,9 @@ use crate::io::notes::quoted;
 /// Name of no modifier.
 const VOID: &str = "void";
 
+/// Modifier of an alias that keeps the modifiers of the definition it stands for.
+const INHERIT: &str = "inherit";
+
 /// Types whose arguments have directions or lengths. Others are the same in every copy of a file.
 const PLACED: &[&str] = &["spotlight", "dielectric", "interface", "brightdata", "brightfunc"];
 
@@ -87,29 +90,44 @@ impl Definitions {
     pub(super) fn define(&mut self, primitive: &Primitive, map: &Similarity, at: &Location) -> Result<()> {
         let below = self.find(&primitive.modifier, at)?;
         let map = if PLACED.contains(&primitive.kind.as_str()) { map } else { &Similarity::IDENTITY };
-        let known = self.names.get(&primitive.name).map(|k| &self.all[*k]);
-        let is_known = known.is_some_and(|known| {
-            let (a, b) = (&known.primitive, primitive);
-            (&a.kind, &a.strings, &a.reals, known.below, known.map)
-                == (&b.kind, &b.strings, &b.reals, below, *map)
-        });
-        if !is_known {
-            self.names.insert(primitive.name.clone(), self.all.len());
-            self.all.push(Definition { primitive: primitive.clone(), below, map: *map, at: at.clone() });
+        self.insert(Definition { primitive: primitive.clone(), below, map: *map, at: at.clone() });
+        Ok(())
+    }
+
+    /// Adds another name of a definition, with the modifier `modifier` in place of its own, unless
+    /// that is `inherit`.
+    ///
+    /// # Errors
+    /// As [`Self::find`].
+    pub(super) fn alias(&mut self, [modifier, name, reference]: [&str; 3], at: &Location) -> Result<()> {
+        let of = self.find(reference, at)?;
+        let Some(number) = of else {
+            self.names.remove(name);
+            return Ok(());
+        };
+        let below = if modifier == INHERIT { self.all[number].below } else { self.find(modifier, at)? };
+        if below == self.all[number].below {
+            self.names.insert(name.to_owned(), number);
+        } else {
+            let of = &self.all[number];
+            let primitive = Primitive { name: name.to_owned(), ..of.primitive.clone() };
+            self.insert(Definition { primitive, below, map: of.map, at: of.at.clone() });
         }
         Ok(())
     }
 
-    /// Adds another name of a definition.
-    ///
-    /// # Errors
-    /// As [`Self::find`].
-    pub(super) fn alias(&mut self, name: &str, reference: &str, at: &Location) -> Result<()> {
-        match self.find(reference, at)? {
-            Some(number) => self.names.insert(name.to_owned(), number),
-            None => self.names.remove(name),
-        };
-        Ok(())
+    /// Adds a definition, unless it equals the last of its name.
+    fn insert(&mut self, new: Definition) {
+        let name = &new.primitive.name;
+        let is_known = self.names.get(name).map(|k| &self.all[*k]).is_some_and(|known| {
+            let (a, b) = (&known.primitive, &new.primitive);
+            let same = a.kind == b.kind && a.strings == b.strings && a.reals == b.reals;
+            same && known.below == new.below && known.map == new.map
+        });
+        if !is_known {
+            self.names.insert(name.clone(), self.all.len());
+            self.all.push(new);
+        }
     }
 
     /// Number of the definition of a name; none for `void`.

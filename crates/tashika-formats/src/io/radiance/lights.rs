@@ -55,7 +55,7 @@ const SIZE: [u32; 2] = [360, 360];
 const PARTS: u32 = 4;
 
 /// Memory for intensities of all lights of a scene (bytes).
-const MAX_BYTES: u64 = 1 << 31;
+const MAX_BYTES: u64 = 1 << 30;
 
 /// Directions into which a spotlight shines.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -190,8 +190,8 @@ impl Reading<'_> {
                         self.definitions.define(primitive, &context.map, &at)?;
                     }
                 }
-                Statement::Alias { name, reference, line } => {
-                    self.definitions.alias(name, reference, &at(line))?;
+                Statement::Alias { modifier, name, reference, line } => {
+                    self.definitions.alias([modifier, name, reference], &at(line))?;
                 }
                 Statement::Command { text, line } => self.command(text, context, &at(line))?,
             }

@@ -1,4 +1,8 @@
-//! Outlines of surfaces, and points that stand for equal shares of a surface.
+//! Area of a surface as it is seen from a direction, and points that stand for equal shares of the
+//! surface.
+//!
+//! A polygon is divided into triangles, a ring into two circles of equal area, a cylinder along its
+//! axis; a sphere is its centre.
 //!
 //! Held to this by the tests in `tests`.
 
@@ -58,19 +62,15 @@ pub(super) fn outline(geometry: &Geometry) -> Option<(f64, Outline, Vec<DVec3>)>
     match geometry {
         Geometry::Polygon(corners) => {
             let (triangles, _) = triangulate(&mut Triangulator::new(), corners);
-            let sides = |t: [u32; 3]| {
-                let [a, b, c] = t.map(|i| corners[i as usize]);
-                (a, b - a, c - a)
-            };
-            let normal: DVec3 = triangles.iter().map(|t| sides(*t)).map(|(_, b, c)| b.cross(c)).sum();
+            let corners_of = |t: [u32; 3]| t.map(|i| corners[i as usize]);
+            let double = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
+            let normal: DVec3 = triangles.iter().map(|t| double(corners_of(*t))).sum();
             let area = 0.5 * normal.length();
             let coarse = COARSE * area.sqrt();
             let mut weighted = Vec::new();
             for t in triangles {
-                let [a, b, c] = t.map(|i| corners[i as usize]);
-                divide([a, b, c], coarse, 6, &mut weighted);
+                divide(corners_of(t), coarse, 6, &mut weighted);
             }
-            // Points of a polygon are drawn at equal steps of its area.
             Some((area, Outline::Flat(normal.try_normalize()?), equal_shares(&weighted)))
         }
         Geometry::Quadric { shape, to_world, faces_inward } => {

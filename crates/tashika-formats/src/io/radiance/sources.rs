@@ -99,8 +99,13 @@ impl Sources {
         }
         let [width, height] = SIZE;
         let mut texels = vec![Rgb::BLACK; (width * height) as usize];
+        let center = |i: u32| {
+            let place = [f64::from(i % width) + 0.5, f64::from(i / width) + 0.5];
+            direction(place)
+        };
+        let centers: Vec<DVec3> = (0..width * height).map(center).collect();
         for cone in &self.cones {
-            cone.paint(&mut texels);
+            cone.paint(&centers, &mut texels);
         }
         let pixels = Pixels::Float(texels.into_iter().map(Rgb::to_array).collect());
         let image = Image { name: "sources".to_owned(), width, height, pixels };
@@ -113,23 +118,26 @@ fn upright() -> Mat3 {
     Mat3::from_cols(Vec3::X, Vec3::Z, Vec3::NEG_Y)
 }
 
-/// Direction in the world of a place of the image.
-fn direction(u: f64, v: f64) -> DVec3 {
-    (upright() * SphereMap::LatLong.direction([u as f32, v as f32])).as_dvec3()
+/// Direction in the world of a place of the image, in texels.
+fn direction([x, y]: [f64; 2]) -> DVec3 {
+    let [width, height] = SIZE.map(f64::from);
+    let place = [(x / width) as f32, (y / height) as f32];
+    (upright() * SphereMap::LatLong.direction(place)).as_dvec3()
 }
 
 impl Cone {
-    /// Adds the radiance of the cone to an image of [`SIZE`].
-    fn paint(&self, texels: &mut [Rgb]) {
+    /// Adds the radiance of the cone to an image whose texels have these directions.
+    fn paint(&self, centers: &[DVec3], texels: &mut [Rgb]) {
         let [width, height] = SIZE.map(f64::from);
         let (mut covered, mut painted) = (Vec::new(), 0.0);
         for row in 0..SIZE[1] {
             let polar = |v: f64| sin_cos_f64(v / height * PI).1;
             let size = (polar(f64::from(row)) - polar(f64::from(row) + 1.0)) * 2.0 * PI / width;
             for column in 0..SIZE[0] {
-                let share = self.share(f64::from(column), f64::from(row));
+                let texel = (row * SIZE[0] + column) as usize;
+                let share = self.share(centers[texel], [column, row]);
                 if share > 0.0 {
-                    covered.push(((row * SIZE[0] + column) as usize, share));
+                    covered.push((texel, share));
                     painted += share * size;
                 }
             }
@@ -138,26 +146,22 @@ impl Cone {
         let exact = 2.0 * PI * (1.0 - self.cos_half.max(-1.0));
         let correction = if painted > 0.0 { exact / painted } else { 0.0 };
         for (texel, share) in covered {
-            let center = direction(
-                (f64::from(texel as u32 % SIZE[0]) + 0.5) / width,
-                (f64::from(texel as u32 / SIZE[0]) + 0.5) / height,
-            );
-            let factor = self.pattern.as_ref().map_or(1.0, |pattern| pattern.at(center));
+            let factor = self.pattern.as_ref().map_or(1.0, |pattern| pattern.at(centers[texel]));
             texels[texel] += self.radiance * ((share * correction * factor) as f32);
         }
     }
 
     /// Share of a texel that the cone covers.
-    fn share(&self, column: f64, row: f64) -> f64 {
-        let [width, height] = SIZE.map(f64::from);
-        let inside = |x: f64, y: f64| direction(x / width, y / height).dot(self.axis);
-        let center = inside(column + 0.5, row + 0.5);
-        if (center - self.cos_half).abs() > RIM {
-            return f64::from(u8::from(center > self.cos_half));
+    fn share(&self, center: DVec3, texel: [u32; 2]) -> f64 {
+        let cos = center.dot(self.axis);
+        if (cos - self.cos_half).abs() > RIM {
+            return f64::from(u8::from(cos > self.cos_half));
         }
-        let step = |i: u32| (f64::from(i) + 0.5) / f64::from(PARTS);
-        let parts = (0..PARTS * PARTS)
-            .filter(|i| inside(column + step(i % PARTS), row + step(i / PARTS)) > self.cos_half);
+        let step = |texel: u32, part: u32| f64::from(texel) + (f64::from(part) + 0.5) / f64::from(PARTS);
+        let parts = (0..PARTS * PARTS).filter(|i| {
+            let place = [step(texel[0], i % PARTS), step(texel[1], i / PARTS)];
+            direction(place).dot(self.axis) > self.cos_half
+        });
         parts.count() as f64 / f64::from(PARTS * PARTS)
     }
 }

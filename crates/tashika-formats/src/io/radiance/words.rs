@@ -37,7 +37,7 @@ pub(super) struct Primitive {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Statement {
     Primitive(Primitive),
-    Alias { name: String, reference: String, line: u32 },
+    Alias { modifier: String, name: String, reference: String, line: u32 },
     Command { text: String, line: u32 },
 }
 
@@ -64,7 +64,7 @@ pub(super) fn parse(text: &str, file: &Path) -> Result<Vec<Statement>> {
         let name = reader.word("an identifier", line)?;
         if kind == "alias" {
             let reference = reader.word("the name that an alias stands for", line)?;
-            statements.push(Statement::Alias { name, reference, line });
+            statements.push(Statement::Alias { modifier, name, reference, line });
             continue;
         }
         check_type(&kind, &name, Location::line(file, line))?;

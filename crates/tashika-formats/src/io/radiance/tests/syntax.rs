@@ -31,6 +31,27 @@ fn the_last_definition_before_a_surface_is_its_material() {
 }
 
 #[test]
+fn an_alias_has_its_own_modifiers_or_inherits_them() {
+    let base = "void brightdata d 4 corr a.dat source.cal src_theta 0 0\nd light lamp 0 0 3 1 1 1\n\
+        void light plain 0 0 3 1 1 1\n";
+    let data = "1 0 180 2 1 1";
+    for (alias, points) in [
+        ("inherit alias m lamp", true),
+        ("void alias m lamp", false),
+        ("d alias m plain", true),
+        ("void alias m plain", false),
+    ] {
+        let text = format!("{base}{alias}\nm sphere s 0 0 4 0 0 0 1\n");
+        let scene = load(&[("scene.rad", &text), ("a.dat", data)]).unwrap();
+        assert_eq!(
+            (scene.emitters().len(), scene.area_emitters().count()),
+            if points { (1, 0) } else { (0, 1) },
+            "{alias}"
+        );
+    }
+}
+
+#[test]
 fn errors_name_file_and_line() {
     for (text, expected) in [
         ("grey polygon p 0 0 6 0 0 0 1 1 1", "scene.rad:2: a polygon of 6 numbers"),
