@@ -165,10 +165,15 @@ pub struct SceneArgs {
 
     /// Light from infinity, which replaces that of the scene: an image by latitude and longitude,
     /// FILE[,scale=S][,rotate=DEG][,up=z]; a clear sky,
-    /// sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]; or a sky of ISO 15469 by its
+    /// sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]; a sky of ISO 15469 by its
     /// type, 1 to 16, overcast, uniform or clear,
-    /// cie:TYPE[,illuminance=LX][,elevation=DEG,azimuth=DEG][,ground=R][,scale=S][,up=z]
-    #[arg(long, value_name = "FILE|sky:...|cie:...", help_heading = "Scene")]
+    /// cie:TYPE[,illuminance=LX][,elevation=DEG,azimuth=DEG][,ground=R][,scale=S][,up=z]; or the
+    /// all-weather sky of Perez with its sun, by irradiances in W/m2,
+    /// perez:dni=E,dhi=E,elevation=DEG,azimuth=DEG or
+    /// perez:dni=E,dhi=E,latitude=DEG,longitude=DEG,zone=HOURS,date=YYYY-MM-DD,time=HH:MM, or by an
+    /// hour of a weather file, epw:FILE,date=MM-DD,time=HH:MM, each with
+    /// [,ground=R][,unit=lx|W][,sun=on|off][,scale=S][,up=z]
+    #[arg(long, value_name = "FILE|sky:...|cie:...|perez:...|epw:...", help_heading = "Scene")]
     pub environment: Option<AskedEnvironment>,
 
     /// Light in addition to the scene's:

@@ -7,6 +7,7 @@ mod assets;
 mod cameras;
 mod checkpoint;
 mod dielectrics;
+mod epw;
 mod eulumdat;
 mod exr;
 mod features;

@@ -5,6 +5,7 @@
 //! environment   FILE[,scale=S][,rotate=DEG][,up=z]          a latitude-longitude image, instead of the scene's environment
 //!               sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]
 //!               cie:TYPE[,illuminance=LX][,elevation=DEG,azimuth=DEG][,ground=R][,scale=S][,up=z]
+//!               perez:… and epw:…                             skies by measured irradiance, with their sun (module `weather`)
 //! light         sun:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z]
 //!               point:X,Y,Z,WATTS
 //!               ies:FILE@X,Y,Z[,scale=S][,rotate=DEG][,up=z]
@@ -17,11 +18,14 @@
 //! [`ies`](super::ies) (an EULUMDAT file, too), with `C = 0°` to the east. `cie` is one of the
 //! sixteen skies of ISO 15469 ([`CieSky`]), by its number or as `overcast` (16), `uniform` (5) or
 //! `clear` (12). It has a horizontal illuminance of 10,000 lx by default; the ground is black by
-//! default.
+//! default. `perez` and `epw` are the all-weather sky of Perez et al. 1993
+//! ([`PerezSky`](crate::scene::PerezSky)) by irradiances and the position of the sun, or by an hour
+//! of a weather file; they add a directional light for the sun.
 //!
 //! Held to this by the tests below and by `suite::light_changes`.
 
 mod options;
+mod weather;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -31,6 +35,7 @@ use std::sync::Arc;
 use glam::{Mat3, Vec3};
 
 use self::options::{Options, wide_number};
+use self::weather::{EPW_FORM, EPW_NAMES, PEREZ_FORM, Weather};
 use super::files::digest;
 use super::images::{Encoding, decode};
 use super::{LoadOptions, SceneFiles, ies};
@@ -68,6 +73,7 @@ enum Source {
     File(PathBuf),
     Sky(Sun),
     Cie(Cie),
+    Weather(Weather),
 }
 
 /// Sky of ISO 15469.
@@ -160,6 +166,7 @@ impl LightChanges {
             Ok(bytes)
         };
         let (mut environment, mut notes) = (None, Notes::default());
+        let mut lamps = Vec::new();
         if let Some(asked) = &self.environment {
             words.push(format!("environment {}", asked.named_by_file()));
             let scale = Rgb::gray(asked.turned.scale);
@@ -175,10 +182,20 @@ impl LightChanges {
                 }
                 Source::Sky(sun) => sun.sky().image(SKY_RESOLUTION[0], SKY_RESOLUTION[1]),
                 Source::Cie(cie) => cie.sky().image(SKY_RESOLUTION[0], SKY_RESOLUTION[1]),
+                Source::Weather(weather) => {
+                    let bytes = weather.file().map(|file| read(file)).transpose()?;
+                    let daylight = weather.daylight(bytes.as_deref())?;
+                    words.push(daylight.summary);
+                    if daylight.direct_normal > 0.0 {
+                        let direction = -(asked.turned.to_world() * daylight.to_sun).normalize();
+                        let irradiance = scale * daylight.direct_normal as f32;
+                        lamps.push(Lamp::Emitter(Emitter::Directional { direction, irradiance }));
+                    }
+                    daylight.sky.image(SKY_RESOLUTION[0], SKY_RESOLUTION[1])
+                }
             };
             environment = Some(Environment::lat_long(image, scale, asked.turned.to_world()));
         }
-        let mut lamps = Vec::new();
         for light in &self.lights {
             words.push(format!("light {}", light.named_by_file()));
             match &light.0 {
@@ -212,6 +229,7 @@ impl AskedEnvironment {
     fn file(&self) -> Option<&Path> {
         match &self.source {
             Source::File(file) => Some(file),
+            Source::Weather(weather) => weather.file().map(PathBuf::as_path),
             Source::Sky(_) | Source::Cie(_) => None,
         }
     }
@@ -222,9 +240,14 @@ impl AskedEnvironment {
     /// # Errors
     /// [`Error::Io`] if there is no current folder.
     pub fn with_absolute_path(&self) -> Result<Self> {
-        let source = match &self.source {
-            Source::File(file) => Source::File(absolute(file)?),
-            sky @ (Source::Sky(_) | Source::Cie(_)) => sky.clone(),
+        self.with_file(absolute)
+    }
+
+    fn with_file(&self, of: impl FnOnce(&Path) -> Result<PathBuf>) -> Result<Self> {
+        let source = match (&self.source, self.file()) {
+            (Source::Weather(weather), Some(file)) => Source::Weather(weather.with_file(of(file)?)),
+            (_, Some(file)) => Source::File(of(file)?),
+            (sky, None) => sky.clone(),
         };
         Ok(Self { source, ..*self })
     }
@@ -232,8 +255,8 @@ impl AskedEnvironment {
     /// Text of the environment with the name of its file but without the folder, which differs
     /// between machines.
     fn named_by_file(&self) -> String {
-        let file = self.file().map(|file| Source::File(file_name(file).into()));
-        Self { source: file.unwrap_or_else(|| self.source.clone()), ..*self }.to_string()
+        let named = self.with_file(|file| Ok(file_name(file).into()));
+        named.as_ref().unwrap_or(self).to_string()
     }
 }
 
@@ -276,8 +299,8 @@ fn file_name(file: &Path) -> String {
 }
 
 /// Accepted forms of an environment, for messages.
-const ENVIRONMENTS: &str = "FILE[,scale=S][,rotate=DEG][,up=z], sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z] or \
-    cie:TYPE[,illuminance=LX][,elevation=DEG,azimuth=DEG][,ground=R][,scale=S][,up=z]";
+const ENVIRONMENTS: &str = "FILE[,scale=S][,rotate=DEG][,up=z], sky:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z], \
+    cie:TYPE[,illuminance=LX][,elevation=DEG,azimuth=DEG][,ground=R][,scale=S][,up=z], perez:... or epw:FILE,...";
 
 /// Accepted forms of a light, for messages.
 const LIGHTS: &str = "sun:elevation=DEG,azimuth=DEG[,turbidity=T][,scale=S][,up=z], point:X,Y,Z,WATTS or \
@@ -298,6 +321,20 @@ impl FromStr for AskedEnvironment {
             let mut options = Options::of(words).map_err(wrong)?;
             let cie = options.cie(kind).map_err(wrong)?;
             (Source::Cie(cie), options.turned(false).map_err(wrong)?)
+        } else if let Some(rest) = text.strip_prefix("perez:") {
+            let wrong = |why: String| Error::option("environment", text, format!("{PEREZ_FORM} ({why})"));
+            let mut options = Options::of(rest.split(',')).map_err(wrong)?;
+            let weather = Weather::perez(&mut options).map_err(wrong)?;
+            (Source::Weather(weather), options.turned(false).map_err(wrong)?)
+        } else if let Some(rest) = text.strip_prefix("epw:") {
+            let wrong = |why: String| Error::option("environment", text, format!("{EPW_FORM} ({why})"));
+            let (file, options) = Options::behind_file(rest, &EPW_NAMES);
+            if file.is_empty() {
+                return Err(wrong("no file".to_owned()));
+            }
+            let mut options = Options::of(options).map_err(wrong)?;
+            let weather = Weather::epw(file.into(), &mut options).map_err(wrong)?;
+            (Source::Weather(weather), options.turned(false).map_err(wrong)?)
         } else {
             let (file, options) = Options::behind(text);
             if file.is_empty() {
@@ -391,6 +428,7 @@ impl fmt::Display for AskedEnvironment {
             Source::File(file) => write!(f, "{}{}", file.display(), self.turned),
             Source::Sky(sun) => write!(f, "sky:{sun}{}", self.turned),
             Source::Cie(cie) => write!(f, "cie:{cie}{}", self.turned),
+            Source::Weather(weather) => write!(f, "{weather}{}", self.turned),
         }
     }
 }

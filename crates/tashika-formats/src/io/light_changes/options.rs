@@ -1,8 +1,8 @@
 //! Options `name=value` in the text of a light.
 
 use super::{Cie, Sun, Turned};
-use crate::scene::CieSky;
 use crate::scene::sky::{MAX_TURBIDITY, MIN_TURBIDITY};
+use crate::scene::{CalendarDate, CieSky};
 
 /// Largest factor on a light.
 const MAX_SCALE: f32 = 1e30;
@@ -23,15 +23,20 @@ pub(super) fn wide_number(text: &str) -> Result<f64, String> {
 pub(super) struct Options<'t>(Vec<(&'t str, &'t str)>);
 
 impl<'t> Options<'t> {
-    /// Every option that some light accepts.
+    /// Every option that may follow a file or a place.
     const NAMES: [&'static str; 6] = ["elevation", "azimuth", "turbidity", "scale", "rotate", "up"];
 
     /// Splits a text into the part before its options and the options, of which the last comes
     /// first. Options are split off from the end, because file names may contain commas.
     pub(super) fn behind(text: &'t str) -> (&'t str, Vec<&'t str>) {
+        Self::behind_file(text, &Self::NAMES)
+    }
+
+    /// As [`Self::behind`], for options of the given names.
+    pub(super) fn behind_file(text: &'t str, names: &[&str]) -> (&'t str, Vec<&'t str>) {
         let (mut before, mut options) = (text, Vec::new());
         while let Some((rest, last)) = before.rsplit_once(',') {
-            if !last.split_once('=').is_some_and(|(name, _)| Self::NAMES.contains(&name)) {
+            if !last.split_once('=').is_some_and(|(name, _)| names.contains(&name)) {
                 break;
             }
             options.push(last);
@@ -53,16 +58,79 @@ impl<'t> Options<'t> {
         Ok(Self(options))
     }
 
+    /// Returns true if an option is given and was not taken yet.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.0.iter().any(|(known, _)| *known == name)
+    }
+
     fn take(&mut self, name: &str) -> Option<&'t str> {
         let at = self.0.iter().position(|(n, _)| *n == name)?;
         Some(self.0.swap_remove(at).1)
     }
 
-    fn number(&mut self, name: &str, range: [f32; 2], missing: Option<f32>) -> Result<f32, String> {
+    /// Takes a number in a range; a missing one is `missing`, or an error.
+    pub(super) fn number(
+        &mut self,
+        name: &str,
+        range: [f32; 2],
+        missing: Option<f32>,
+    ) -> Result<f32, String> {
         let Some(text) = self.take(name) else { return missing.ok_or_else(|| format!("no {name}")) };
         let value = number(text)?;
         let [lo, hi] = range;
         if (lo..=hi).contains(&value) { Ok(value) } else { Err(format!("{name} from {lo} to {hi}")) }
+    }
+
+    /// Takes a number in a range, in double precision.
+    pub(super) fn wide(&mut self, name: &str, range: [f64; 2]) -> Result<f64, String> {
+        let value = wide_number(self.take(name).ok_or_else(|| format!("no {name}"))?)?;
+        let [lo, hi] = range;
+        if (lo..=hi).contains(&value) { Ok(value) } else { Err(format!("{name} from {lo} to {hi}")) }
+    }
+
+    /// Takes one of several words, the first if the option is missing.
+    pub(super) fn choice<const N: usize>(
+        &mut self,
+        name: &str,
+        words: [&'static str; N],
+    ) -> Result<&'static str, String> {
+        let Some(text) = self.take(name) else { return Ok(words[0]) };
+        let known = words.into_iter().find(|word| *word == text);
+        known.ok_or_else(|| format!("{name} is {}", words.join(" or ")))
+    }
+
+    /// Takes the day of a `date=YYYY-MM-DD`.
+    pub(super) fn date(&mut self) -> Result<Option<CalendarDate>, String> {
+        let Some(text) = self.take("date") else { return Ok(None) };
+        let parts: Vec<Option<u32>> = text.split('-').map(|part| part.parse().ok()).collect();
+        let date = match parts[..] {
+            [Some(year), Some(month), Some(day)] => {
+                i32::try_from(year).ok().and_then(|year| CalendarDate::new(year, month, day))
+            }
+            _ => None,
+        };
+        date.map(Some).ok_or_else(|| format!("{text:?} is no day YYYY-MM-DD from 1900 to 2100"))
+    }
+
+    /// Takes the month and day of a `date=MM-DD`.
+    pub(super) fn month_and_day(&mut self) -> Result<(u32, u32), String> {
+        let text = self.take("date").ok_or("no date")?;
+        let parts: Vec<Option<u32>> = text.split('-').map(|part| part.parse().ok()).collect();
+        match parts[..] {
+            // A year of 366 days has every day of a weather file.
+            [Some(month), Some(day)] if CalendarDate::new(2000, month, day).is_some() => Ok((month, day)),
+            _ => Err(format!("{text:?} is no day MM-DD")),
+        }
+    }
+
+    /// Takes a `time=HH:MM`, in minutes since the beginning of the day.
+    pub(super) fn minutes(&mut self) -> Result<u32, String> {
+        let text = self.take("time").ok_or("no time")?;
+        let parts: Vec<Option<u32>> = text.split(':').map(|part| part.parse().ok()).collect();
+        match parts[..] {
+            [Some(hours @ 0..=23), Some(minutes @ 0..=59)] => Ok(60 * hours + minutes),
+            _ => Err(format!("{text:?} is no time HH:MM from 00:00 to 23:59")),
+        }
     }
 
     /// Takes the position of the sun and the turbidity of the air.

@@ -98,6 +98,7 @@ pub(super) const SIDE_BY_SIDE: &[SideBySide] = &[
             "cameras",
             "checkpoint",
             "dielectrics",
+            "epw",
             "eulumdat",
             "exr",
             "features",
