@@ -15,6 +15,7 @@ mod coverage;
 mod exit;
 mod experiment;
 mod farm;
+mod glare;
 mod info;
 mod interrupt;
 mod measure;
@@ -63,6 +64,7 @@ fn run(args: &Args) -> Result<Outcome, Failure> {
         Command::Farm(typed) => farm::run(&plan::FarmPlan::new(typed)?),
         Command::Merge(typed) => merge::run(&plan::MergePlan::new(typed)?),
         Command::View(typed) => view::run(&plan::ViewPlan::new(typed)?),
+        Command::Glare(typed) => glare::run(&plan::GlarePlan::new(typed)?),
         Command::Compare(typed) => compare::run(&plan::ComparePlan::new(typed)?),
         Command::Coverage(typed) => coverage::run(&plan::CoveragePlan::new(typed)?),
         Command::Experiment(typed) => experiment::run(&plan::ExperimentPlan::new(typed)?),

@@ -8,7 +8,7 @@ use tashika::io::{read_exr, write_exr_as, write_file, write_png};
 use tashika::render::{Merged, Merger};
 use tashika::renderer::finish_merged;
 use tashika::report::{
-    RenderFacts, about_light_not_found, about_not_finite, about_truth, count, render_page,
+    RenderFacts, about_light_not_found, about_not_finite, about_truth, count, luminance_image, render_page,
 };
 
 use crate::exit::{Failure, Outcome};
@@ -64,7 +64,13 @@ fn work(plan: &MergePlan, meter: &Meter) -> Result<Outcome, Failure> {
         rows: rows(&report, &merged).for_page(),
         command: Some(typed_command()),
         tone: plan.tone_map.tone,
+        luminance: plan.luminance.as_ref().map(|(_, scale)| *scale),
     };
+    if let Some((path, scale)) = &plan.luminance
+        && let Some(picture) = luminance_image(&merged.film, scale)
+    {
+        write_file(path, &picture.png())?;
+    }
     write_file(&plan.html, render_page(&merged.film, &facts).as_bytes())?;
     meter.finish();
     if let Some(path) = &plan.common.json {
@@ -123,7 +129,12 @@ fn report(plan: &MergePlan, merged: &Merged) -> Report {
         of: merged.of,
         missing_pixels: merged.missing_pixels,
         complete: merged.missing_pixels == 0,
-        files: vec![plan.exr.clone(), plan.png.clone(), plan.html.clone()],
+        files: [&plan.exr, &plan.png]
+            .into_iter()
+            .chain(plan.luminance.as_ref().map(|(path, _)| path))
+            .chain([&plan.html])
+            .cloned()
+            .collect(),
     }
 }
 

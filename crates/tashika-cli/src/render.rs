@@ -9,7 +9,7 @@ use tashika::integrator::PathStop;
 use tashika::io::{KeptTiles, save_vpls, write_exr_as, write_file, write_png};
 use tashika::render::Rendered;
 use tashika::renderer::{Audit, Prepared};
-use tashika::report::{RenderFacts, error_budget, render_page};
+use tashika::report::{RenderFacts, error_budget, luminance_image, render_page};
 use tashika::request::Method;
 use tashika::vpl::VplSet;
 
@@ -153,6 +153,11 @@ fn image(
             write_exr_as(&outputs.exr, film, &plan.layout).map_err(|trouble| {
                 rescued(film, &plan.layout, &outputs.exr, &trouble, watcher.checkpoint())
             })?;
+            if let (Some(path), Some(scale)) = (&outputs.luminance, &plan.luminance)
+                && let Some(picture) = luminance_image(film, scale)
+            {
+                write_file(path, &picture.png()).map_err(|trouble| beside(&outputs.exr, &trouble))?;
+            }
             write_png(&outputs.png, film, &plan.tone_map).map_err(|trouble| beside(&outputs.exr, &trouble))
         };
         let exposure_stops = watcher.timed(|seconds| &mut seconds.write, write)?;
@@ -192,6 +197,7 @@ fn image(
         rows: report.rows().for_page(),
         command: Some(typed_command()),
         tone: plan.tone_map.tone,
+        luminance: plan.luminance,
     };
     let Rendered { film, complete, .. } = done.rendered;
     write_file(&outputs.html, render_page(&film, &facts).as_bytes())
@@ -314,6 +320,6 @@ fn report(
         audit: done.audit.clone(),
         exposure_stops: done.exposure_stops,
         tonemap: plan.tone_map.tone.name(),
-        files: vec![outputs.exr.clone(), outputs.png.clone(), outputs.html.clone()],
+        files: outputs.images().cloned().collect(),
     }
 }

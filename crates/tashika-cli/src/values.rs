@@ -52,6 +52,26 @@ pub fn photometry(typed: &str) -> Result<Photometry, String> {
     typed.parse().map_err(expected)
 }
 
+/// Scale of a picture in false colours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FalseColor {
+    /// Luminance at the end of the scale (cd·m⁻²), if given.
+    pub end: Option<f64>,
+}
+
+/// Parses the scale of a picture of luminances: `cd/m2`, `cd/m2:5000`.
+pub fn false_color(typed: &str) -> Result<FalseColor, String> {
+    let wrong = || "expected cd/m2, or cd/m2:MAX with a luminance above 0".to_owned();
+    match typed.strip_prefix("cd/m2").ok_or_else(wrong)? {
+        "" => Ok(FalseColor { end: None }),
+        rest => {
+            let number = rest.strip_prefix(':').and_then(|number| number.parse::<f64>().ok());
+            let end = number.filter(|end| *end > 0.0 && *end < 1e30).ok_or_else(wrong)?;
+            Ok(FalseColor { end: Some(end) })
+        }
+    }
+}
+
 /// Accepted values of an option, without its name and value, which the message of the program
 /// states already.
 fn expected(error: Error) -> String {

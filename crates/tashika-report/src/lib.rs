@@ -11,7 +11,9 @@ mod compare;
 mod error_budget;
 mod error_image;
 mod intervals;
+mod isolines;
 mod judged;
+mod luminance_image;
 mod measures;
 mod own_error;
 mod page;
@@ -27,6 +29,7 @@ pub use error_budget::{ErrorBudget, error_budget};
 pub use error_image::{error_image, half_width_image};
 pub use intervals::Intervals;
 pub use judged::PictureJudged;
+pub use luminance_image::{LuminanceScale, luminance_image};
 pub use measures::Measures;
 pub use page::{
     CompareFacts, Images, Measured, Page, PlanCell, Plot, Provenance, RenderFacts, Sheet, Shown,

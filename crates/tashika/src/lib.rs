@@ -19,6 +19,7 @@
 //! | make one | [`SceneBuilder`](scene::SceneBuilder); [`scene::builtin`] has two |
 //! | render | [`Renderer`], by any [`MethodName`](request::MethodName); [`Observer`](renderer::Observer) watches and ends it |
 //! | measure illuminance | [`sensors`]: points and grids, with the interval of each |
+//! | measure glare | [`glare`]: UGR and DGP of a fisheye image, with intervals |
 //! | judge a film | [`Prepared::audit`](renderer::Prepared::audit), [`report::compare`] |
 //! | read a film | [`RenderFilm`], [`Film`] and its [`planes`](film::planes); [`Claim`] and [`Stop`]: the claim of a pixel and the reason why work on it ended |
 //! | write it | [`write_exr`], [`io::write_png`]; pages are [`report::render_page`] |
@@ -45,7 +46,7 @@
 //! | `tashika-core` | [`accel`], [`bounds`], [`compensation`], [`contribution`], [`cut`], [`gather`], [`guidance`], [`integrator`], [`media`], [`picture`], [`render`], [`request`], [`tree`], [`vpl`] |
 //! | `tashika-formats` | [`io`], except lights and finished tiles |
 //! | `tashika-report` | [`report`] |
-//! | `tashika` | [`experiment`], [`io`], [`renderer`], [`sensors`] |
+//! | `tashika` | [`experiment`], [`glare`], [`io`], [`renderer`], [`sensors`] |
 //!
 //! # Layers
 //! Listed from the bottom layer. A module uses only modules in the rows above its own; Cargo
@@ -64,10 +65,11 @@
 //! | 8 | [`reconstruction`], [`render`], [`report`], [`request`] |
 //! | 9 | [`experiment`], [`io`], [`picture`] |
 //! | 10 | [`renderer`] |
-//! | 11 | [`sensors`] |
+//! | 11 | [`glare`], [`sensors`] |
 #![forbid(unsafe_code)]
 
 pub mod experiment;
+pub mod glare;
 #[cfg(feature = "formats")]
 pub mod io;
 pub mod renderer;

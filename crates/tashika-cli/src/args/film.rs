@@ -2,6 +2,7 @@
 
 use clap::Args as ClapArgs;
 use tashika::io::{Exposure, ExrLayout, Tone};
+use tashika::sensors::Photometry;
 
 use crate::values;
 
@@ -26,6 +27,23 @@ pub struct PictureArgs {
     /// knee), linear (cut off at 1), filmic (Hable), aces (Hill's fit) or agx
     #[arg(long, value_name = "natural|linear|filmic|aces|agx", default_value_t, help_heading = "Output")]
     pub tonemap: Tone,
+}
+
+/// Options for the picture of luminances; they do not change the image itself.
+#[derive(Debug, ClapArgs)]
+pub struct FalseColorArgs {
+    /// Write a picture of the luminance in false colours, with isolines and a scale from 0 to MAX
+    /// cd/m2, to FILE-luminance.png, and show it on the page. Without MAX the scale includes 99% of
+    /// the pixels
+    #[arg(long, value_name = "cd/m2[:MAX]", value_parser = values::false_color, help_heading = "Output")]
+    pub false_color: Option<values::FalseColor>,
+
+    /// Conversion to luminance, with --false-color: scene, the numbers of the scene are photometric
+    /// (1 lm/W); cie, they are radiometric (683 lm/W, luminosity of Rec. 709); radiance, as
+    /// Radiance has them (179 lm/W, its weights)
+    /// [default: scene]
+    #[arg(long, value_name = "scene|cie|radiance", value_parser = values::photometry, help_heading = "Output")]
+    pub photometry: Option<Photometry>,
 }
 
 /// Options that add planes to those that every render has.

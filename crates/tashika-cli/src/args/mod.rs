@@ -5,6 +5,7 @@ mod compare;
 mod farm;
 mod film;
 mod frames;
+mod glare;
 mod measure;
 mod sensors;
 mod shell;
@@ -12,8 +13,9 @@ mod shell;
 pub use camera::CameraArgs;
 pub use compare::CompareArgs;
 pub use farm::FarmArgs;
-pub use film::{ExrArgs, PictureArgs, PlaneArgs};
+pub use film::{ExrArgs, FalseColorArgs, PictureArgs, PlaneArgs};
 pub use frames::FramesArgs;
+pub use glare::GlareArgs;
 pub use measure::{
     AblationArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, Iwasaki2019Args, MeasureArgs, ScalingArgs,
     TransportArgs, TransportMethod,
@@ -57,6 +59,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Trace the virtual point lights of a scene to a file, or describe such a file
     Vpl(VplArgs),
+    /// Measure the glare in a fisheye image: UGR and DGP, each with an interval
+    Glare(GlareArgs),
     /// Measure an image against a reference: shares, errors, claims that hold, and a picture of the
     /// error
     Compare(CompareArgs),
@@ -362,6 +366,9 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub picture: PictureArgs,
 
+    #[command(flatten)]
+    pub false_color: FalseColorArgs,
+
     /// Show the image in the viewer tev at HOST:PORT while it is rendered; without an address, tev
     /// on this machine is used (127.0.0.1:14158)
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = tev::DEFAULT_ADDRESS,
@@ -604,6 +611,9 @@ pub struct MergeArgs {
 
     #[command(flatten)]
     pub picture: PictureArgs,
+
+    #[command(flatten)]
+    pub false_color: FalseColorArgs,
 
     #[command(flatten)]
     pub common: CommonArgs,

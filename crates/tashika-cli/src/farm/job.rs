@@ -92,8 +92,8 @@ impl Job {
             }
             line
         });
-        // Parts are written in the fastest layout. `--exr` applies to the merged image only.
-        let [layout, words] = split(&words, &["--exr"]);
+        // Parts are written in the fastest layout. These options apply to the merged image only.
+        let [layout, words] = split(&words, &["--exr", "--false-color", "--photometry"]);
         let mut render = vec![program.clone()];
         render.extend(words);
         // An engine would take any exit code except 0 for a lost worker.

@@ -28,20 +28,21 @@ use std::sync::Arc;
 use std::thread::available_parallelism;
 
 use tashika::film::Window;
+use tashika::glare::GlareOptions;
 use tashika::io::{
     ExrLayout, LightChanges, LoadOptions, Tone, ToneMap, check_writable, open_scene, scene_format,
 };
 use tashika::reconstruction::Smoother;
 use tashika::render::TileShare;
-use tashika::report::Tolerance;
+use tashika::report::{LuminanceScale, Tolerance};
 use tashika::request::{CameraChange, Framing, Request};
 use tashika::scene::{LightGrouping, Scene, builtin};
 use tashika::vpl::VplOptions;
 use tashika_oidn::Oidn;
 
 use crate::args::{
-    CameraArgs, CommonArgs, CompareArgs, GatherArgs, InfoArgs, LogStyle, MergeArgs, PictureArgs, SceneArgs,
-    ServeArgs, SourceArgs, StageArgs, ViewArgs, VplArgs,
+    CameraArgs, CommonArgs, CompareArgs, GatherArgs, GlareArgs, InfoArgs, LogStyle, MergeArgs, PictureArgs,
+    SceneArgs, ServeArgs, SourceArgs, StageArgs, ViewArgs, VplArgs,
 };
 use crate::exit::Failure;
 
@@ -340,6 +341,34 @@ impl ComparePlan {
     }
 }
 
+/// Checked arguments of `glare`.
+#[derive(Debug)]
+pub struct GlarePlan {
+    /// OpenEXR image that is evaluated.
+    pub image: PathBuf,
+    /// Photometry, angle and threshold.
+    pub options: GlareOptions,
+    /// Picture of the luminances to write.
+    pub picture: Option<PathBuf>,
+    /// Options of every command.
+    pub common: Common,
+}
+
+impl GlarePlan {
+    /// Checks the arguments, and that the outputs can be written.
+    pub fn new(args: &GlareArgs) -> Result<Self, Failure> {
+        let GlareArgs { angle, threshold, photometry, .. } = *args;
+        let options = GlareOptions { photometry, angle, threshold };
+        options.validate()?;
+        if let Some(path) = args.picture.as_deref().filter(|p| !has_ending(p, "png")) {
+            return Err(Failure::option("image", path.display(), "a file name ending in .png"));
+        }
+        let outputs: Vec<&Path> = args.picture.as_deref().into_iter().collect();
+        let common = Common::new(&args.common, &outputs, &[&args.image])?;
+        Ok(Self { image: args.image.clone(), options, picture: args.picture.clone(), common })
+    }
+}
+
 /// Checked arguments of `merge`.
 #[derive(Debug)]
 pub struct MergePlan {
@@ -361,6 +390,8 @@ pub struct MergePlan {
     pub smoother: Option<Arc<dyn Smoother>>,
     /// Exposure and tone mapping of the picture.
     pub tone_map: ToneMap,
+    /// Picture of the luminances in false colours with its scale, if one is written.
+    pub luminance: Option<(PathBuf, LuminanceScale)>,
     /// Options of every command.
     pub common: Common,
 }
@@ -371,8 +402,15 @@ impl MergePlan {
         let tone_map = tone_map(&args.picture)?;
         let exr = with_ending(&args.output, "exr")?;
         let [png, html] = ["png", "html"].map(|ending| exr.with_extension(ending));
+        let luminance = render::luminance(&args.false_color)?;
+        let luminance = luminance.map(|scale| (outputs::named(&png, "luminance"), scale));
         let inputs: Vec<&Path> = args.parts.iter().map(PathBuf::as_path).collect();
-        let common = Common::new(&args.common, &[&exr, &png, &html], &inputs)?;
+        let written: Vec<&Path> = [&exr, &png, &html]
+            .into_iter()
+            .chain(luminance.as_ref().map(|(path, _)| path))
+            .map(PathBuf::as_path)
+            .collect();
+        let common = Common::new(&args.common, &written, &inputs)?;
         let smoother = args.denoiser.as_deref();
         let smoother = smoother.map(|name| Oidn::by_name(name, || None, args.common.threads)).transpose()?;
         Ok(Self {
@@ -385,6 +423,7 @@ impl MergePlan {
             partial: args.partial,
             accept_budget: args.budget.accept_budget,
             tone_map,
+            luminance,
             common,
         })
     }

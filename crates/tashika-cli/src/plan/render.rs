@@ -7,12 +7,13 @@ use std::time::Duration;
 use tashika::film::{Matte, Window};
 use tashika::io::{ExrLayout, ToneMap};
 use tashika::reconstruction::Smoother;
+use tashika::report::LuminanceScale;
 use tashika::request::{ClaimName, MethodName, Request, Resolved};
 use tashika::scene::LightGrouping;
 use tashika_oidn::Oidn;
 
 use super::{Asked, Common, Frames, Outputs, Serving, StagePlan, tone_map};
-use crate::args::RenderArgs;
+use crate::args::{FalseColorArgs, RenderArgs};
 use crate::exit::Failure;
 
 /// Checked arguments of `render`.
@@ -34,6 +35,8 @@ pub struct RenderPlan {
     pub layout: ExrLayout,
     /// Exposure and tone mapping of the picture.
     pub tone_map: ToneMap,
+    /// Scale of the picture of luminances in false colours, if one is written.
+    pub luminance: Option<LuminanceScale>,
     /// Address of the viewer that shows the image during the render.
     pub tev: Option<String>,
     /// True if pixels that ran out of budget do not change the exit code, even if an error was
@@ -80,10 +83,11 @@ impl RenderPlan {
                  all parts together are the same picture",
             ));
         }
+        let luminance = luminance(&args.false_color)?;
         let outputs = Outputs::new(&args.output, args.common.json.clone())?;
+        let outputs = if luminance.is_some() { outputs.with_luminance() } else { outputs };
         let frames = Frames::new(&args.frames)?;
         let one = frames.map_or_else(|| outputs.clone(), |frames| outputs.of_frame(frames.first()));
-        let Outputs { exr, png, html, .. } = &one;
         let several = stage.cameras.several();
         if let (true, Some(option)) = (several, of_one_image(args)) {
             let cameras = stage.cameras.typed();
@@ -115,7 +119,7 @@ impl RenderPlan {
         let told = args.common.log_file.is_some();
         let serve = args.serve.then(|| Serving::new(&args.serving, args.common.quiet, told)).transpose()?;
         let checkpoint = args.checkpoint.then(|| {
-            let mut path = exr.clone().into_os_string();
+            let mut path = one.exr.clone().into_os_string();
             path.push(".checkpoint");
             PathBuf::from(path)
         });
@@ -124,7 +128,7 @@ impl RenderPlan {
             // The names of these files follow from the scene's cameras or from the frames, and are
             // checked later.
             None if several => Vec::new(),
-            None => [exr, png, html].into_iter().chain(&checkpoint).map(PathBuf::as_path).collect(),
+            None => one.images().chain(&checkpoint).map(PathBuf::as_path).collect(),
         };
         let common = Common::new(&args.common, &written, &inputs)?;
         Ok(Self {
@@ -134,6 +138,7 @@ impl RenderPlan {
             outputs,
             layout: args.layout.exr,
             tone_map,
+            luminance,
             tev: args.tev.clone(),
             checkpoint,
             accept_budget: args.budget.accept_budget,
@@ -154,6 +159,16 @@ impl RenderPlan {
         let by_default = || self.asked.request.default_seconds(window.area()).map(Duration::from_secs_f64);
         self.time.or_else(by_default).filter(|_| self.asked.share.is_whole())
     }
+}
+
+/// Scale of the picture of luminances, if one was requested.
+pub(super) fn luminance(args: &FalseColorArgs) -> Result<Option<LuminanceScale>, Failure> {
+    if args.false_color.is_none() && args.photometry.is_some() {
+        return Err(Failure::usage("--photometry goes with --false-color"));
+    }
+    let photometry = args.photometry.unwrap_or_default();
+    let efficacies = photometry.efficacies();
+    Ok(args.false_color.map(|scale| LuminanceScale { efficacies, end: scale.end }))
 }
 
 /// Denoiser of an audited picture; `None` for our reconstruction. Pictures of fixed work, and

@@ -1,22 +1,28 @@
-//! Plans: values at places of a plane, as coloured squares with numbers.
+//! Plans: values at places of a plane, as coloured squares with numbers and isolines.
 
 use std::fmt::Write;
 
 use super::Plot;
 use crate::color_scale::ColorScale;
+use crate::isolines::{isoline, levels};
+use crate::luminance_image::rounded;
 
 /// Width and largest height of the drawing (px), and of its margins.
 const WIDTH: f64 = 720.0;
 const MAX_HEIGHT: f64 = 900.0;
 const MARGIN: f64 = 20.0;
 /// Height of the scale below the drawing, with its numbers (px).
-const SCALE: f64 = 60.0;
+const SCALE: f64 = 64.0;
 /// Smallest and largest square (px).
 const SQUARES: [f64; 2] = [3.0, 64.0];
 /// Smallest square that has a number in it (px).
 const LEAST_WITH_NUMBER: f64 = 20.0;
 /// Shade above which numbers are black.
 const LIGHT: f64 = 0.6;
+/// Largest distance of a place from a grid, in spacings, for isolines.
+const OFF_GRID: f64 = 0.01;
+/// Most places of a grid for each place with a value, for isolines.
+const SPARSE: usize = 64;
 
 /// A value at a place.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,6 +99,8 @@ fn drawn(cells: &[PlanCell], spacing: f64, unit: &str) -> String {
             );
         }
     }
+    let lines = levels(most);
+    draw_isolines(&mut svg, cells, lo, spacing, square, &lines, shade);
     let top = height - SCALE;
     const STEPS: u32 = 64;
     for k in 0..STEPS {
@@ -117,18 +125,75 @@ fn drawn(cells: &[PlanCell], spacing: f64, unit: &str) -> String {
             rounded(share * most)
         );
     }
+    if !lines.is_empty() {
+        let numbers: Vec<String> = lines.iter().map(|level| rounded(*level)).collect();
+        let _ = writeln!(
+            svg,
+            "<text x=\"{MARGIN}\" y=\"{:.2}\" font-size=\"12\">isolines at {} {}</text>",
+            top + 48.0,
+            numbers.join(", "),
+            escaped(unit)
+        );
+    }
     svg.push_str("</svg>\n");
     svg
 }
 
-/// Formats a value with three significant digits, an integer from 100, or two decimals below 1.
-fn rounded(value: f64) -> String {
-    match value {
-        v if v >= 99.95 || v == 0.0 => format!("{v:.0}"),
-        v if v >= 9.995 => format!("{v:.1}"),
-        v if v >= 0.00995 => format!("{v:.2}"),
-        v => format!("{v:.0e}"),
+/// Draws isolines, if the places are on a grid.
+fn draw_isolines(
+    svg: &mut String,
+    cells: &[PlanCell],
+    lo: [f64; 2],
+    spacing: f64,
+    square: f64,
+    lines: &[f64],
+    shade: impl Fn(f64) -> f64,
+) {
+    let Some((columns, values)) = gridded(cells, lo, spacing) else { return };
+    let value = |x: usize, y: usize| values[y * columns + x];
+    let size = [columns, values.len() / columns];
+    for level in lines {
+        let ink = if shade(*level) > LIGHT { "black" } else { "white" };
+        let mut path = String::new();
+        for [from, to] in isoline(size, &value, *level) {
+            let [from, to] = [from, to].map(|p| p.map(|v| MARGIN + (v + 0.5) * square));
+            let _ = write!(path, "M{:.1} {:.1}L{:.1} {:.1}", from[0], from[1], to[0], to[1]);
+        }
+        if !path.is_empty() {
+            let _ = writeln!(
+                svg,
+                "<path d=\"{path}\" fill=\"none\" stroke=\"{ink}\" stroke-width=\"1.2\" pointer-events=\"none\"/>"
+            );
+        }
     }
+}
+
+/// Values on the grid of the places, row by row, with the number of columns; NaN where there is no
+/// value. `None` if some place is off the grid, or most places of the grid are empty.
+fn gridded(cells: &[PlanCell], lo: [f64; 2], spacing: f64) -> Option<(usize, Vec<f64>)> {
+    let mut places = Vec::with_capacity(cells.len());
+    let mut size = [0_usize; 2];
+    for cell in cells {
+        let mut place = [0_usize; 2];
+        for k in 0..2 {
+            let steps = (cell.place[k] - lo[k]) / spacing;
+            if !((steps - steps.round()).abs() <= OFF_GRID && steps < 1e6) {
+                return None;
+            }
+            place[k] = steps.round() as usize;
+            size[k] = size[k].max(place[k] + 1);
+        }
+        places.push(place);
+    }
+    let area = size[0] * size[1];
+    if area == 0 || area > SPARSE * cells.len() {
+        return None;
+    }
+    let mut values = vec![f64::NAN; area];
+    for ([x, y], cell) in places.into_iter().zip(cells) {
+        values[y * size[0] + x] = cell.value;
+    }
+    Some((size[0], values))
 }
 
 fn escaped(text: &str) -> String {
@@ -155,6 +220,21 @@ mod tests {
         let many: Vec<PlanCell> = (0..1000).map(|k| cell(f64::from(k), 1.0, "")).collect();
         let svg = Plot::plan("plan", "Plan", &many, 1.0, "lx", String::new()).svg;
         assert!(svg.contains("viewBox=\"0 0 3040"), "{}", &svg[..120]);
+    }
+
+    /// Isolines of a grid are at round levels between its values; places off a grid have none.
+    #[test]
+    fn plans_have_isolines() {
+        let cell = |x: f64, y: f64| PlanCell { place: [x, y], value: 100.0 * x, title: String::new() };
+        let mut cells: Vec<PlanCell> = (0..9).map(|k| cell(f64::from(k % 3), f64::from(k / 3))).collect();
+        let drawn = |cells: &[PlanCell]| Plot::plan("plan", "Plan", cells, 1.0, "lx", String::new()).svg;
+        let svg = drawn(&cells);
+        assert!(svg.contains("isolines at 50.0, 100, 150 lx"), "{svg}");
+        assert_eq!(svg.matches("<path").count(), 3);
+        // The line of 50 lx is at half the first step: squares are 64 px wide.
+        assert!(svg.contains("M84.0 52.0L84.0 116.0") || svg.contains("M84.0 116.0L84.0 52.0"), "{svg}");
+        cells[4].place[0] += 0.3;
+        assert!(!drawn(&cells).contains("<path"));
     }
 
     #[test]

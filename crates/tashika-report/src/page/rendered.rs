@@ -1,11 +1,14 @@
 //! The page of a render: claims of its pixels, their half-widths, and reasons why work ended.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
 use super::{Images, Page, Plot, Provenance, Shown};
 use crate::color::Controlled;
 use crate::film::{Claim, Film, PictureClaim, Plane, RenderFilm, Stop, Tally, Tone, keys, planes};
 use crate::{
-    about_light_not_found, about_not_finite, about_truth, count, percent_of_error, percent_of_share,
-    percent_of_tolerance, truth_in_short,
+    LuminanceScale, about_light_not_found, about_not_finite, about_truth, count, luminance_image,
+    percent_of_error, percent_of_share, percent_of_tolerance, truth_in_short,
 };
 
 /// Contents of the page of a render beyond its film.
@@ -19,6 +22,8 @@ pub struct RenderFacts {
     pub command: Option<String>,
     /// Tone mapping that the page begins with.
     pub tone: Tone,
+    /// Scale of the picture of luminances in false colours, if the page shows one.
+    pub luminance: Option<LuminanceScale>,
 }
 
 /// Returns the page of a film as HTML.
@@ -30,9 +35,28 @@ pub fn render_page(film: &Film, facts: &RenderFacts) -> String {
     page.tone = facts.tone;
     page.rows = facts.rows.clone();
     page.plots = plots(film);
+    page.plots.extend(facts.luminance.and_then(|scale| luminance_plot(film, &scale)));
     page.command = facts.command.clone();
     page.provenance = vec![Provenance::of(&facts.name, film.metadata())];
     page.html()
+}
+
+/// Picture of luminances, as a plot.
+fn luminance_plot(film: &Film, scale: &LuminanceScale) -> Option<Plot> {
+    let picture = luminance_image(film, scale)?;
+    let [width, height] = picture.size();
+    let svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\">\
+         <image width=\"{width}\" height=\"{height}\" href=\"data:image/png;base64,{}\"/></svg>\n",
+        STANDARD.encode(picture.png())
+    );
+    let [r, g, b] = scale.efficacies;
+    Some(Plot {
+        name: "luminance".to_owned(),
+        caption: "Luminance in false colours (cd/m²); lines are at the numbers of the scale".to_owned(),
+        svg,
+        csv: format!("channel,efficacy (lm/W)\nr,{r}\ng,{g}\nb,{b}\n"),
+    })
 }
 
 /// Text for an audited picture whose half-widths are not known.

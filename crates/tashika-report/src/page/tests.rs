@@ -58,6 +58,7 @@ fn rendered(film: &Film) -> String {
             rows,
             command: Some("tashika render 'a b'".to_owned()),
             tone: Tone::Agx,
+            luminance: None,
         },
     )
 }

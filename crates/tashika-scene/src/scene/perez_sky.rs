@@ -351,6 +351,30 @@ mod tests {
         assert!((direct - 103.491).abs() < 0.02, "{direct}");
     }
 
+    /// Coefficients that Radiance's `gendaylit` (version of 2021) prints for this weather on the
+    /// 150th day of the year, on which `1/R² = 0.9723422513` by its formula.
+    #[test]
+    fn coefficients_are_those_of_another_program() {
+        const FOUND: [[f64; 5]; 8] = [
+            [1.117705, -0.648359, 0.258326, -0.239267, -0.034674],
+            [-1.228323, -0.872863, 8.344452, -2.190771, 0.208913],
+            [-1.047546, -0.608362, 13.906801, -3.683230, 0.094247],
+            [-0.875309, -0.479596, 16.626456, -3.253885, 0.271954],
+            [-1.048162, -0.641823, 14.877489, -3.252170, 0.016125],
+            [-0.951880, -0.297157, 13.008422, -3.493552, 0.150132],
+            [-0.962188, -0.216721, 16.409863, -3.927157, 0.656199],
+            [-0.989814, -0.207278, 22.213997, -6.015554, 1.321415],
+        ];
+        for ([direct, diffuse], expected) in WEATHER.into_iter().zip(FOUND) {
+            let distance = 1.0 / 0.972_342_251_3_f64.sqrt();
+            let condition = SkyCondition::new(to_sun(60.0), direct, diffuse, distance);
+            for (found, expected) in condition.coefficients().into_iter().zip(expected) {
+                // Six decimals are printed; inputs in single precision add as much.
+                assert!((found - expected).abs() < 1e-5, "{condition:?}: {found} {expected}");
+            }
+        }
+    }
+
     /// Clear skies are brightest around the sun and overcast skies brightest at the zenith.
     #[test]
     fn clear_skies_have_an_aureole() {

@@ -60,6 +60,11 @@ impl Photometry {
         }
     }
 
+    /// Luminous efficacies of the channels (lm·W⁻¹): the weights times the efficacy of white.
+    pub fn efficacies(self) -> [f64; 3] {
+        self.weights().map(|weight| weight * self.efficacy())
+    }
+
     /// Returns the illuminance (lx) of an irradiance by channel (W·m⁻²).
     pub fn illuminance(self, irradiance: [f64; 3]) -> f64 {
         let weighted = irradiance.iter().zip(self.weights()).map(|(value, weight)| value * weight);

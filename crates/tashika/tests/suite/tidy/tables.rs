@@ -66,6 +66,7 @@ pub(super) const MODULES: &[Module] = &[
     module("experiment", 9, &[], &[]),
     module("io", 9, &[], &["bounds", "guidance", "tree", "cut", "compensation", "integrator"]),
     module("renderer", 10, &[], &["bounds", "guidance", "cut", "compensation"]),
+    module("glare", 11, &["sensors"], INNER),
     module("sensors", 11, &[], INNER),
 ];
 
