@@ -38,13 +38,11 @@ mod watcher;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 use args::{Args, Command};
 use exit::{Failure, Outcome};
 
 fn main() -> ExitCode {
-    match run(&Args::parse()) {
+    match run(&args::parsed()) {
         Ok(outcome) => outcome.into(),
         Err(failure) => {
             if !failure.is_told() {

@@ -5,6 +5,7 @@ mod compare;
 mod farm;
 mod film;
 mod frames;
+mod frequent;
 mod glare;
 mod measure;
 mod sensors;
@@ -15,6 +16,7 @@ pub use compare::CompareArgs;
 pub use farm::FarmArgs;
 pub use film::{ExrArgs, FalseColorArgs, PictureArgs, PlaneArgs};
 pub use frames::FramesArgs;
+pub use frequent::parsed;
 pub use glare::GlareArgs;
 pub use measure::{
     AblationArgs, CoverageArgs, EqualQualityArgs, ExperimentArgs, Iwasaki2019Args, MeasureArgs, ScalingArgs,
