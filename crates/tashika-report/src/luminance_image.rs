@@ -7,7 +7,8 @@
 //! The coefficients `K` are the luminous efficacies of the channels (lm·W⁻¹). Colours are those of
 //! the picture of errors, in proportion from black at 0 to yellow at the end of the scale; brighter
 //! pixels are red, pixels that were not rendered are gray. Isolines are at the inner numbers of the
-//! scale, which has five equal steps.
+//! scale, which has five equal steps. They are those of the median of 5 × 5 pixels, which removes
+//! noise and leaves edges where they are.
 //!
 //! # Held to this by
 //! The tests below.
@@ -48,21 +49,18 @@ pub struct LuminanceScale {
 /// Draws the luminance of each pixel; `None` if the film has no colours.
 pub fn luminance_image(film: &Film, scale: &LuminanceScale) -> Option<Picture> {
     let read = RenderFilm::of(film);
-    if film.colors().is_none() {
-        return None;
-    }
-    let values: Vec<f64> = (0..read.pixels())
-        .map(|pixel| match read.color(pixel) {
-            Some(color) if read.is_rendered(pixel) => {
-                let channels = color.to_array().into_iter().zip(scale.efficacies);
-                channels.map(|(value, efficacy)| f64::from(value) * efficacy).sum()
-            }
-            _ => f64::NAN,
-        })
-        .collect();
-    let end = scale.end.unwrap_or_else(|| default_end(&values));
-    let window = film.window();
-    Some(draw([window.width, window.height], &values, end))
+    let luminance = |pixel: usize| match read.color(pixel) {
+        Some(color) if read.is_rendered(pixel) => {
+            let channels = color.to_array().into_iter().zip(scale.efficacies);
+            channels.map(|(value, efficacy)| f64::from(value) * efficacy).sum()
+        }
+        _ => f64::NAN,
+    };
+    film.colors().is_some().then(|| {
+        let values: Vec<f64> = (0..read.pixels()).map(luminance).collect();
+        let window = film.window();
+        draw([window.width, window.height], &values, scale.end.unwrap_or_else(|| default_end(&values)))
+    })
 }
 
 /// Smallest round number that includes most of the values.
@@ -94,7 +92,8 @@ fn draw(size: [u32; 2], values: &[f64], end: f64) -> Picture {
     let pixels = Picture::of_pixels(size, values.iter().map(|value| scale.color(value / end)));
     canvas.put([MARGIN; 2], &pixels, magnification);
     let columns = size[0] as usize;
-    let value = |x: usize, y: usize| values[y * columns + x];
+    let smooth = medians(values, columns);
+    let value = |x: usize, y: usize| smooth[y * columns + x];
     for step in 1..STEPS {
         let share = f64::from(step) / f64::from(STEPS);
         let ink = if share > LIGHT { [0; 3] } else { [255; 3] };
@@ -107,6 +106,25 @@ fn draw(size: [u32; 2], values: &[f64], end: f64) -> Picture {
     let left_out = values.iter().any(|value| value.is_nan());
     legend(&mut canvas, [width + 2 * MARGIN, MARGIN], body, &scale, end, left_out);
     canvas
+}
+
+/// Medians of the values within two columns and two rows; NaN stays NaN, and does not count.
+fn medians(values: &[f64], columns: usize) -> Vec<f64> {
+    const REACH: usize = 2;
+    let rows = values.len() / columns.max(1);
+    let mut near = Vec::with_capacity((2 * REACH + 1).pow(2));
+    let mut smooth = values.to_vec();
+    for (at, smooth) in smooth.iter_mut().enumerate().filter(|(_, value)| !value.is_nan()) {
+        let (x, y) = (at % columns, at / columns);
+        near.clear();
+        for row in y.saturating_sub(REACH)..(y + REACH + 1).min(rows) {
+            let across = x.saturating_sub(REACH)..(x + REACH + 1).min(columns);
+            near.extend(values[row * columns..][across].iter().filter(|value| !value.is_nan()));
+        }
+        let middle = near.len() / 2;
+        *smooth = *near.select_nth_unstable_by(middle, f64::total_cmp).1;
+    }
+    smooth
 }
 
 /// Draws a line of the width of a pixel.
@@ -207,6 +225,19 @@ mod tests {
             assert_eq!(picture.pixel(column, MARGIN + 10), ink, "{share}");
             assert_ne!(picture.pixel(column + 4, MARGIN + 10), ink, "{share}");
         }
+    }
+
+    /// A single bright pixel has no line around it, and the edge of a bright half stays in place.
+    #[test]
+    fn lines_follow_medians() {
+        let mut values = vec![0.0; 12 * 12];
+        values[5 * 12 + 5] = 9.0;
+        values[0] = f64::NAN;
+        assert!(medians(&values, 12).iter().all(|value| *value == 0.0 || value.is_nan()));
+        assert!(medians(&values, 12)[0].is_nan());
+        let half: Vec<f64> = (0..144).map(|k| f64::from(u8::from(k % 12 >= 6))).collect();
+        assert_eq!(medians(&half, 12), half);
+        assert!(medians(&[], 0).is_empty());
     }
 
     #[test]

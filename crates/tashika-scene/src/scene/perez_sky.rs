@@ -351,8 +351,8 @@ mod tests {
         assert!((direct - 103.491).abs() < 0.02, "{direct}");
     }
 
-    /// Coefficients that Radiance's `gendaylit` (version of 2021) prints for this weather on the
-    /// 150th day of the year, on which `1/R² = 0.9723422513` by its formula.
+    /// Coefficients that Radiance's `gendaylit` (version of 2021) prints for this weather. Given
+    /// angles have its distance of the sun on day 0: `1/R² = 1.0350198` by its formula.
     #[test]
     fn coefficients_are_those_of_another_program() {
         const FOUND: [[f64; 5]; 8] = [
@@ -366,7 +366,7 @@ mod tests {
             [-0.989814, -0.207278, 22.213997, -6.015554, 1.321415],
         ];
         for ([direct, diffuse], expected) in WEATHER.into_iter().zip(FOUND) {
-            let distance = 1.0 / 0.972_342_251_3_f64.sqrt();
+            let distance = 1.0 / 1.035_019_8_f64.sqrt();
             let condition = SkyCondition::new(to_sun(60.0), direct, diffuse, distance);
             for (found, expected) in condition.coefficients().into_iter().zip(expected) {
                 // Six decimals are printed; inputs in single precision add as much.

@@ -73,7 +73,7 @@ enum Source {
     File(PathBuf),
     Sky(Sun),
     Cie(Cie),
-    Weather(Weather),
+    Weather(Box<Weather>),
 }
 
 /// Sky of ISO 15469.
@@ -245,7 +245,7 @@ impl AskedEnvironment {
 
     fn with_file(&self, of: impl FnOnce(&Path) -> Result<PathBuf>) -> Result<Self> {
         let source = match (&self.source, self.file()) {
-            (Source::Weather(weather), Some(file)) => Source::Weather(weather.with_file(of(file)?)),
+            (Source::Weather(weather), Some(file)) => Source::Weather(Box::new(weather.with_file(of(file)?))),
             (_, Some(file)) => Source::File(of(file)?),
             (sky, None) => sky.clone(),
         };
@@ -325,7 +325,7 @@ impl FromStr for AskedEnvironment {
             let wrong = |why: String| Error::option("environment", text, format!("{PEREZ_FORM} ({why})"));
             let mut options = Options::of(rest.split(',')).map_err(wrong)?;
             let weather = Weather::perez(&mut options).map_err(wrong)?;
-            (Source::Weather(weather), options.turned(false).map_err(wrong)?)
+            (Source::Weather(Box::new(weather)), options.turned(false).map_err(wrong)?)
         } else if let Some(rest) = text.strip_prefix("epw:") {
             let wrong = |why: String| Error::option("environment", text, format!("{EPW_FORM} ({why})"));
             let (file, options) = Options::behind_file(rest, &EPW_NAMES);
@@ -334,7 +334,7 @@ impl FromStr for AskedEnvironment {
             }
             let mut options = Options::of(options).map_err(wrong)?;
             let weather = Weather::epw(file.into(), &mut options).map_err(wrong)?;
-            (Source::Weather(weather), options.turned(false).map_err(wrong)?)
+            (Source::Weather(Box::new(weather)), options.turned(false).map_err(wrong)?)
         } else {
             let (file, options) = Options::behind(text);
             if file.is_empty() {

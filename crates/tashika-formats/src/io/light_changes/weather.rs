@@ -319,11 +319,11 @@ mod tests {
         let sky = hemispherical_irradiance(up.as_dvec3(), |direction| {
             [environment.radiance(direction.as_vec3().normalize()).g.into()]
         })[0];
-        let suns = scene.emitters().iter().filter_map(|emitter| match emitter {
+        let mut suns = scene.emitters().iter().filter_map(|emitter| match emitter {
             Emitter::Directional { direction, irradiance } => Some((irradiance.g.into(), -*direction)),
             _ => None,
         });
-        (sky, suns.last())
+        (sky, suns.next_back())
     }
 
     /// Sky and sun have the given irradiances in watts, and those times the efficacies in lux. The
