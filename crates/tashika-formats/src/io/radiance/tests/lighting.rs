@@ -321,6 +321,12 @@ fn luminaires_of_ies2rad_shine_by_their_data() {
         let up = intensity(&scene, Vec3::Z);
         assert!(up.abs() < 1e-3, "nothing upward: {up}");
     }
+    // The mean square of the distance from the centre of a disk is half the square of its radius.
+    let disk = of("flatcorr", "ring r 0 0 8 0 0 3 0 0 -1 0 .2");
+    let squares: Vec<f32> =
+        disk.emitters().iter().filter_map(Emitter::position).map(|p| p.truncate().length_squared()).collect();
+    let mean = squares.iter().sum::<f32>() / squares.len() as f32;
+    assert!((mean / 0.02 - 1.0).abs() < 1e-5, "{mean}");
     // A box of 0.2 × 0.4 × 0.1 m, whose lower side is seen from below as a whole.
     let boxed = of("boxcorr", "polygon p 0 0 12 0 0 3 0 .4 3 .2 .4 3 .2 0 3");
     assert!((intensity(&boxed, Vec3::NEG_Z) - 100.0).abs() < 1.0, "{}", intensity(&boxed, Vec3::NEG_Z));
