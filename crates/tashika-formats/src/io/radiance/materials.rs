@@ -15,6 +15,7 @@
 //! * The lobe of smooth plastic is that of a dielectric whose reflectance at normal incidence is
 //!   `s`, over the base; that of smooth metal has Schlick's reflectance. Radiance adds
 //!   `(1 − s) (e^{−5.85 cos θ} − 0.00288)` from `s = 0.018` on. Below, the lobe is a mirror.
+//! * For smooth trans, that addition is its mean over diffuse light.
 //! * Dielectrics absorb inside: a transmission of `τ` over a metre is `σ_a = −ln τ`.
 //!
 //! Channels are taken as those of this renderer.
@@ -43,6 +44,9 @@ use crate::scene::{
 
 /// Specularity from which Radiance adds Fresnel's reflection to smooth surfaces.
 const FRESNEL_FROM: f64 = 0.018;
+
+/// Mean over diffuse light of Fresnel's reflection, `e^{−5.85 c} − 0.00288` at the cosine `c`.
+const MEAN_FRESNEL: f32 = 0.0544;
 
 /// Least transmission of a dielectric over a metre, for its logarithm.
 const LEAST_TRANSMISSION: f32 = 1e-30;
@@ -284,7 +288,10 @@ impl Maker<'_, '_> {
         meet(kind, self.at, self.builder)?;
         let color = self.fractions(&self.reals[..3]);
         let roughness = self.fraction(roughness);
-        let s = self.fraction(self.reals[3]) as f32;
+        let mut s = self.fraction(self.reals[3]) as f32;
+        if roughness == 0.0 && f64::from(s) >= FRESNEL_FROM {
+            s += MEAN_FRESNEL * (1.0 - s);
+        }
         let transmitted = self.fraction(rest[0]) as f32 * (1.0 - s);
         let straight = transmitted * self.fraction(rest[1]) as f32;
         let (reflectance, transmittance) =

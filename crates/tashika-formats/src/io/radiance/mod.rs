@@ -11,7 +11,7 @@
 //! | [`commands`] | `!xform` and `!cat`; no command is run |
 //! | [`transforms`] | transforms and arrays of `xform` |
 //! | [`definitions`] | materials and patterns by their names |
-//! | [`surfaces`] | polygons and quadrics to meshes |
+//! | [`surfaces`], [`holes`] | polygons and quadrics to meshes |
 //! | [`materials`], [`pane`] | materials to surfaces |
 //! | [`sources`], [`skies`] | light from infinitely far away |
 //! | [`lights`], [`outlines`], [`data`] | spotlights, and luminaires by their data |
@@ -34,6 +34,7 @@ mod commands;
 mod data;
 mod definitions;
 mod features;
+mod holes;
 mod lights;
 mod materials;
 mod outlines;

@@ -21,6 +21,7 @@ use std::collections::BTreeMap;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 
+use super::holes;
 use super::transforms::Similarity;
 use super::words::Primitive;
 use crate::error::{Error, Location, Result};
@@ -312,6 +313,11 @@ pub(super) fn triangulate(triangulator: &mut Triangulator, corners: &[DVec3]) ->
     let relative: Vec<Vec3> = corners.iter().map(|p| (p - corners[0]).as_vec3()).collect();
     let mut triangles = Vec::new();
     let coverage = triangulator.triangulate(&relative, &mut triangles);
+    if coverage == Coverage::Crossing
+        && let Some(triangles) = holes::triangulate(corners)
+    {
+        return (triangles, Coverage::Whole);
+    }
     (triangles, coverage)
 }
 

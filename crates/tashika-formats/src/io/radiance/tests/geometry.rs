@@ -71,6 +71,31 @@ fn polygons_may_be_concave_and_have_holes_by_seams() {
 }
 
 #[test]
+fn walls_may_have_several_windows_whose_seams_meet() {
+    // A wall of 8 × 3 m with three windows of 1 × 1 m, whose seams begin at two corners.
+    let window = |x: u32| format!("{x} 0 1 {} 0 1 {} 0 2 {x} 0 2 {x} 0 1", x + 1, x + 1);
+    let (a, b, c) = (window(1), window(3), window(5));
+    for (corners, area, count) in [
+        (format!("0 0 0 0 0 3 8 0 3 8 0 0 0 0 0 {a} 0 0 0 {b}"), 22.0, 16),
+        (format!("0 0 0 0 0 3 8 0 3 8 0 0 0 0 0 {a} 0 0 0 {b} 0 0 0"), 22.0, 17),
+        (format!("0 0 0 0 0 3 {a} 0 0 3 {b} 0 0 3 8 0 3 8 0 0 {c} 8 0 0"), 21.0, 22),
+    ] {
+        for options in ["", "-rz 30 -rx 20 -t 3 1 7"] {
+            let text = format!("{GREY}grey polygon wall 0 0 {} {corners}", 3 * count);
+            let scene = load(&[("scene.rad", &format!("!xform {options} a.rad")), ("a.rad", &text)]).unwrap();
+            assert_eq!(notes(&scene), [], "{corners}");
+            let found = super::area(&scene, "wall");
+            assert!((found / area - 1.0).abs() < 1e-5, "{corners}: {found}");
+            if options.is_empty() {
+                check(&scene, "wall", area, 1e-5, |_| Vec3::Y);
+                let is_in = |x: f32, p: Vec3| p.x > x && p.x < x + 1.0 && p.z > 1.0 && p.z < 2.0;
+                assert!(triangles(&scene, "wall").iter().all(|t| !is_in(1.0, t.0) && !is_in(3.0, t.0)));
+            }
+        }
+    }
+}
+
+#[test]
 fn polygons_of_one_name_are_one_object() {
     let square = |z: u32| format!("grey polygon floor 0 0 12 0 0 {z} 1 0 {z} 1 1 {z} 0 1 {z}\n");
     let scene = grey_scene(&[square(0), square(1), square(2)].concat());
