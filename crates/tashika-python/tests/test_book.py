@@ -1,4 +1,4 @@
-"""The Python code of the book: the blocks of its chapter, and the cells of its notebook, run in
+"""The Python code of the book: the blocks of its chapter, and the cells of its notebooks, run in
 order."""
 
 import json
@@ -6,6 +6,7 @@ import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 BOOK = Path(__file__).parents[3] / "docs/book/src"
@@ -16,18 +17,28 @@ def chapter():
     return re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
 
 
-def notebook():
-    cells = json.loads((BOOK / "first.ipynb").read_text(encoding="utf-8"))["cells"]
+def notebook(name):
+    cells = json.loads((BOOK / name).read_text(encoding="utf-8"))["cells"]
     return [cell["source"] for cell in cells if cell["cell_type"] == "code"]
 
 
-@pytest.mark.parametrize("parts", [chapter, notebook])
-def test_the_python_of_the_book_runs(parts, tmp_path, monkeypatch):
-    shutil.copy(BOOK / "room.gltf", tmp_path)
-    monkeypatch.chdir(tmp_path)
+def run(blocks, folder, monkeypatch):
+    """The names that the blocks define."""
+    shutil.copy(BOOK / "room.gltf", folder)
+    monkeypatch.chdir(folder)
     names = {}
-    blocks = parts()
     assert len(blocks) > 1
     for block in blocks:
-        exec(compile(block, str(parts.__name__), "exec"), names)  # noqa: S102
-    assert names["image"]["radiance"].shape[2] == 3
+        exec(compile(block, "book", "exec"), names)  # noqa: S102
+    return names
+
+
+@pytest.mark.parametrize("blocks", [chapter(), notebook("first.ipynb")], ids=["chapter", "notebook"])
+def test_the_python_of_the_book_runs(blocks, tmp_path, monkeypatch):
+    assert run(blocks, tmp_path, monkeypatch)["image"]["radiance"].shape[2] == 3
+
+
+def test_the_notebook_of_illuminance_runs(tmp_path, monkeypatch):
+    names = run(notebook("illuminance.ipynb"), tmp_path, monkeypatch)
+    stored = np.load(tmp_path / "plane.npz")
+    assert np.array_equal(stored["illuminance"], names["lux"]) and stored["position"].shape == (49, 3)
