@@ -332,6 +332,11 @@ mod tests {
                 assert!(condition.diffuse_efficacy(10.0) >= 0.0 && condition.direct_efficacy(10.0) >= 0.0);
             }
         }
+        // A sky whose `b` would be 0.33 is not replaced by a uniform one.
+        let condition = SkyCondition::new(to_sun(0.0), 1400.0, 50.0, 1.0);
+        let sky = PerezSky::new(&condition, to_sun(0.0), 100.0, 0.0, 0.0);
+        let ratio = sky.luminance(towards(89.9)) / sky.luminance(towards(0.0));
+        assert!(condition.coefficients()[1] == 0.0 && (ratio - 1.0).abs() > 0.5, "{condition:?}: {ratio}");
     }
 
     /// Values worked out by hand from the formulas: the sun 60° above the horizon,

@@ -1,3 +1,5 @@
+//! Glare of synthetic fisheye images, by closed forms.
+
 use std::f64::consts::PI;
 
 use super::*;
