@@ -7,7 +7,7 @@ use std::process::Output;
 use assert_cmd::Command;
 
 const EYE: &str =
-    "render builtin:tiny --projection fisheye --fov 180 --size 24x24 --error 30% --vpls 10k -o eye.exr";
+    "render builtin:tiny --projection fisheye --fov 180 --size 12x12 --error 40% --vpls 5k -o eye.exr";
 
 fn run(folder: &Path, line: &str) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_tashika"));
