@@ -82,7 +82,7 @@ impl Sky {
         (sum - 2.0 * squares.sqrt()).clamp(0.0, most)
     }
 
-    /// Adds what the triangles of one way see of each direction.
+    /// Adds the luminance that each direction gives to the pixel through the triangles of one way.
     fn add(&self, way: &[Exit], seen: &PixelSum, values: &mut [f64]) {
         let middle: Vec3 = way.iter().map(|exit| exit.sky.direction).sum();
         let cosine = |direction: Vec3| direction.dot(middle);
@@ -132,9 +132,9 @@ fn neighbours(exit: &Exit, way: &[Exit]) -> Vec<Exit> {
 /// Three samples of a way.
 struct Triangle {
     corners: [Exit; 3],
-    /// Area in the pixel, `a`.
+    /// `a`, as a share of the pixel.
     area: f32,
-    /// Solid angle, `Ω` (sr).
+    /// `Ω` (sr).
     solid_angle: f32,
     /// Volume spanned by the directions, whose sign is their orientation.
     volume: f32,
@@ -228,8 +228,8 @@ mod tests {
 
     /// A pixel that covers 0.2 × 0.1 in the plane of projection around the sun sees the flux of the
     /// sun over that area, though no sample meets the sun. If only half of the samples take the way
-    /// to the sky, it sees half of the light. Two standard errors of 35 draws of the sun are a third,
-    /// and triangles of random samples overlap here and leave gaps there.
+    /// to the sky, it sees half of the light. Two standard errors of 35 draws of the sun are a
+    /// third, and triangles of random samples overlap in some places and leave gaps in others.
     #[test]
     fn a_sun_that_no_sample_meets_is_found() {
         let (environment, flux) = sky();
