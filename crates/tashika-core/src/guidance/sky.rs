@@ -2,37 +2,38 @@
 //!
 //! The sun, seen directly or through a ball of glass, may cover a thousandth of a pixel and
 //! outshine all else in it, yet most sets of a hundred camera samples miss it. The samples that
-//! left the scene nevertheless show its place: three neighbouring ones form a triangle in the
-//! pixel, of area `a`, and their directions a triangle on the sphere, of solid angle `Ω`. Let
-//! directions `ω_i` be drawn in proportion to the luminance of the sky, whose integral over the
-//! sphere is `E`. The luminance of the sky in the pixel is then
+//! left the scene nevertheless show its place. Near one of them, the map from the place `p` in the
+//! pixel to the direction `ω` in which the path leaves is nearly linear, with a matrix `A` that is
+//! fitted to its neighbours. Let directions `ω_i` be drawn in proportion to the luminance of the
+//! sky, whose integral over the sphere is `E`. The luminance of the sky in the pixel is then
 //!
 //! ```text
-//! L = (E/N) Σ_i Σ_t q_t T_t a_t / Ω_t          over the triangles t around direction i
+//! L = (E/N) Σ_i q_i T_i / |det A_i|          over the directions whose place lies in the pixel
 //! ```
 //!
-//! with the mean throughput `T_t` of the three paths, and the share `q_t` of the samples there
+//! with the throughput `T_i` of the nearest path, and the share `q_i` of the samples around it
 //! whose paths take the same way, over the same surfaces by reflection or transmission. Each way
-//! has triangles of its own: each sample with two of its neighbours. A triangle occurs up to three
-//! times, once for each corner, and counts a third each time.
+//! has a map of its own.
 //!
 //! # Held to this by
 //! The tests below, and the suite's `hard_light`.
 
-use std::f32::consts::TAU;
-
 use crate::gather::{PixelSum, SkySample};
-use crate::math::elementary::atan2;
-use crate::math::{Vec2, Vec3};
+use crate::math::{Mat2, Vec2, Vec3};
 use crate::rng::{Purpose, Stream};
 use crate::scene::Environment;
 
 /// Number of directions drawn from the sky.
 const DIRECTIONS: usize = 64;
-/// Number of neighbours of a sample.
-const NEIGHBOURS: usize = 6;
-/// Number of corners of a triangle, each of which may have it among its own.
-const CORNERS: f64 = 3.0;
+/// Number of neighbours to which the map is fitted.
+const NEIGHBOURS: usize = 5;
+/// Largest distance of a direction's place from the nearest sample, over that of the farthest
+/// neighbour.
+const MAX_EXTRAPOLATION: f32 = 1.5;
+/// Largest root mean square residual of the fit, over the root mean square of the directions.
+const MAX_RESIDUAL: f32 = 0.5;
+/// Least cosine between a direction and the nearest sample.
+const MIN_COSINE: f32 = 0.5;
 
 /// Directions drawn from a sky.
 #[derive(Clone, Debug)]
@@ -71,40 +72,18 @@ impl Sky {
             .filter_map(|sample| sample.sky.map(|sky| Exit { place: sample.place.into(), sky }))
             .collect();
         exits.sort_by_key(|exit| exit.sky.way);
-        let mut values = vec![0.0; self.directions.len()];
-        for way in exits.chunk_by(|a, b| a.sky.way == b.sky.way) {
-            self.add(way, seen, &mut values);
-        }
-        let sum: f64 = values.iter().sum();
-        let squares: f64 = values.iter().map(|value| value * value).sum();
-        let throughput = exits.iter().map(|exit| exit.sky.throughput).fold(0.0, f32::max);
-        let most = f64::from(throughput) * seen.samples.len() as f64 * self.brightest;
-        (sum - 2.0 * squares.sqrt()).clamp(0.0, most)
-    }
-
-    /// Adds the luminance that each direction gives to the pixel through the triangles of one way.
-    fn add(&self, way: &[Exit], seen: &PixelSum, values: &mut [f64]) {
-        let middle: Vec3 = way.iter().map(|exit| exit.sky.direction).sum();
-        let cosine = |direction: Vec3| direction.dot(middle);
-        let least = way.iter().map(|exit| cosine(exit.sky.direction)).fold(f32::INFINITY, f32::min);
-        // Directions beside all paths lie in no triangle: a cap of at most a hemisphere is convex.
-        let is_near = |k: &usize| least <= 0.0 || cosine(self.directions[*k]) >= least;
-        let near: Vec<usize> = (0..values.len()).filter(is_near).collect();
-        if near.is_empty() {
-            return;
-        }
-        for exit in way {
-            let neighbours = neighbours(exit, way);
-            for (k, first) in neighbours.iter().enumerate() {
-                let second = &neighbours[(k + 1) % neighbours.len()];
-                let Some(triangle) = Triangle::new([exit, first, second]) else { continue };
-                for &direction in &near {
-                    if triangle.holds(self.directions[direction]) {
-                        values[direction] += self.each * triangle.density(way, seen) / CORNERS;
-                    }
-                }
+        let (mut sum, mut squares, mut largest) = (0.0, 0.0, 0.0_f64);
+        for of_way in exits.chunk_by(|a, b| a.sky.way == b.sky.way).filter(|way| way.len() > NEIGHBOURS) {
+            for direction in &self.directions {
+                let Some(found) = density(of_way, seen, *direction) else { continue };
+                let throughput = f64::from(found.throughput) * seen.samples.len() as f64;
+                let value = self.each * throughput * f64::from(found.per_solid_angle);
+                sum += value;
+                squares += value * value;
+                largest = largest.max(throughput);
             }
         }
+        (sum - 2.0 * squares.sqrt()).clamp(0.0, largest * self.brightest)
     }
 }
 
@@ -115,67 +94,64 @@ struct Exit {
     sky: SkySample,
 }
 
-/// The samples of a way that are nearest to one of them in the pixel, counter-clockwise around it.
-fn neighbours(exit: &Exit, way: &[Exit]) -> Vec<Exit> {
-    let offset = |other: &Exit| other.place - exit.place;
-    let mut near: Vec<Exit> = way.iter().filter(|other| other.place != exit.place).copied().collect();
-    let by_distance = |a: &Exit, b: &Exit| offset(a).length_squared().total_cmp(&offset(b).length_squared());
-    if near.len() > NEIGHBOURS {
-        near.select_nth_unstable_by(NEIGHBOURS - 1, by_distance);
-        near.truncate(NEIGHBOURS);
-    }
-    let angle = |other: &Exit| atan2(offset(other).y, offset(other).x);
-    near.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
-    near
+/// Density of the paths of a pixel at a direction.
+struct Density {
+    /// Share of the pixel by solid angle, `q / |det A|` (sr⁻¹).
+    per_solid_angle: f32,
+    /// Throughput of the nearest path, over the number of samples.
+    throughput: f32,
 }
 
-/// Three samples of a way.
-struct Triangle {
-    corners: [Exit; 3],
-    /// `a`, as a share of the pixel.
-    area: f32,
-    /// `Ω` (sr).
-    solid_angle: f32,
-    /// Volume spanned by the directions, whose sign is their orientation.
-    volume: f32,
+/// Density of the paths of one way that leave in a direction. `None` if no place of the pixel sees
+/// it, or if the samples around that place do not map linearly.
+fn density(exits: &[Exit], seen: &PixelSum, direction: Vec3) -> Option<Density> {
+    let cosine = |exit: &Exit| exit.sky.direction.dot(direction);
+    let nearest = exits.iter().max_by(|a, b| cosine(a).total_cmp(&cosine(b)))?;
+    if cosine(nearest) < MIN_COSINE {
+        return None;
+    }
+    // Gnomonic projection around the nearest direction.
+    let (right, up) = nearest.sky.direction.any_orthonormal_pair();
+    let projected = |d: Vec3| Vec2::new(d.dot(right), d.dot(up)) / d.dot(nearest.sky.direction);
+    let mut offsets: Vec<(Vec2, Vec2)> = exits
+        .iter()
+        .filter(|exit| exit.place != nearest.place && exit.sky.direction.dot(nearest.sky.direction) > 0.0)
+        .map(|exit| (exit.place - nearest.place, projected(exit.sky.direction)))
+        .collect();
+    offsets.sort_unstable_by(|a, b| a.0.length_squared().total_cmp(&b.0.length_squared()));
+    let neighbours = offsets.get(..NEIGHBOURS)?;
+    let radius = neighbours[NEIGHBOURS - 1].0.length();
+    let map = fitted(neighbours)?;
+    let area = map.determinant().abs();
+    let place = map.inverse() * projected(direction);
+    let in_pixel = nearest.place + place;
+    let is_inside = in_pixel.min_element() >= 0.0 && in_pixel.max_element() <= 1.0;
+    if !is_inside || place.length() > MAX_EXTRAPOLATION * radius {
+        return None;
+    }
+    let around =
+        seen.samples.iter().filter(|s| Vec2::from(s.place).distance(nearest.place) <= radius).count();
+    let share = (NEIGHBOURS + 1) as f32 / around.max(NEIGHBOURS + 1) as f32;
+    Some(Density { per_solid_angle: share / area, throughput: nearest.sky.throughput })
 }
 
-impl Triangle {
-    /// `None` if the corners are not counter-clockwise in the pixel, or their directions lie on a
-    /// great circle.
-    fn new(corners: [&Exit; 3]) -> Option<Self> {
-        let [a, b, c] = corners.map(|exit| exit.place);
-        let area = 0.5 * (b - a).perp_dot(c - a);
-        let [d, e, f] = corners.map(|exit| exit.sky.direction);
-        let volume = d.dot(e.cross(f));
-        // Equation 8 of Oosterom 1983.
-        let half = atan2(volume.abs(), 1.0 + d.dot(e) + e.dot(f) + f.dot(d));
-        let solid_angle = 2.0 * half;
-        let is_proper = area > 0.0 && volume != 0.0 && solid_angle > 0.0 && solid_angle < 0.5 * TAU;
-        is_proper.then(|| Self { corners: corners.map(|exit| *exit), area, solid_angle, volume })
+/// Matrix that maps offsets in the pixel to projected directions, by least squares. `None` if the
+/// offsets lie on a line, if the matrix has no inverse, or if the map is not linear.
+fn fitted(neighbours: &[(Vec2, Vec2)]) -> Option<Mat2> {
+    let (mut of_offsets, mut mixed) = (Mat2::ZERO, Mat2::ZERO);
+    for (offset, direction) in neighbours {
+        of_offsets += Mat2::from_cols(*offset * offset.x, *offset * offset.y);
+        mixed += Mat2::from_cols(*direction * offset.x, *direction * offset.y);
     }
-
-    /// Returns true if a direction lies in the triangle on the sphere.
-    fn holds(&self, direction: Vec3) -> bool {
-        let [a, b, c] = self.corners.map(|exit| exit.sky.direction);
-        let is_inside = |d: Vec3, e: Vec3| direction.dot(d.cross(e)) * self.volume >= 0.0;
-        direction.dot(a + b + c) > 0.0 && is_inside(a, b) && is_inside(b, c) && is_inside(c, a)
+    let trace = of_offsets.x_axis.x + of_offsets.y_axis.y;
+    if of_offsets.determinant() <= 1e-4 * trace * trace {
+        return None;
     }
-
-    /// Luminance of the pixel for each unit of the sky's irradiance in the triangle, `q T a / Ω`
-    /// (sr⁻¹).
-    fn density(&self, way: &[Exit], seen: &PixelSum) -> f64 {
-        let middle = self.corners.iter().map(|exit| exit.place).sum::<Vec2>() / 3.0;
-        let distances = self.corners.map(|exit| exit.place.distance(middle));
-        let radius = distances.into_iter().fold(0.0, f32::max);
-        let is_near = |place: Vec2| place.distance(middle) <= radius;
-        let all = seen.samples.iter().filter(|sample| is_near(sample.place.into())).count();
-        let of_way = way.iter().filter(|exit| is_near(exit.place)).count();
-        let share = of_way as f64 / all.max(1) as f64;
-        let throughput: f32 = self.corners.iter().map(|exit| exit.sky.throughput).sum();
-        let mean = f64::from(throughput) * seen.samples.len() as f64 / 3.0;
-        share * mean * f64::from(self.area / self.solid_angle)
-    }
+    let map = mixed * of_offsets.inverse();
+    let residual: f32 = neighbours.iter().map(|(o, d)| (*d - map * *o).length_squared()).sum();
+    let whole: f32 = neighbours.iter().map(|(_, d)| d.length_squared()).sum();
+    let has_inverse = map.determinant().abs() > 1e-12;
+    (has_inverse && residual <= MAX_RESIDUAL * MAX_RESIDUAL * whole).then_some(map)
 }
 
 #[cfg(test)]
@@ -229,7 +205,7 @@ mod tests {
     /// A pixel that covers 0.2 × 0.1 in the plane of projection around the sun sees the flux of the
     /// sun over that area, though no sample meets the sun. If only half of the samples take the way
     /// to the sky, it sees half of the light. Two standard errors of 35 draws of the sun are a
-    /// third, and triangles of random samples overlap in some places and leave gaps in others.
+    /// third, and the share of the way is that of a dozen samples.
     #[test]
     fn a_sun_that_no_sample_meets_is_found() {
         let (environment, flux) = sky();
@@ -255,7 +231,7 @@ mod tests {
         let found = sky.importance_least(&samples(128, 1, beside));
         assert!(found < 3.0, "{found}: the rest of the sky");
         let inside = |p: Vec2| toward + right * 0.2 * (p.x - 0.5) + up * 0.1 * (p.y - 0.5);
-        assert_eq!(sky.importance_least(&samples(128, 64, inside)), 0.0);
+        assert_eq!(sky.importance_least(&samples(128, 26, inside)), 0.0);
         assert!(Sky::new(&Environment::constant(Rgb::WHITE), 1).is_none());
     }
 }
