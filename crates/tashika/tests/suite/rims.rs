@@ -4,7 +4,7 @@ use tashika::color::Rgb;
 use tashika::film::{Claim, RenderFilm};
 use tashika::integrator::{PathStop, PathTracer};
 use tashika::math::{Affine3A, Vec3};
-use tashika::request::MethodName;
+use tashika::request::{ClaimName, MethodName};
 use tashika::rng::{Purpose, Stream};
 use tashika::scene::{Camera, Emitter, Material, SceneBuilder};
 use tashika::{Renderer, accel::Tracer};
@@ -45,7 +45,7 @@ fn a_rim_that_no_sample_met_is_within_the_interval() {
         let (mut rims, mut kept, mut black, mut exact) = (0.0, 0.0, 0.0, 0.0);
         for seed in 1..=SEEDS {
             let renderer = Renderer::on(&tracer).size(SIZE).method(method).error(0.1).seed(seed);
-            let rendered = renderer.render().unwrap();
+            let rendered = renderer.claim(ClaimName::Calibrated).render().unwrap();
             let records = RenderFilm::of(&rendered.film);
             for ((x, y), truth) in rendered.film.window().pixels().zip(&truths) {
                 let record = records.at(x, y);

@@ -11,7 +11,7 @@ use crate::color::{Controlled, Rgb, RgbSum};
 use crate::compensation::{Compensation, LightingContext};
 use crate::contribution::ContributionKernel;
 use crate::cut::{Clusters, CutMemory, InheritedCut, Rank, StrataOptions, VisibilityPrior, gather_tree};
-use crate::gather::{GatherPoint, PixelSum};
+use crate::gather::{GatherPoint, PixelSum, SeenSample};
 use crate::math::elementary::ln_f64;
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
@@ -26,6 +26,10 @@ const NARROW: f32 = 0.25;
 /// missed that light. An estimate that did not miss the light may still be somewhat below the
 /// projection, by chance, by the pixel filter or by geometry in front of the light.
 pub(super) const MIN_PROJECTED_SHARE: f64 = 0.25;
+/// Least number of trial samples that meet emission for which the camera samples of the gather
+/// points suffice to estimate it. Chosen: if four are expected to meet emission, the probability
+/// that none does is 1/50.
+pub(super) const MIN_EMISSION_HITS: usize = 4;
 /// Standard error due to the choice of VPLs, over the tolerance, below which that error need not be
 /// estimated more precisely. Chosen.
 const SMALL: f64 = 0.1;
@@ -84,6 +88,15 @@ impl<'a> Common<'a> {
         let there = of_lamps.max(of_sky);
         let met = f64::from(seen.background.luminance());
         if met < MIN_PROJECTED_SHARE * there { there } else { 0.0 }
+    }
+
+    /// Returns true if the light of the sky in a pixel comes from a part of it that hardly any of
+    /// these camera samples met. A sample that meets such a part is brighter than the pixel.
+    pub(super) fn is_sky_rare(&self, seen: &PixelSum) -> bool {
+        let of_pixel = self.lights.sky().map_or(0.0, |sky| sky.importance_least(seen));
+        let count = seen.samples.len() as f64;
+        let is_brighter = |sample: &&SeenSample| f64::from(sample.background.luminance()) * count > of_pixel;
+        of_pixel > 0.0 && seen.samples.iter().filter(is_brighter).count() < MIN_EMISSION_HITS
     }
 
     /// Approximate lower bound on the luminance of the surfaces that camera samples met, from light

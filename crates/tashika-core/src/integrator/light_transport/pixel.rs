@@ -3,7 +3,7 @@
 
 use super::super::looks::Looks;
 use super::super::{Claim, HalfWidths, LuminanceParts, PixelRecord, Setting, Stop};
-use super::estimate::{Common, Estimate, Estimator, MIN_PROJECTED_SHARE, Points};
+use super::estimate::{Common, Estimate, Estimator, MIN_EMISSION_HITS, MIN_PROJECTED_SHARE, Points};
 use super::interval::{Finding, Source};
 use super::nearby::MIN_SAMPLED_SHARE;
 use super::{CLAMPS, LightTransport, OfView, Visibility};
@@ -37,10 +37,6 @@ const JOINT_RESTART_THRESHOLD: f64 = 0.4;
 const MAX_RESTART_WORK_SHARE: f64 = 0.25;
 /// Share of the tolerance that unsampled light may have.
 const MAX_UNSAMPLED_SHARE: f64 = 0.25;
-/// Least number of trial samples that meet emission for which the camera samples of the gather
-/// points suffice to estimate it. Chosen: if four are expected to meet emission, the probability
-/// that none does is 1/50.
-const MIN_EMISSION_HITS: usize = 4;
 /// Camera samples for features where there are only paths.
 const SAMPLES_OF_FEATURES: u32 = 16;
 
@@ -194,14 +190,14 @@ impl<'a, 'v> Pixel<'a, 'v> {
         if self.sees_small_lamp { more(samples) } else { few }
     }
 
-    /// Returns true if `samples` camera samples, drawn only for this test, miss a lamp or a bright
-    /// part of the sky.
+    /// Returns true if `samples` camera samples, drawn only for this test, miss a lamp, or meet a
+    /// bright part of the sky by chance at most.
     fn misses_emission(&mut self, samples: u32) -> bool {
         if !self.common.sees_lamps(self.at) && !self.may_see_sky() {
             return false;
         }
         let seen = self.try_samples(samples);
-        self.common.unsampled_emission(self.at, &seen) > 0.0
+        self.common.unsampled_emission(self.at, &seen) > 0.0 || self.common.is_sky_rare(&seen)
     }
 
     /// Returns true if the pixel may see a sky whose radiance varies.
