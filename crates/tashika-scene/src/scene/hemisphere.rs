@@ -60,14 +60,16 @@ pub(super) fn sky_image(width: u32, height: u32, radiance: impl Fn(DVec3) -> [f3
 mod tests {
     use super::*;
 
-    /// Radiances 1, `cos θ` and `sin θ cos φ` integrate to `π`, `2π/3` and 0, about any axis.
+    /// Radiances 1, `cos θ` and `sin θ cos φ` integrate to `π`, `2π/3` and 0, about any axis. With
+    /// rows of equal `x = sin² θ`, `cos θ` is `√(1 − x)`, of which the midpoint rule with steps `h`
+    /// has too much by `0.0608 h^(3/2)`: here 1.65·10⁻⁵ in all.
     #[test]
     fn irradiances_have_their_closed_forms() {
         for up in [DVec3::Y, DVec3::X, DVec3::new(1.0, 2.0, -3.0).normalize()] {
             let across = up.any_orthonormal_vector();
             let found = hemispherical_irradiance(up, |w| [1.0, w.dot(up), w.dot(across)]);
             for (value, expected) in found.into_iter().zip([PI, 2.0 * PI / 3.0, 0.0]) {
-                assert!((value - expected).abs() < 1e-5, "{found:?}");
+                assert!((value - expected).abs() < 2e-5, "{found:?}");
             }
             assert!((found[0] / PI - 1.0).abs() < 3e-13, "{found:?}");
         }

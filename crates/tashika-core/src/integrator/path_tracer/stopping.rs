@@ -393,26 +393,25 @@ mod tests {
         }
     }
 
-    /// In an empty pixel all paths have the same value. If a surface of luminance 2 may be there,
-    /// the interval at 95 % allows for it on the share of the pixel that `n` paths miss with a
-    /// probability of 5 %.
+    /// In an empty pixel all paths are black. If a surface of luminance 2 may be there, the interval
+    /// at 95 % allows for it on the share of the pixel that `n` paths miss with a probability of
+    /// 5 %.
     #[test]
     fn surfaces_that_no_path_met_are_reckoned_with() {
         let mut moments = Moments::default();
-        (0..300).for_each(|_| moments.push(1.0));
+        (0..300).for_each(|_| moments.push(0.0));
         let half_width = |unmet: f64| Interval::of(&[moments], &[], unmet, 0.05).half_width();
         assert_eq!(half_width(0.0), 0.0);
         assert!((half_width(2.0) / 2.0 - 0.009_986).abs() < 1e-6, "{}", half_width(2.0));
-        let mut mean = RgbSum::default();
-        mean.add(Rgb::gray(1.0));
-        let stop = PathStop::Calibrated { options: options(1e-3), most: 1 << 20 };
-        let first = |scattering| {
+        let options = ControlOptions { absolute_error: 1e-3, ..options(1e-3) };
+        let stop = PathStop::Calibrated { options, most: 1 << 20 };
+        let second = |scattering| {
             let (mut looking, _) = Looking::new(stop, &[]);
-            looking.look(&[moments], &mean, scattering);
-            looking.look(&[moments], &mean, scattering)
+            looking.look(&[moments], &RgbSum::default(), scattering);
+            looking.look(&[moments], &RgbSum::default(), scattering)
         };
-        assert!(matches!(first(Scattering::Unmet(0.0)), Next::End { half_width: 0.0, .. }));
-        assert!(matches!(first(Scattering::Unmet(2.0)), Next::Follow(_)));
+        assert!(matches!(second(Scattering::Unmet(0.0)), Next::End { half_width: 0.0, .. }));
+        assert!(matches!(second(Scattering::Unmet(2.0)), Next::Follow(_)));
     }
 
     /// A mean of small variance needs few paths. The predicted analyses end it before 128 paths.
