@@ -393,9 +393,9 @@ mod tests {
         }
     }
 
-    /// In an empty pixel all paths are black. If a surface of luminance 2 may be there, the interval
-    /// at 95 % allows for it on the share of the pixel that `n` paths miss with a probability of
-    /// 5 %.
+    /// In an empty pixel all paths are black. If a surface of luminance 2 may be there, the
+    /// interval at 95 % allows for it on the share of the pixel that `n` paths miss with a
+    /// probability of 5 %.
     #[test]
     fn surfaces_that_no_path_met_are_reckoned_with() {
         let mut moments = Moments::default();
