@@ -41,4 +41,4 @@ def test_the_python_of_the_book_runs(blocks, tmp_path, monkeypatch):
 def test_the_notebook_of_illuminance_runs(tmp_path, monkeypatch):
     names = run(notebook("illuminance.ipynb"), tmp_path, monkeypatch)
     stored = np.load(tmp_path / "plane.npz")
-    assert np.array_equal(stored["illuminance"], names["lux"]) and stored["position"].shape == (49, 3)
+    assert np.array_equal(stored["illuminance"], names["lux"]) and stored["position"].shape == (36, 3)
