@@ -10,8 +10,8 @@ use tashika::film::Window;
 use tashika::integrator::{MANY_PAIRS, Setting, SumMethod, Truth};
 use tashika::io::{LoadOptions, load_scene};
 use tashika::render::Rendered;
-use tashika::renderer::{Lights, Prepared, Renderer};
-use tashika::request::{Framing, Method, Request};
+use tashika::renderer::{AuditedJob, Job, Prepared, Renderer};
+use tashika::request::{Framing, Request};
 use tashika::scene::{Scene, builtin};
 use tashika::tree::LightTree;
 use tashika::vpl::VplSet;
@@ -118,10 +118,8 @@ impl Subject {
 
     /// Set of VPLs and its tree, if the render is a sum over one set.
     pub fn set(&self) -> Option<(&VplSet, &LightTree)> {
-        match self.prepared.lights() {
-            Lights::Set(lights) => Some((lights.set(), lights.tree())),
-            Lights::Guided(_) | Lights::Emitters => None,
-        }
+        let lights = self.prepared.job().light_set().ok()?;
+        Some((lights.set(), lights.tree()))
     }
 
     /// Part of the image that is rendered.
@@ -136,22 +134,22 @@ impl Subject {
 
     /// Number of VPLs of the render.
     pub fn lights(&self) -> u64 {
-        self.prepared.lights().provenance().map_or(0, |lights| lights.direct + lights.indirect)
+        self.prepared.job().provenance().map_or(0, |lights| lights.direct + lights.indirect)
     }
 
     /// Describes scene, size, lights and method in one line.
     pub fn describe(&self) -> String {
         let [width, height] = self.args.size;
         let window = self.window();
-        let about = match self.prepared.method() {
-            Method::Sum { method, options, .. } => format!("{method}, error {}", options.error),
-            Method::Transport { truth, options, .. } => {
+        let about = match self.prepared.job() {
+            Job::Sum { method, options, .. } => format!("{method}, error {}", options.error),
+            Job::Transport { truth, options, .. } => {
                 format!("{}, truth {truth}, error {}", self.args.method, options.error)
             }
-            Method::Audited { options, .. } => {
+            Job::Audited(AuditedJob { options, .. }) => {
                 format!("{}, audited, error {}", self.args.method, options.error)
             }
-            Method::Path { .. } => "path".to_owned(),
+            Job::Path { .. } => "path".to_owned(),
         };
         format!(
             "{}, {width}x{height} ({}x{} in the middle), {} VPLs, {} gather points, {about}",

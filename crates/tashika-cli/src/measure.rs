@@ -13,7 +13,7 @@ use tashika::film::{Film, Window};
 use tashika::gather::GatherOptions;
 use tashika::integrator::{FullSum, Setting};
 use tashika::io::write_file;
-use tashika::renderer::{Lights, Prepared};
+use tashika::renderer::Prepared;
 use tashika::report::{Claims, Page, Shown, percent_of_error, percent_of_share, percent_of_tolerance};
 use tashika::tree::LightSet;
 
@@ -49,16 +49,8 @@ pub fn prepare<'m>(
     let stage = Stage::load(&plan.stage, meter, &mut seconds)?;
     let pixels = Pixels::of(Window::full(stage.framed.size), pixels, plan.seed)?;
     let prepared = stage.prepare(asked, stored, meter, watcher)?;
-    let lights = light_set(&prepared);
+    let lights = Arc::clone(prepared.job().light_set()?);
     Ok((stage, Subjects { prepared, pixels, lights }))
-}
-
-/// Returns the set of lights of a prepared sum.
-pub fn light_set(prepared: &Prepared<'_>) -> Arc<LightSet> {
-    match prepared.lights() {
-        Lights::Set(lights) => Arc::clone(lights),
-        Lights::Emitters | Lights::Guided(_) => unreachable!("a sum was asked for"),
-    }
 }
 
 /// Runner of measurements, which Ctrl-C stops.

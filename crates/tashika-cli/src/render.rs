@@ -5,12 +5,12 @@ use std::path::Path;
 use tashika::error::Error;
 use tashika::experiment::OtherSet;
 use tashika::film::{FoundLight, PictureClaim, RenderFilm, Tally, keys};
+use tashika::gather::GatherOptions;
 use tashika::integrator::PathStop;
 use tashika::io::{KeptTiles, save_vpls, write_exr_as, write_file, write_png};
 use tashika::render::Rendered;
-use tashika::renderer::{Audit, Prepared};
+use tashika::renderer::{Audit, Job, Prepared};
 use tashika::report::{RenderFacts, error_budget, luminance_image, render_page};
-use tashika::request::Method;
 use tashika::vpl::VplSet;
 
 use crate::exit::{Failure, Outcome, typed};
@@ -169,8 +169,8 @@ fn image(
         }
         Done {
             lights: lights_report(plan, &prepared),
-            method: prepared.method().clone(),
-            gather: prepared.setting().view.gather.points,
+            job: prepared.job().clone(),
+            gather: prepared.setting().view.gather,
             // If no tile is finished, there is no progress, and the number of pixels is that of the
             // window.
             pixels_asked: if pixels_asked > 0 { pixels_asked } else { prepared.window().area() },
@@ -235,10 +235,10 @@ pub fn outcome(accepts_budget: bool, complete: bool, contradicted: bool, tally: 
 /// A finished render.
 struct Done {
     rendered: Rendered,
-    /// Method used in this scene; it may differ from the requested one.
-    method: Method,
+    /// Work in this scene; its method may differ from the requested one.
+    job: Job,
     lights: Option<LightsReport>,
-    gather: u32,
+    gather: GatherOptions,
     pixels_asked: u64,
     other_set: Option<OtherSet>,
     audit: Option<Audit>,
@@ -247,7 +247,7 @@ struct Done {
 
 /// Description of the lights; `None` if the method has no VPLs.
 fn lights_report(plan: &RenderPlan, prepared: &Prepared<'_>) -> Option<LightsReport> {
-    let of = prepared.lights().provenance()?;
+    let of = prepared.job().provenance()?;
     Some(LightsReport {
         count: of.direct + of.indirect,
         direct: of.direct,
@@ -266,7 +266,7 @@ fn report(
     ended: Outcome,
     seconds: Seconds,
 ) -> RenderReport {
-    let Done { rendered, lights, method, .. } = done;
+    let Done { rendered, lights, job, .. } = done;
     let (totals, metadata, scene) = (&rendered.totals, rendered.film.metadata(), &stage.scene);
     let said = |key| metadata.text(key).map(str::to_owned);
     let (tally, pixels) = (totals.tally, totals.tally.rendered());
@@ -286,12 +286,12 @@ fn report(
         window: [window.x, window.y, window.width, window.height],
         tiles: plan.asked.share.to_string(),
         method: said(keys::METHOD).unwrap_or_default(),
-        paths: match method {
-            Method::Path { stop: PathStop::Count(paths) } => Some(*paths),
+        paths: match job {
+            Job::Path { stop: PathStop::Count(paths) } => Some(*paths),
             _ => None,
         },
-        gather: lights.as_ref().map(|_| done.gather),
-        filter: plan.resolved.gather.filter,
+        gather: lights.as_ref().map(|_| done.gather.points),
+        filter: done.gather.filter,
         lights: lights.clone(),
         seed: plan.asked.request.seed,
         pixels,
@@ -299,14 +299,14 @@ fn report(
         complete: rendered.complete,
         exit_code: ended.code(),
         tally,
-        is_audited: matches!(method, Method::Audited { .. }),
+        is_audited: job.is_audited(),
         denoiser: said(keys::DENOISER),
         picture_claim: PictureClaim::of(metadata),
         promise_met: tally.claiming(),
         budget_hit: tally.out_of_budget,
         not_found: tally.not_found,
         pairs_are: said(keys::PAIRS_ARE),
-        truth: said(keys::TRUTH).filter(|_| method.promises()),
+        truth: said(keys::TRUTH).filter(|_| job.promises()),
         error_budget: error_budget(&rendered.film),
         rays_per_pixel: mean(totals.rays),
         pairs_per_pixel: mean(totals.pairs),

@@ -112,7 +112,7 @@ impl Stage {
         observer: &'o dyn Observer,
     ) -> Result<Prepared<'o>, Failure> {
         let prepared = self.renderer(asked, stored.map(|set| Arc::new(set.into())), observer).prepare()?;
-        let Some(lights) = prepared.lights().provenance() else { return Ok(prepared) };
+        let Some(lights) = prepared.job().provenance() else { return Ok(prepared) };
         if lights.direct + lights.indirect == 0 {
             meter.note("nothing in the scene sends out light; only what is seen directly will show");
         }

@@ -9,7 +9,7 @@ use tashika::experiment::{Cell, Ground, Group, Grouping, Pixels, Pool, Row, Subj
 use tashika::film::Window;
 use tashika::integrator::{ControlOptions, SumMethod};
 use tashika::render::render_pixels;
-use tashika::renderer::{Lights, Prepared, Renderer};
+use tashika::renderer::{Prepared, Renderer};
 use tashika::request::{Framing, Request};
 use tashika::scene::Camera;
 use tashika::tree::LightSet;
@@ -148,7 +148,7 @@ impl Sum {
         let filter = filter.map(words::filter).transpose()?;
         let method = SumMethod::Exact.into();
         let request = Request { method, gather, filter, seed, ..of_lights };
-        request.resolve().map_err(raised)?;
+        request.validate().map_err(raised)?;
         Ok(Self { given: given.map(|set| set.get().shared()), request })
     }
 
@@ -190,7 +190,7 @@ fn measure(
     watch: &Watch,
 ) -> tashika::error::Result<Vec<Row>> {
     let (setting, exact) = (prepared.setting(), prepared.integrator()?);
-    let Lights::Set(lights) = prepared.lights() else { unreachable!("a sum was asked for") };
+    let lights = prepared.job().light_set()?;
     let progress = |p: &_| watch.tell(p);
     let exact = pixels.render(&setting, exact.as_ref(), &progress, watch.cancel())?;
     let mut rows = Vec::new();

@@ -15,7 +15,7 @@ use tashika::integrator::Truth;
 use tashika::io::KeptTiles;
 use tashika::render::{Begun, Finished, Progress, TileShare};
 use tashika::renderer::{Observer, Renderer};
-use tashika::request::{CameraChange, Framing, Method, ProjectionName, Request};
+use tashika::request::{CameraChange, Framing, ProjectionName, Request};
 use tashika_oidn::Oidn;
 
 use crate::attended::{Watch, attended};
@@ -196,8 +196,7 @@ pub fn render(
     }
     let unused = scene.unused(&request).map_err(raised)?;
     let in_scene = scene.in_scene(&request);
-    let resolved = in_scene.resolve().map_err(raised)?;
-    let is_audited = matches!(resolved.method, Method::Audited { .. });
+    let is_audited = request.is_audited();
     if let (true, true, Some(path)) = (is_audited, share.is_whole(), &checkpoint) {
         let expected = "none of a picture that is audited as a whole, which is made in passes; one with an error, or \
                         parts (tiles), can be kept";

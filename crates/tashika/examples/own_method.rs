@@ -6,7 +6,6 @@
 #![expect(clippy::print_stdout, reason = "a program: what it prints is its result")]
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use tashika::Renderer;
 use tashika::accel::SegmentBatch;
@@ -15,8 +14,6 @@ use tashika::contribution::ContributionKernel;
 use tashika::error::Result;
 use tashika::film::{Claim, Film, Metadata, PixelRecord, Stop, Window};
 use tashika::integrator::{Estimates, Integrator, Setting, SumMethod};
-use tashika::render::{RenderOptions, TileShare, render};
-use tashika::renderer::Lights;
 use tashika::report::{Named, Tolerance, compare};
 use tashika::rng::{Purpose, Stream};
 use tashika::scene::builtin;
@@ -100,12 +97,11 @@ fn within(film: &Film, reference: &Film) -> Result<f64> {
 fn main() -> Result<()> {
     let renderer = Renderer::new(builtin::tiny()).size([48, 32]).vpls(5000).gather_points(4);
     let whole = renderer.clone().method(SumMethod::Exact).prepare()?;
-    let Lights::Set(lights) = whole.lights() else { unreachable!("a sum is over one set") };
+    let lights = whole.job().light_set()?;
     let reference = whole.render()?;
 
     let evenly = Evenly { lights: lights.set(), terms: 400 };
-    let options = RenderOptions { window: whole.window(), share: TileShare::default() };
-    let ours = render(&whole.setting(), &evenly, &options, &|_| (), &AtomicBool::new(false))?;
+    let ours = whole.render_with(&evenly)?;
     let published = renderer.method(SumMethod::Iwasaki2019).error(0.1).lights(lights.clone()).render()?;
     for (name, rendered) in [("evenly", &ours), ("iwasaki2019", &published)] {
         let rays = rendered.totals.rays as f64 / rendered.totals.tally.rendered() as f64;

@@ -8,7 +8,7 @@ use tashika::tree::LightSet;
 
 use crate::exit::{Failure, Outcome};
 use crate::interrupt;
-use crate::measure::{Bench, Findings, about_intervals, light_set, scenery};
+use crate::measure::{Bench, Findings, about_intervals, scenery};
 use crate::plan::ScalingPlan;
 use crate::progress::Meter;
 use crate::stage::Stage;
@@ -58,7 +58,7 @@ pub fn work(plan: &ScalingPlan, meter: &Meter) -> Result<Outcome, Failure> {
                     return Ok(());
                 }
                 let prepared = stage.renderer(asked, traced.clone(), &watcher).prepare()?;
-                let lights = traced.insert(light_set(&prepared));
+                let lights = traced.insert(Arc::clone(prepared.job().light_set()?));
                 let setting = prepared.setting();
                 let Some(reference) = bench.exact(&setting, lights, &pixels)? else { return Ok(()) };
                 let ground = Ground { setting, lights, pixels: &pixels, reference: &reference, groups: &[] };

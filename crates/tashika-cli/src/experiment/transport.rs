@@ -9,7 +9,6 @@ use tashika::gather::View;
 use tashika::integrator::{ControlOptions, GuidedLights, Integrator, LightTransport, PathTracer, Setting};
 use tashika::io::{read_exr, write_exr};
 use tashika::render::TileShare;
-use tashika::renderer::Lights;
 use tashika::report::{Named, Tolerance, compare, percent_of_share, percent_of_tolerance};
 use tashika::request::{Framed, Request};
 use tashika::vpl::VplOptions;
@@ -89,9 +88,7 @@ pub fn work(plan: &TransportPlan, meter: &Meter) -> Result<Outcome, Failure> {
             };
             let begun = Instant::now();
             let prepared = stage.prepare(&asked, None, meter, &watcher)?;
-            let Lights::Guided(lights) = prepared.lights() else {
-                unreachable!("light transport was asked for");
-            };
+            let lights = prepared.job().guided_lights()?;
             tracing += begun.elapsed().as_secs_f64();
             traced += 1;
             vpls = lights.count();

@@ -128,12 +128,11 @@ impl Job {
 /// are rendered by path tracing, without VPLs.
 fn method_in_scene(plan: &FarmPlan) -> Result<Method, Failure> {
     let asked = &plan.render.asked.request;
-    if asked.method != MethodName::default() || asked.lights_given {
-        return Ok(plan.render.resolved.method.clone());
-    }
+    let depends_on_scene = asked.method == MethodName::default() && !asked.lights_given;
     // If only the machines of the farm have the scene, it is checked there.
-    let Ok(scene) = plan.render.stage.scene.load() else { return Ok(plan.render.resolved.method.clone()) };
-    Ok(asked.in_scene(&scene).resolve()?.method)
+    let scene = depends_on_scene.then(|| plan.render.stage.scene.load().ok()).flatten();
+    let planned = scene.map_or_else(|| asked.plan_for_still_scene(), |scene| asked.plan(&scene))?;
+    Ok(planned.method)
 }
 
 fn part(number: &str) -> String {

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use tashika::render::TileShare;
-use tashika::request::Method;
 
 use super::{Cameras, Common, Frames, RenderPlan};
 use crate::args::{Args, Command, FarmArgs};
@@ -82,7 +81,7 @@ impl FarmPlan {
         render.tiles = Some(share);
         render.checkpoint = false;
         let plan = RenderPlan::new(&render)?;
-        let is_audited = matches!(plan.resolved.method, Method::Audited { .. });
+        let is_audited = plan.asked.request.is_audited();
         if is_audited && shares == 1 {
             let expected = "2 or more of an audited picture; `tashika render` makes the whole";
             return Err(Failure::option("shares", shares, expected));

@@ -134,8 +134,7 @@ impl Asked {
     /// Checks every value; all tiles are rendered.
     fn new(request: Request, vpl_file: Option<&Path>) -> Result<Self, Failure> {
         let request = Request { lights_given: vpl_file.is_some(), ..request };
-        request.check()?;
-        request.resolve()?;
+        request.validate()?;
         Ok(Self {
             request,
             vpl_file: vpl_file.map(Path::to_owned),

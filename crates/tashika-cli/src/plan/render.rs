@@ -8,7 +8,7 @@ use tashika::film::{Matte, Window};
 use tashika::io::{ExrLayout, ToneMap};
 use tashika::reconstruction::Smoother;
 use tashika::report::LuminanceScale;
-use tashika::request::{ClaimName, MethodName, Request, Resolved};
+use tashika::request::{ClaimName, MethodName, Request};
 use tashika::scene::LightGrouping;
 use tashika_oidn::Oidn;
 
@@ -23,8 +23,6 @@ pub struct RenderPlan {
     pub stage: StagePlan,
     /// Request for pixels and planes.
     pub asked: Asked,
-    /// Method that the request resolves to, before it is adapted to the size of the image.
-    pub resolved: Resolved,
     /// File that the lights are written to, if nothing is rendered.
     pub write_vpls: Option<PathBuf>,
     /// Frames of an animation; `None` for the scene at one time.
@@ -61,8 +59,7 @@ impl RenderPlan {
         let tone_map = tone_map(&args.picture)?;
         let share = args.tiles.clone().unwrap_or_default();
         let asked = Asked { share, ..Asked::new(request(args)?, args.source.vpl_file.as_deref())? };
-        let resolved = asked.request.resolve()?;
-        let is_audited = asked.request.claim() == Some(ClaimName::Audited);
+        let is_audited = asked.request.is_audited();
         if let Some(time) = args.time {
             asked.request.check_audited("time", format!("{time:?}"))?;
         }
@@ -145,7 +142,6 @@ impl RenderPlan {
             serve,
             common,
             asked,
-            resolved,
             time: args.time,
             audit: args.audit.filter(|_| !is_audited),
         })

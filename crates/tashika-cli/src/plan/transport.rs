@@ -55,8 +55,7 @@ impl TransportPlan {
             seed: args.seed,
             ..Request::default()
         };
-        request.check()?;
-        request.resolve()?;
+        request.validate()?;
         let confidence = args.confidence;
         let told = |error| ControlOptions { error, confidence, seed: args.seed, ..ControlOptions::default() };
         let options: Vec<ControlOptions> = args.error.iter().map(|error| told(*error)).collect();

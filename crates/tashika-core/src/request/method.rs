@@ -9,10 +9,6 @@ use crate::integrator::{ControlOptions, PathStop, Promise, SumMethod, Truth};
 use crate::scene::Abilities;
 use crate::vpl::VplOptions;
 
-/// Terms of a pixel up to which our method computes the whole sum, which takes no longer than an
-/// estimate to 2 %. Measured.
-const SHORT_SUM: u64 = 16_000;
-
 /// A method, as users name it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MethodName {
@@ -118,17 +114,6 @@ pub enum Method {
 }
 
 impl Method {
-    /// Returns true if pixels may claim something about their error. Returns false for
-    /// [`SumMethod::Lightcuts`] and [`SumMethod::Mdlc`], whose bound is no claim, and for a fixed
-    /// number of paths.
-    pub fn promises(&self) -> bool {
-        match self {
-            Self::Sum { method, .. } => *method == SumMethod::Exact || method.states_interval(),
-            Self::Transport { .. } | Self::Audited { .. } => true,
-            Self::Path { stop } => stop.options().is_some(),
-        }
-    }
-
     /// Features of scenes that the method renders in addition to still surfaces.
     pub fn abilities(&self) -> Abilities {
         match self {
@@ -136,24 +121,5 @@ impl Method {
             Self::Sum { .. } => Abilities::ALL,
             Self::Transport { .. } | Self::Audited { lights: Some(_), .. } => Abilities::STILL,
         }
-    }
-
-    /// Returns true if the estimated quantity is a sum over one set of VPLs.
-    pub fn is_of_a_sum(&self) -> bool {
-        matches!(self, Self::Sum { .. })
-    }
-
-    /// Returns the method for `lights` VPLs and `points` gather points a pixel. Our method computes
-    /// a sum of at most 16,000 terms whole, unless the request sets the size of its cuts.
-    #[must_use]
-    pub fn over(&self, lights: usize, points: u32) -> Self {
-        let mut chosen = self.clone();
-        if let Self::Sum { method: method @ SumMethod::Tashika(_), options, .. } = &mut chosen
-            && options.max_pairs.is_none()
-            && lights as u64 * u64::from(points) <= SHORT_SUM
-        {
-            *method = SumMethod::Exact;
-        }
-        chosen
     }
 }

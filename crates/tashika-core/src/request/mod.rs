@@ -2,10 +2,11 @@
 //!
 //! The program and the Python package spell the same options differently. The meaning of each
 //! option is defined only here, so that equal options give equal images. A [`Request`] holds the
-//! given options. [`Request::resolve`] returns a [`Method`] with every value in range, and the
-//! names of the options that have no effect on it. [`Request::check`] and [`Request::check_in`]
-//! refuse options that contradict each other; the program and the Python package call them, so that
-//! no given option is silently ignored.
+//! given options. [`Request::plan`] returns a [`Plan`] for a scene: the method with every value in
+//! range, and the names of the options that have no effect on it. [`Request::validate`] finds errors
+//! of usage before a scene is read. [`Request::check`] and [`Request::check_in`] refuse options that
+//! contradict each other; the program and the Python package call them, so that no given option is
+//! silently ignored.
 //!
 //! | unset | default |
 //! |---|---|
@@ -26,7 +27,7 @@
 //! If the truth is about all sets of VPLs and all gather points, the default is 1000/ε² VPLs,
 //! between one and four million, and 2.56/ε gather points, between 32 and 256. The default for an
 //! audited picture is 2500/ε² VPLs, between 250,000 and four million. Our method computes sums of
-//! few terms whole, with any claim ([`Method::over`]).
+//! few terms whole, with any claim ([`SumMethod::for_terms`]).
 //!
 //! # Held to this by
 //! `request::tests`. The tests of the Python package check that the program and the package make
@@ -159,9 +160,9 @@ impl Default for Request {
     }
 }
 
-/// A request with every value in range.
+/// A request for one scene, with every value in range.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Resolved {
+pub struct Plan {
     /// Estimator of the pixels, with its options.
     pub method: Method,
     /// Number of gather points, and pixel filter.
@@ -202,11 +203,36 @@ impl Request {
         self.clone()
     }
 
-    /// Returns the method with all of its options.
+    /// Returns the plan of the request in a scene.
+    ///
+    /// # Errors
+    /// [`Error::Option`] with the field that is out of range or contradicts the others or the scene.
+    pub fn plan(&self, scene: &Scene) -> Result<Plan> {
+        let request = self.in_scene(scene);
+        let plan = request.plan_for_still_scene()?;
+        scene.check_method(request.method.name(), plan.method.abilities())?;
+        Ok(plan)
+    }
+
+    /// Returns the plan of the request in a scene that neither moves nor scatters light in media.
     ///
     /// # Errors
     /// [`Error::Option`] with the field that is out of range or contradicts the others.
-    pub fn resolve(&self) -> Result<Resolved> {
+    pub fn plan_for_still_scene(&self) -> Result<Plan> {
+        Ok(Plan { method: self.planned()?, gather: self.gather_options()?, unused: self.unused() })
+    }
+
+    /// Refuses options that are out of range, or that contradict each other in every scene.
+    ///
+    /// # Errors
+    /// [`Error::Option`] with one such option.
+    pub fn validate(&self) -> Result<()> {
+        self.check()?;
+        self.planned().and(self.gather_options()).map(drop)
+    }
+
+    /// Method with all of its options.
+    fn planned(&self) -> Result<Method> {
         let options = self.control_options()?;
         let is_certified = self.method.of_lights() == Some(SumMethod::Tashika(Promise::Certified));
         if is_certified && self.claim() == Some(ClaimName::Calibrated) {
@@ -217,7 +243,7 @@ impl Request {
                 format!("certified, or a method other than {method}"),
             ));
         }
-        let method = match self.sum_method() {
+        Ok(match self.sum_method() {
             method if self.is_audited() => self.audited(method, options)?,
             None => self.path_tracing(options)?,
             Some(method) if self.is_about_all_sets() => {
@@ -236,8 +262,7 @@ impl Request {
                 let lights = if self.lights_given { None } else { Some(self.lights()?) };
                 Method::Sum { method, lights, options }
             }
-        };
-        Ok(Resolved { method, gather: self.gather_options()?, unused: self.unused() })
+        })
     }
 
     /// Options for tracing one set of VPLs.
@@ -350,7 +375,7 @@ impl Request {
     }
 
     /// Returns true if the claim is about the picture as a whole.
-    fn is_audited(&self) -> bool {
+    pub fn is_audited(&self) -> bool {
         let is_picture = self.is_ours() || self.method == MethodName::Path;
         is_picture && self.claim() == Some(ClaimName::Audited)
     }

@@ -4,12 +4,12 @@ use super::*;
 use crate::film::Window;
 use crate::scene::{Camera, builtin};
 
-fn resolved(request: &Request) -> Resolved {
-    request.resolve().unwrap()
+fn planned(request: &Request) -> Plan {
+    request.plan_for_still_scene().unwrap()
 }
 
 fn refused(request: &Request) -> String {
-    request.resolve().unwrap_err().to_string()
+    request.plan_for_still_scene().unwrap_err().to_string()
 }
 
 /// Returns a request with every option that can be given together.
@@ -37,7 +37,7 @@ fn all_said() -> Request {
 fn what_is_not_said_is_the_default() {
     let options = ControlOptions::default();
     let lights = VplOptions::default();
-    let ours = Resolved {
+    let ours = Plan {
         method: Method::Sum {
             method: SumMethod::Tashika(Promise::Calibrated),
             lights: Some(lights.clone()),
@@ -46,17 +46,17 @@ fn what_is_not_said_is_the_default() {
         gather: GatherOptions::default(),
         unused: Vec::new(),
     };
-    assert_eq!(resolved(&Request::of_a_sum()), ours);
-    let given = resolved(&Request { lights_given: true, ..Request::default() });
+    assert_eq!(planned(&Request::of_a_sum()), ours);
+    let given = planned(&Request { lights_given: true, ..Request::default() });
     let method = SumMethod::Tashika(Promise::Calibrated);
     assert_eq!(given.method, Method::Sum { method, lights: None, options });
     let both = Request { lights_given: true, truth: Some(Truth::Transport), ..Request::default() };
-    assert!(matches!(resolved(&both).method, Method::Transport { lights: None, .. }));
-    let certified = resolved(&Request { claim: Some(ClaimName::Certified), ..Request::default() });
+    assert!(matches!(planned(&both).method, Method::Transport { lights: None, .. }));
+    let certified = planned(&Request { claim: Some(ClaimName::Certified), ..Request::default() });
     assert!(matches!(certified.method, Method::Sum { .. }));
 
     let transport = Request { claim: Some(ClaimName::Calibrated), ..Request::default() };
-    let of_sets = Resolved {
+    let of_sets = Plan {
         method: Method::Transport {
             lights: Some(VplOptions { count: 1_000_000, ..lights.clone() }),
             truth: Truth::Transport,
@@ -65,12 +65,12 @@ fn what_is_not_said_is_the_default() {
         gather: GatherOptions { points: 51, ..GatherOptions::default() },
         unused: Vec::new(),
     };
-    assert_eq!(resolved(&transport), of_sets);
+    assert_eq!(planned(&transport), of_sets);
     // The counts follow the error, within limits.
     for (error, count, points) in
         [(0.02, 2_500_000, 128), (0.05, 1_000_000, 51), (0.5, 1_000_000, 32), (1e-3, 4_000_000, 256)]
     {
-        let found = resolved(&Request { error: Some(error), ..transport.clone() });
+        let found = planned(&Request { error: Some(error), ..transport.clone() });
         let lights = Some(VplOptions { count, ..lights.clone() });
         let options = ControlOptions { error, ..options };
         let truth = Truth::Transport;
@@ -79,22 +79,14 @@ fn what_is_not_said_is_the_default() {
     }
 
     let path = Request { method: MethodName::Path, ..Request::default() };
-    assert_eq!(resolved(&path).method, Method::Path { stop: PathStop::Count(64) });
-    assert!(!resolved(&path).method.promises());
+    assert_eq!(planned(&path).method, Method::Path { stop: PathStop::Count(64) });
     let until = Request { error: Some(0.1), ..path };
     let told = ControlOptions { error: 0.1, ..options };
     let stop = PathStop::Until { options: told, first: 64, most: 1 << 20 };
-    assert_eq!(resolved(&until).method, Method::Path { stop });
-    assert!(resolved(&until).method.promises());
-    for method in [SumMethod::Lightcuts, SumMethod::Mdlc] {
-        let bounded = Request { method: method.into(), ..Request::default() };
-        assert!(!resolved(&bounded).method.promises(), "{method} stops by a bound and claims nothing");
-    }
-    let published = Request { method: SumMethod::Nabata2016.into(), ..Request::default() };
-    assert!(resolved(&published).method.promises());
+    assert_eq!(planned(&until).method, Method::Path { stop });
     let named = Request { method: SumMethod::Tashika(Promise::Certified).into(), ..Request::default() };
     let both = Request { claim: Some(ClaimName::Calibrated), ..named };
-    assert!(both.resolve().unwrap_err().to_string().contains("tashika-certified"));
+    assert!(refused(&both).contains("tashika-certified"));
 }
 
 /// Without an error, the default method makes an audited picture, unless an option is set that only
@@ -102,8 +94,8 @@ fn what_is_not_said_is_the_default() {
 #[test]
 fn a_request_without_an_error_is_for_an_audited_picture() {
     let bare = Request::default();
-    let Method::Audited { lights: Some(_), options, terms, passes: None } = resolved(&bare).method else {
-        panic!("{:?}", resolved(&bare).method)
+    let Method::Audited { lights: Some(_), options, terms, passes: None } = planned(&bare).method else {
+        panic!("{:?}", planned(&bare).method)
     };
     assert_eq!((options.error, terms), (0.1, AuditTerms::default()));
     let still_audited = [
@@ -127,7 +119,7 @@ fn a_request_without_an_error_is_for_an_audited_picture() {
     ];
     for request in of_pixels {
         assert_eq!(request.claim(), None, "{request:?}");
-        assert!(!matches!(resolved(&request).method, Method::Audited { .. }));
+        assert!(!matches!(planned(&request).method, Method::Audited { .. }));
     }
 }
 
@@ -148,7 +140,7 @@ fn bare_pictures_have_a_time_limit_by_their_pixels() {
 
 #[test]
 fn passes_have_limits() {
-    let with = |passes| Request { passes: Some(passes), ..Request::default() }.resolve();
+    let with = |passes| Request { passes: Some(passes), ..Request::default() }.plan_for_still_scene();
     assert!(matches!(with(13).unwrap().method, Method::Audited { passes: Some(13), .. }));
     for passes in [0, 14, u64::MAX] {
         assert!(with(passes).unwrap_err().to_string().contains("1 to 13"));
@@ -172,21 +164,21 @@ fn what_is_said_arrives() {
         seed: 9,
     };
     let lights = VplOptions { count: 300, clamp: Clamp::Off, instants: 8, seed: 9, ..VplOptions::default() };
-    let found = resolved(&all_said());
+    let found = planned(&all_said());
     let method = SumMethod::Tashika(Promise::Calibrated);
     assert_eq!(found.method, Method::Sum { method, lights: Some(lights.clone()), options });
     let gather = GatherOptions { points: 3, filter: Filter::Tent };
     assert_eq!((found.gather, found.unused), (gather, vec!["paths"]));
 
-    let found = resolved(&Request { truth: Some(Truth::Clamped), ..all_said() });
+    let found = planned(&Request { truth: Some(Truth::Clamped), ..all_said() });
     let truth = Truth::Clamped;
     assert_eq!(found.method, Method::Transport { lights: Some(lights), truth, options });
     assert_eq!((found.gather, found.unused), (gather, vec!["instants", "paths"]));
 
     let of_paths = Request { method: MethodName::Path, ..all_said() };
     let stop = PathStop::Calibrated { options, most: 5 };
-    assert_eq!(resolved(&of_paths).method, Method::Path { stop });
-    let found = resolved(&Request { claim: Some(ClaimName::Certified), ..of_paths });
+    assert_eq!(planned(&of_paths).method, Method::Path { stop });
+    let found = planned(&Request { claim: Some(ClaimName::Certified), ..of_paths });
     let stop = PathStop::Until { options, first: 5, most: 5 };
     assert_eq!(found.method, Method::Path { stop });
     assert_eq!(found.gather.filter, Filter::Tent);
@@ -195,7 +187,7 @@ fn what_is_said_arrives() {
     let certified = Request { claim: Some(ClaimName::Certified), lights_given: true, ..Request::default() };
     let method = SumMethod::Tashika(Promise::Certified);
     let options = ControlOptions::default();
-    assert_eq!(resolved(&certified).method, Method::Sum { method, lights: None, options });
+    assert_eq!(planned(&certified).method, Method::Sum { method, lights: None, options });
 }
 
 /// The number of VPLs of an audited picture rises as its error falls, within limits.
@@ -210,7 +202,7 @@ fn audited_pictures_have_vpls_by_their_error() {
         (Some(1e-3), 4_000_000),
     ] {
         let Method::Audited { lights: Some(lights), .. } =
-            resolved(&Request { error, ..audited.clone() }).method
+            planned(&Request { error, ..audited.clone() }).method
         else {
             panic!("{error:?} is by paths alone")
         };
@@ -223,26 +215,26 @@ fn audited_pictures_have_vpls_by_their_error() {
 #[test]
 fn what_is_claimed_is_kept_by_paths_where_nothing_else_can() {
     let claimed = |claim: Option<ClaimName>| Request { claim, ..Request::default() }.by_paths();
-    let found = resolved(&claimed(Some(ClaimName::Calibrated)));
+    let found = planned(&claimed(Some(ClaimName::Calibrated)));
     let Method::Path { stop: PathStop::Calibrated { options, .. } } = found.method else {
         panic!("{:?} claims nothing", found.method)
     };
     assert_eq!((options.error, &*found.unused), (0.05, [].as_slice()));
-    let found = resolved(&claimed(None));
+    let found = planned(&claimed(None));
     assert!(matches!(found.method, Method::Audited { lights: None, .. }) && found.unused.is_empty());
     let counted = Request { paths: Some(8), ..Request::default() };
     let stop = PathStop::Count(8);
-    assert_eq!(resolved(&counted.by_paths()).method, Method::Path { stop });
-    let within = resolved(&Request { error: Some(0.02), ..counted }.by_paths());
+    assert_eq!(planned(&counted.by_paths()).method, Method::Path { stop });
+    let within = planned(&Request { error: Some(0.02), ..counted }.by_paths());
     assert!(matches!(within.method, Method::Path { stop: PathStop::Calibrated { most: 8, .. } }));
     let audited = Request { error: Some(0.2), ..claimed(Some(ClaimName::Audited)) };
-    let found = resolved(&audited);
+    let found = planned(&audited);
     let Method::Audited { lights: None, options, terms, .. } = found.method else {
         panic!("{:?} sums over VPLs", found.method)
     };
     assert_eq!((options.error, terms, found.unused), (0.2, AuditTerms::default(), Vec::new()));
     let unused_options = Request { paths: Some(8), vpls: Some(100), confidence: Some(0.9), ..audited };
-    assert_eq!(resolved(&unused_options).unused, ["vpls", "paths", "confidence"]);
+    assert_eq!(planned(&unused_options).unused, ["vpls", "paths", "confidence"]);
     let certified = claimed(Some(ClaimName::Certified));
     assert_eq!(certified.method, MethodName::default(), "paths prove nothing");
     let published = Request { method: SumMethod::Iwasaki2019.into(), ..Request::default() };
@@ -251,7 +243,7 @@ fn what_is_claimed_is_kept_by_paths_where_nothing_else_can() {
 
 #[test]
 fn each_method_says_what_means_nothing_to_it() {
-    let unused = |method, error| resolved(&Request { method, error, ..all_said() }).unused;
+    let unused = |method, error| planned(&Request { method, error, ..all_said() }).unused;
     let ours_alone = ["control", "absolute"];
     let of_ours = ["claim"];
     let exact = [&["paths", "error"][..], &ours_alone, &["confidence"], &of_ours, &["max_pairs"]].concat();
@@ -270,10 +262,10 @@ fn each_method_says_what_means_nothing_to_it() {
     assert_eq!(unused(MethodName::Path, None), [&of_lights[..], &of_vpls].concat());
     let counted = Request { method: MethodName::Path, error: None, claim: None, ..all_said() };
     let of_claims = [&ours_alone[..], &["confidence"]].concat();
-    assert_eq!(resolved(&counted).unused, [&of_lights[..], &of_claims, &of_vpls].concat());
+    assert_eq!(planned(&counted).unused, [&of_lights[..], &of_claims, &of_vpls].concat());
     let given = Request { method: MethodName::Path, lights_given: true, ..Request::default() };
-    assert_eq!(resolved(&given).unused, ["lights"]);
-    let estimated = |method, truth| resolved(&Request { method, truth: Some(truth), ..Request::default() });
+    assert_eq!(planned(&given).unused, ["lights"]);
+    let estimated = |method, truth| planned(&Request { method, truth: Some(truth), ..Request::default() });
     let named = SumMethod::Mdlc.into();
     assert!(estimated(MethodName::Path, Truth::Transport).unused.is_empty(), "that is its truth");
     assert!(
@@ -387,7 +379,7 @@ fn a_quality_is_refused_beside_what_it_cannot_be() {
     }
     let certified = SumMethod::Tashika(Promise::Certified);
     let whole = of(by(certified.into()), Quality::Final).unwrap();
-    let Method::Sum { method, options, .. } = resolved(&whole).method else { panic!("{whole:?}") };
+    let Method::Sum { method, options, .. } = planned(&whole).method else { panic!("{whole:?}") };
     assert_eq!((method, options.error), (certified, 0.02));
     assert!(of(by(certified.into()), Quality::Good).is_err());
     let own = of(Request { error: Some(0.3), ..Request::default() }, Quality::Good).unwrap();
@@ -452,32 +444,4 @@ fn the_frame_is_what_was_said_or_the_camera_says() {
         "the camera may be larger"
     );
     assert!(Framing { size: Some([100, 80]), crop: Some(window(90, 0, 11, 1)) }.check().is_err());
-}
-
-/// For a short sum, our method computes the whole sum, with any claim. Long sums are estimated;
-/// other methods stay as requested.
-#[test]
-fn short_sums_are_whole() {
-    let over = |request: Request, lights: usize, points: u32| match request
-        .resolve()
-        .unwrap()
-        .method
-        .over(lights, points)
-    {
-        Method::Sum { method, .. } => Some(method),
-        _ => None,
-    };
-    let sum = Request::of_a_sum;
-    let certified = SumMethod::Tashika(Promise::Certified);
-    assert_eq!(over(sum(), 4_000, 4), Some(SumMethod::Exact));
-    assert_eq!(over(sum(), 4_001, 4), Some(SumMethod::Tashika(Promise::Calibrated)));
-    assert_eq!(over(sum(), 3_000_000_000, 2), Some(SumMethod::Tashika(Promise::Calibrated)));
-    let of = |method: SumMethod| Request { method: method.into(), ..sum() };
-    assert_eq!(over(of(certified), 100, 4), Some(SumMethod::Exact));
-    assert_eq!(over(of(SumMethod::Lightcuts), 100, 4), Some(SumMethod::Lightcuts));
-    assert_eq!(
-        over(Request { max_pairs: Some(99), ..sum() }, 100, 4),
-        Some(SumMethod::Tashika(Promise::Calibrated))
-    );
-    assert_eq!(over(Request::default(), 100, 4), None);
 }

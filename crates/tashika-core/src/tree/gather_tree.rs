@@ -189,17 +189,7 @@ fn direction(point: &GatherPoint) -> Vec3 {
     }
     match point.bsdf {
         Bsdf::Lambert(_) => point.frame.n,
-        Bsdf::Phong(_)
-        | Bsdf::Plastic(_)
-        | Bsdf::Conductor(_)
-        | Bsdf::Coated(_)
-        | Bsdf::MetallicRoughness(_)
-        | Bsdf::AshikhminShirley(_)
-        | Bsdf::Principled(_)
-        | Bsdf::Layered(_)
-        | Bsdf::Mirror(_)
-        | Bsdf::Glass(_)
-        | Bsdf::ThinGlass(_) => point.frame.to_world(Vec3::new(-point.wo.x, -point.wo.y, point.wo.z)),
+        _ => point.frame.to_world(Vec3::new(-point.wo.x, -point.wo.y, point.wo.z)),
     }
 }
 

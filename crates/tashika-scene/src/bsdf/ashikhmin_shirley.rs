@@ -12,7 +12,7 @@
 //!
 //! Tested by `bsdf::tests`, and by the suite's `formula_materials`.
 
-use super::{Lobe, diffuse_brdf, fresnel, lobes, microfacet, validate};
+use super::{Lobe, Model, diffuse_brdf, fresnel, lobes, microfacet, validate};
 use crate::color::Rgb;
 use crate::math::simd::each;
 use crate::math::{Real, Vec3};
@@ -29,6 +29,58 @@ pub struct AshikhminShirley {
     pub facets: Microfacets,
 }
 
+impl Model for AshikhminShirley {
+    #[inline(always)]
+    fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+        let half = HalfVector::between(wo, wi);
+        let cos_d = half.cos_incidence();
+        let facets =
+            self.facets.distribution(half, wo, wi) / (R::splat(4.0) * cos_d * wi[2].max(R::splat(wo.z)));
+        let f = fresnel::schlick(self.f0, cos_d);
+        let shape = R::splat(Self::SCALE) * Self::shape(wi[2]);
+        let diffuse = diffuse_brdf(self.diffuse_albedo(wo.z)).to_array();
+        each!(|channel| R::splat(diffuse[channel]) * shape + f[channel] * facets)
+    }
+
+    #[inline]
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        lobes::pdf(self.facet_probability(wo.z), &self.facets, wo, wi)
+    }
+
+    fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
+        Some(lobes::draw(self.facet_probability(wo.z), &self.facets, wo, u))
+    }
+
+    fn vpl_reflectance(&self, wo: Vec3) -> Rgb {
+        self.diffuse_albedo(wo.z.abs())
+    }
+
+    fn scale_diffuse(&mut self, factor: f32) {
+        self.diffuse *= factor;
+    }
+
+    fn importance_gloss(&self, wo: Vec3) -> f32 {
+        Rgb::from(fresnel::schlick(self.f0, wo.z.abs())).max_channel()
+    }
+
+    fn roughness(&self) -> Option<f32> {
+        Some(self.facets.mean())
+    }
+
+    fn albedo(&self) -> Rgb {
+        self.diffuse_albedo(1.0) + self.f0
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        validate::fraction("diffuse", self.diffuse)?;
+        validate::fraction("f0", self.f0)?;
+        if self.facets.model != FacetModel::Ggx {
+            return Err(format!("facets of {:?}; expected {:?}", self.facets.model, FacetModel::Ggx));
+        }
+        validate::facets(self.facets)
+    }
+}
+
 impl AshikhminShirley {
     /// Normalisation `28/23` of the diffuse part, whose BRDF is `SCALE · albedo · s(c_i) / π`.
     pub const SCALE: f32 = 28.0 / 23.0;
@@ -43,27 +95,6 @@ impl AshikhminShirley {
         x * (R::splat(5.0) + x * sum)
     }
 
-    #[inline(always)]
-    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
-        let half = HalfVector::between(wo, wi);
-        let cos_d = half.cos_incidence();
-        let facets =
-            self.facets.distribution(half, wo, wi) / (R::splat(4.0) * cos_d * wi[2].max(R::splat(wo.z)));
-        let f = fresnel::schlick(self.f0, cos_d);
-        let shape = R::splat(Self::SCALE) * Self::shape(wi[2]);
-        let diffuse = diffuse_brdf(self.diffuse_albedo(wo.z)).to_array();
-        each!(|channel| R::splat(diffuse[channel]) * shape + f[channel] * facets)
-    }
-
-    #[inline]
-    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        lobes::pdf(self.facet_probability(wo.z), &self.facets, wo, wi)
-    }
-
-    pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
-        lobes::draw(self.facet_probability(wo.z), &self.facets, wo, u)
-    }
-
     /// Directional albedo of the diffuse part at cosine `cos_o`: `ρ_d (1 − F₀) s(cos_o)`.
     pub fn diffuse_albedo(&self, cos_o: f32) -> Rgb {
         self.diffuse * (Rgb::WHITE - self.f0) * Self::shape(cos_o)
@@ -71,14 +102,5 @@ impl AshikhminShirley {
 
     fn facet_probability(&self, cos_o: f32) -> f32 {
         lobes::facet_probability(fresnel::schlick(self.f0, cos_o), self.diffuse_albedo(cos_o))
-    }
-
-    pub(super) fn validate(&self) -> Result<(), String> {
-        validate::fraction("diffuse", self.diffuse)?;
-        validate::fraction("f0", self.f0)?;
-        if self.facets.model != FacetModel::Ggx {
-            return Err(format!("facets of {:?}; expected {:?}", self.facets.model, FacetModel::Ggx));
-        }
-        validate::facets(self.facets)
     }
 }

@@ -20,7 +20,9 @@
 //! `bsdf::tests::energy::vpl_reflectance_is_the_albedo_of_the_diffuse_part`.
 
 use super::boundary::Boundary;
-use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, lobes, microfacet, sum_of_lobes, validate};
+use super::{
+    Lobe, Model, diffuse_brdf, fresnel, glossy_probability, lobes, microfacet, sum_of_lobes, validate,
+};
 use crate::color::Rgb;
 use crate::math::{Real, Vec3};
 use microfacet::{HalfVector, Microfacets};
@@ -38,9 +40,9 @@ pub struct Coated {
     pub facets: Microfacets,
 }
 
-impl Coated {
+impl Model for Coated {
     #[inline(always)]
-    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+    fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
         let coat = self.facets.reflection(half, wo, wi) * fresnel::dielectric(half.cos_incidence(), self.ior);
         let boundary = self.boundary();
@@ -49,14 +51,43 @@ impl Coated {
     }
 
     #[inline]
-    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         self.coat_probability(wo.z).map_or(0.0, |p| lobes::pdf(p, &self.facets, wo, wi))
     }
 
-    pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
+    fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
         Some(lobes::draw(self.coat_probability(wo.z)?, &self.facets, wo, u))
     }
 
+    fn vpl_reflectance(&self, wo: Vec3) -> Rgb {
+        self.diffuse_albedo(wo.z.abs())
+    }
+
+    fn scale_diffuse(&mut self, factor: f32) {
+        self.reflectance *= factor;
+    }
+
+    fn importance_gloss(&self, wo: Vec3) -> f32 {
+        self.specular.max_channel() * fresnel::dielectric(wo.z.abs(), self.ior)
+    }
+
+    fn roughness(&self) -> Option<f32> {
+        (!self.specular.is_black()).then_some(self.facets.mean())
+    }
+
+    fn albedo(&self) -> Rgb {
+        self.diffuse_albedo(1.0) + self.specular * fresnel::dielectric(1.0, self.ior)
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        validate::fraction("reflectance", self.reflectance)?;
+        validate::fraction("specular", self.specular)?;
+        validate::ior(self.ior)?;
+        validate::facets(self.facets)
+    }
+}
+
+impl Coated {
     /// Returns the reflectance `ρ'` of a base with `ρ'/(1 − ρ' F_int) = ρ/(1 − F_int)`, where `ρ`
     /// is `reflectance`.
     pub(crate) fn saturating(reflectance: Rgb, ior: f32, facets: Microfacets) -> Rgb {
@@ -94,12 +125,5 @@ impl Coated {
     fn coat_probability(&self, cos_o: f32) -> Option<f32> {
         let coat = self.specular.max_channel() * fresnel::dielectric(cos_o, self.ior);
         glossy_probability(coat, self.diffuse_albedo(cos_o).max_channel())
-    }
-
-    pub(super) fn validate(&self) -> Result<(), String> {
-        validate::fraction("reflectance", self.reflectance)?;
-        validate::fraction("specular", self.specular)?;
-        validate::ior(self.ior)?;
-        validate::facets(self.facets)
     }
 }

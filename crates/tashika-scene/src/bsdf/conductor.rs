@@ -12,7 +12,7 @@
 //! normal incidence. Directions are drawn by visible normals, so that the weight is
 //! `s F G₂ / G₁ ≤ 1`. Tested by `bsdf::tests`.
 
-use super::{Lobe, fresnel, microfacet, validate};
+use super::{Lobe, Model, fresnel, microfacet, validate};
 use crate::color::Rgb;
 use crate::math::simd::each;
 use crate::math::{Real, Vec3};
@@ -80,9 +80,9 @@ impl ConductorFresnel {
     }
 }
 
-impl Conductor {
+impl Model for Conductor {
     #[inline(always)]
-    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+    fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
         let facets = self.facets.reflection(half, wo, wi);
         let (f, specular) = (self.fresnel.of(half.cos_incidence()), self.specular.to_array());
@@ -90,15 +90,23 @@ impl Conductor {
     }
 
     #[inline]
-    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         self.facets.reflection_pdf(HalfVector::between(wo, wi.to_array()), wo, wi)
     }
 
-    pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
-        (self.facets.sample_reflection(wo, [u[1], u[2]]), Lobe::Glossy)
+    fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
+        Some((self.facets.sample_reflection(wo, [u[1], u[2]]), Lobe::Glossy))
     }
 
-    pub(super) fn validate(&self) -> Result<(), String> {
+    fn roughness(&self) -> Option<f32> {
+        Some(self.facets.mean())
+    }
+
+    fn albedo(&self) -> Rgb {
+        self.fresnel.at(1.0) * self.specular
+    }
+
+    fn validate(&self) -> Result<(), String> {
         match self.fresnel {
             ConductorFresnel::Schlick { f0 } | ConductorFresnel::Passed { f0 } => {
                 validate::fraction("f0", f0)?

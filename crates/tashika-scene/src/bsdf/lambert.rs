@@ -4,7 +4,7 @@
 //! from any direction is reflected. Directions are drawn with density `cos θ / π`, so that the
 //! weight is `ρ`. Tested by `bsdf::tests::energy::lambert_reflects_exactly_its_reflectance`.
 
-use super::{Lobe, diffuse_brdf, validate};
+use super::{Lobe, Model, diffuse_brdf, validate};
 use crate::color::Rgb;
 use crate::math::{Real, Vec3};
 use crate::warp;
@@ -16,23 +16,39 @@ pub struct Lambert {
     pub reflectance: Rgb,
 }
 
-impl Lambert {
+impl Model for Lambert {
     #[inline(always)]
-    pub(super) fn eval<R: Real>(&self) -> [R; 3] {
+    fn eval<R: Real>(&self, _: Vec3, _: [R; 3]) -> [R; 3] {
         let f = diffuse_brdf(self.reflectance);
         [R::splat(f.r), R::splat(f.g), R::splat(f.b)]
     }
 
     #[inline]
-    pub(super) fn pdf(&self, wi: Vec3) -> f32 {
+    fn pdf(&self, _: Vec3, wi: Vec3) -> f32 {
         warp::cosine_hemisphere_pdf(wi.z)
     }
 
-    pub(super) fn draw(&self, u: [f32; 3]) -> (Vec3, Lobe) {
-        (warp::cosine_hemisphere([u[1], u[2]]), Lobe::Diffuse)
+    fn draw(&self, _: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
+        Some((warp::cosine_hemisphere([u[1], u[2]]), Lobe::Diffuse))
     }
 
-    pub(super) fn validate(&self) -> Result<(), String> {
+    fn vpl_reflectance(&self, _: Vec3) -> Rgb {
+        self.reflectance
+    }
+
+    fn scale_diffuse(&mut self, factor: f32) {
+        self.reflectance *= factor;
+    }
+
+    fn importance_gloss(&self, _: Vec3) -> f32 {
+        0.0
+    }
+
+    fn albedo(&self) -> Rgb {
+        self.reflectance
+    }
+
+    fn validate(&self) -> Result<(), String> {
         validate::fraction("reflectance", self.reflectance)
     }
 }

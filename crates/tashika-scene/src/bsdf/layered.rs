@@ -16,7 +16,9 @@
 //! # Held to this by
 //! `bsdf::tests`, and the suite's `mitsuba_materials` and `formula_materials`.
 
-use super::{Bsdf, Clearcoat, Lambert, Lobe, MetallicRoughness, Principled, Sheen, glossy_probability};
+use super::{
+    Bsdf, Clearcoat, Lambert, Lobe, MetallicRoughness, Model, Principled, Sheen, glossy_probability,
+};
 use crate::color::Rgb;
 use crate::math::simd::each;
 use crate::math::{Real, Vec3};
@@ -60,32 +62,22 @@ impl UnderLayers {
             Bsdf::Lambert(b) => Some(Self::Lambert(b)),
             Bsdf::MetallicRoughness(b) => Some(Self::MetallicRoughness(b)),
             Bsdf::Principled(b) => Some(Self::Principled(b)),
-            Bsdf::Phong(_)
-            | Bsdf::Plastic(_)
-            | Bsdf::Conductor(_)
-            | Bsdf::Coated(_)
-            | Bsdf::AshikhminShirley(_)
-            | Bsdf::Layered(_)
-            | Bsdf::Mirror(_)
-            | Bsdf::Glass(_)
-            | Bsdf::ThinGlass(_) => None,
+            _ => None,
         }
     }
 
-    /// Returns the surface with its diffuse part times `factor`.
-    pub(crate) fn with_diffuse(mut self, factor: f32) -> Self {
-        match &mut self {
-            Self::Lambert(b) => b.reflectance *= factor,
-            Self::MetallicRoughness(b) => b.diffuse *= factor,
-            Self::Principled(b) => b.diffuse *= factor,
+    fn scale_diffuse(&mut self, factor: f32) {
+        match self {
+            Self::Lambert(b) => b.scale_diffuse(factor),
+            Self::MetallicRoughness(b) => b.scale_diffuse(factor),
+            Self::Principled(b) => b.scale_diffuse(factor),
         }
-        self
     }
 
     #[inline(always)]
     fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         match self {
-            Self::Lambert(b) => b.eval(),
+            Self::Lambert(b) => b.eval(wo, wi),
             Self::MetallicRoughness(b) => b.eval(wo, wi),
             Self::Principled(b) => b.eval(wo, wi),
         }
@@ -93,33 +85,24 @@ impl UnderLayers {
 
     fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self {
-            Self::Lambert(b) => b.pdf(wi),
+            Self::Lambert(b) => b.pdf(wo, wi),
             Self::MetallicRoughness(b) => b.pdf(wo, wi),
             Self::Principled(b) => b.pdf(wo, wi),
         }
     }
 
-    fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
+    fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
         match self {
-            Self::Lambert(b) => b.draw(u),
+            Self::Lambert(b) => b.draw(wo, u),
             Self::MetallicRoughness(b) => b.draw(wo, u),
             Self::Principled(b) => b.draw(wo, u),
         }
     }
 }
 
-impl Layered {
-    /// Returns the surface as a layered one: with its own layers, or, if it has none, with empty
-    /// layers. `None` if the surface cannot have layers.
-    pub fn over(bsdf: &Bsdf) -> Option<Self> {
-        match *bsdf {
-            Bsdf::Layered(b) => Some(b),
-            _ => UnderLayers::of(bsdf).map(|base| Self { base, sheen: Sheen::NONE, coat: Clearcoat::NONE }),
-        }
-    }
-
+impl Model for Layered {
     #[inline(always)]
-    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+    fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let mut below = self.base.eval(wo, wi);
         if self.sheen.is_there() {
             let (left, white) = (R::splat(self.sheen.left(wo.z)), self.sheen.white(wo, wi));
@@ -133,13 +116,7 @@ impl Layered {
         each!(|channel| left * below[channel] + coat)
     }
 
-    /// Factor on the base, seen at the cosine `cos_o`.
-    #[inline]
-    pub fn left(&self, cos_o: f32) -> f32 {
-        self.sheen.left(cos_o) * self.coat.left(cos_o)
-    }
-
-    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let [coat, sheen] = self.probabilities(wo);
         let mut below = self.base.pdf(wo, wi);
         if sheen > 0.0 {
@@ -148,29 +125,68 @@ impl Layered {
         (1.0 - coat) * below + coat * self.coat.pdf(wo, wi)
     }
 
-    pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
+    fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
         let [coat, sheen] = self.probabilities(wo);
         let direction = [u[1], u[2]];
         if u[0] < coat {
-            return (self.coat.draw(wo, direction), Lobe::Glossy);
+            return Some((self.coat.draw(wo, direction), Lobe::Glossy));
         }
         let u = rest(u[0], coat);
         if u < sheen {
-            return (Sheen::draw(direction), Lobe::Glossy);
+            return Some((Sheen::draw(direction), Lobe::Glossy));
         }
         self.base.draw(wo, [rest(u, sheen), direction[0], direction[1]])
     }
 
     /// Albedo of the diffuse part for light at cosine `|ω_o.z|`.
-    pub(super) fn diffuse_albedo(&self, wo: Vec3) -> Rgb {
+    fn vpl_reflectance(&self, wo: Vec3) -> Rgb {
         Bsdf::from(self.base).vpl_reflectance(wo) * self.left(wo.z.abs())
     }
 
-    /// Estimate of the albedo of all parts that are not in [`Layered::diffuse_albedo`].
-    pub(super) fn importance_gloss(&self, wo: Vec3) -> f32 {
+    fn scale_diffuse(&mut self, factor: f32) {
+        self.base.scale_diffuse(factor);
+    }
+
+    /// Estimate of the albedo of all parts that are not in the diffuse part.
+    fn importance_gloss(&self, wo: Vec3) -> f32 {
         let cos_o = wo.z.abs();
         let fibres = self.sheen.albedo(cos_o).max_channel() * self.coat.left(cos_o);
         Bsdf::from(self.base).importance_gloss(wo) * self.left(cos_o) + fibres + self.coat.importance(cos_o)
+    }
+
+    /// Roughness of the narrowest lobe.
+    fn roughness(&self) -> Option<f32> {
+        let coat = (self.coat.amount > 0.0).then_some(self.coat.alpha);
+        let sheen = self.sheen.is_there().then_some(self.sheen.roughness);
+        Bsdf::from(self.base).roughness().into_iter().chain(coat).chain(sheen).reduce(f32::min)
+    }
+
+    fn albedo(&self) -> Rgb {
+        let below = Bsdf::from(self.base).albedo() * self.sheen.left(1.0) + self.sheen.albedo(1.0);
+        below * self.coat.left(1.0) + Rgb::gray(self.coat.importance(1.0))
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        self.sheen.validate()?;
+        self.coat.validate()?;
+        Bsdf::from(self.base).validate()
+    }
+}
+
+impl Layered {
+    /// Returns the surface as a layered one: with its own layers, or, if it has none, with empty
+    /// layers. `None` if the surface cannot have layers.
+    pub fn over(bsdf: &Bsdf) -> Option<Self> {
+        match *bsdf {
+            Bsdf::Layered(b) => Some(b),
+            _ => UnderLayers::of(bsdf).map(|base| Self { base, sheen: Sheen::NONE, coat: Clearcoat::NONE }),
+        }
+    }
+
+    /// Factor on the base, seen at the cosine `cos_o`.
+    #[inline]
+    pub fn left(&self, cos_o: f32) -> f32 {
+        self.sheen.left(cos_o) * self.coat.left(cos_o)
     }
 
     /// Probability of drawing from the coat, and, if the coat is not drawn, of drawing from the
@@ -182,24 +198,6 @@ impl Layered {
         let below = (base + fibres) * self.coat.left(wo.z);
         [(self.coat.importance(wo.z), below), (fibres, base)]
             .map(|(layer, below)| glossy_probability(layer, below).unwrap_or(0.0))
-    }
-
-    /// Roughness of the narrowest lobe.
-    pub fn roughness(&self) -> Option<f32> {
-        let coat = (self.coat.amount > 0.0).then_some(self.coat.alpha);
-        let sheen = self.sheen.is_there().then_some(self.sheen.roughness);
-        Bsdf::from(self.base).roughness().into_iter().chain(coat).chain(sheen).reduce(f32::min)
-    }
-
-    pub(super) fn albedo(&self) -> Rgb {
-        let below = Bsdf::from(self.base).albedo() * self.sheen.left(1.0) + self.sheen.albedo(1.0);
-        below * self.coat.left(1.0) + Rgb::gray(self.coat.importance(1.0))
-    }
-
-    pub(super) fn validate(&self) -> Result<(), String> {
-        self.sheen.validate()?;
-        self.coat.validate()?;
-        Bsdf::from(self.base).validate()
     }
 }
 

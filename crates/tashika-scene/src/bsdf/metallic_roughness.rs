@@ -22,7 +22,7 @@
 //!
 //! Tested by `bsdf::tests`.
 
-use super::{Lobe, diffuse_brdf, fresnel, lobes, microfacet, validate};
+use super::{Lobe, Model, diffuse_brdf, fresnel, lobes, microfacet, validate};
 use crate::color::Rgb;
 use crate::math::simd::each;
 use crate::math::{Real, Vec3};
@@ -42,9 +42,9 @@ pub struct MetallicRoughness {
     pub facets: Microfacets,
 }
 
-impl MetallicRoughness {
+impl Model for MetallicRoughness {
     #[inline(always)]
-    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+    fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
         let facets = self.facets.reflection(half, wo, wi);
         let f = fresnel::schlick(self.f0, half.cos_incidence());
@@ -56,14 +56,43 @@ impl MetallicRoughness {
     }
 
     #[inline]
-    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         lobes::pdf(self.facet_probability(wo.z), &self.facets, wo, wi)
     }
 
-    pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
-        lobes::draw(self.facet_probability(wo.z), &self.facets, wo, u)
+    fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
+        Some(lobes::draw(self.facet_probability(wo.z), &self.facets, wo, u))
     }
 
+    fn vpl_reflectance(&self, wo: Vec3) -> Rgb {
+        self.diffuse_albedo(wo.z.abs())
+    }
+
+    fn scale_diffuse(&mut self, factor: f32) {
+        self.diffuse *= factor;
+    }
+
+    fn importance_gloss(&self, wo: Vec3) -> f32 {
+        Rgb::from(fresnel::schlick(self.f0, wo.z.abs())).max_channel()
+    }
+
+    fn roughness(&self) -> Option<f32> {
+        Some(self.facets.mean())
+    }
+
+    fn albedo(&self) -> Rgb {
+        self.diffuse_albedo(1.0) + self.f0
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        validate::fraction("diffuse", self.diffuse)?;
+        validate::fraction("f0", self.f0)?;
+        validate::fraction("dielectric f0", self.dielectric_f0)?;
+        validate::facets(self.facets)
+    }
+}
+
+impl MetallicRoughness {
     /// Albedo of the diffuse part for light at cosine `cos_o`.
     pub(super) fn diffuse_albedo(&self, cos_o: f32) -> Rgb {
         self.diffuse * (Rgb::WHITE - self.dielectric_f0) * (1.0 - fresnel::schlick_hemisphere(cos_o))
@@ -71,12 +100,5 @@ impl MetallicRoughness {
 
     fn facet_probability(&self, cos_o: f32) -> f32 {
         lobes::facet_probability(fresnel::schlick(self.f0, cos_o), self.diffuse_albedo(cos_o))
-    }
-
-    pub(super) fn validate(&self) -> Result<(), String> {
-        validate::fraction("diffuse", self.diffuse)?;
-        validate::fraction("f0", self.f0)?;
-        validate::fraction("dielectric f0", self.dielectric_f0)?;
-        validate::facets(self.facets)
     }
 }

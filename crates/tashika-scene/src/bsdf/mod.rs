@@ -63,6 +63,7 @@ mod layered;
 mod lobes;
 mod metallic_roughness;
 pub mod microfacet;
+mod model;
 mod phase;
 mod phong;
 mod plastic;
@@ -84,6 +85,7 @@ pub use lobes::glossy_probability;
 use lobes::{diffuse_brdf, sum_of_lobes};
 pub use metallic_roughness::MetallicRoughness;
 pub use microfacet::{FacetModel, MAX_ALPHA, MIN_ALPHA, Microfacets};
+use model::{Model, family};
 pub use phase::HenyeyGreenstein;
 pub use phong::Phong;
 pub use plastic::Plastic;
@@ -98,33 +100,31 @@ pub use specular::{Glass, Mirror, ThinGlass};
 /// below that is meaningless.
 pub const MIN_COSINE: f32 = 1e-7;
 
-/// Scattering of light at a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Bsdf {
+family! {
     /// Ideal diffuse reflection.
-    Lambert(Lambert),
+    Lambert,
     /// Diffuse reflection and a lobe around the mirror direction.
-    Phong(Phong),
+    Phong,
     /// Diffuse reflection and a lobe with the Fresnel reflectance of a dielectric.
-    Plastic(Plastic),
+    Plastic,
     /// Rough metal, or the transmission of a rough pane.
-    Conductor(Conductor),
+    Conductor,
     /// Rough dielectric coat on a diffuse base.
-    Coated(Coated),
+    Coated,
     /// The core material of glTF 2.0.
-    MetallicRoughness(MetallicRoughness),
+    MetallicRoughness,
     /// Facets over a diffuse base, which fades where the facets reflect.
-    AshikhminShirley(AshikhminShirley),
+    AshikhminShirley,
     /// The principled material of Disney.
-    Principled(Principled),
+    Principled,
     /// Sheen and a clear coat over an opaque surface.
-    Layered(Layered),
+    Layered,
     /// Ideal specular reflection.
-    Mirror(Mirror),
+    Mirror,
     /// Smooth or rough dielectric.
-    Glass(Glass),
+    Glass,
     /// Pane of glass.
-    ThinGlass(ThinGlass),
+    ThinGlass,
 }
 
 impl Bsdf {
@@ -183,69 +183,10 @@ impl Bsdf {
     ///
     /// `None` if the path ends: the direction drawn is below the horizon, or its weight is zero.
     pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
-        let side = 1.0_f32.copysign(wo.z);
-        let up = Vec3::new(wo.x, wo.y, wo.z * side);
-        if up.z.is_nan() || up.z <= MIN_COSINE {
+        if wo.z.is_nan() || wo.z.abs() <= MIN_COSINE {
             return None;
         }
-        let (wi, lobe) = match self {
-            Self::Lambert(b) => b.draw(u),
-            Self::Phong(b) => b.draw(up, u)?,
-            Self::Plastic(b) => b.draw(up, u)?,
-            Self::Conductor(b) => b.draw(up, u),
-            Self::Coated(b) => b.draw(up, u)?,
-            Self::MetallicRoughness(b) => b.draw(up, u),
-            Self::AshikhminShirley(b) => b.draw(up, u),
-            Self::Principled(b) => b.draw(up, u),
-            Self::Layered(b) => b.draw(up, u),
-            Self::Mirror(b) => return Some(b.sample(wo)).filter(carries_light),
-            Self::Glass(b) => return b.sample(wo, u).filter(carries_light),
-            Self::ThinGlass(b) => return Some(b.sample(wo, u[0])).filter(carries_light),
-        };
-        if wi.z <= MIN_COSINE {
-            return None;
-        }
-        let pdf = self.pdf_above(up, wi);
-        if pdf <= 0.0 {
-            return None;
-        }
-        let weight = Rgb::from(self.eval_above(up, wi.to_array())) * (wi.z / pdf);
-        let wi = Vec3::new(wi.x, wi.y, wi.z * side);
-        Some(BsdfSample { wi, weight, pdf, lobe }).filter(carries_light)
-    }
-
-    /// Returns true if the BSDF has specular lobes only; rough glass counts as specular.
-    pub fn is_specular(&self) -> bool {
-        match self {
-            Self::Lambert(_)
-            | Self::Phong(_)
-            | Self::Plastic(_)
-            | Self::Conductor(_)
-            | Self::Coated(_)
-            | Self::MetallicRoughness(_)
-            | Self::AshikhminShirley(_)
-            | Self::Principled(_)
-            | Self::Layered(_) => false,
-            Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => true,
-        }
-    }
-
-    /// `ρ(ω_o) = ∫ f_d cos θ_i dω_i`, the directional albedo (unitless) of the diffuse part `f_d`.
-    ///
-    /// Light of flux `Φ` that arrives from `wo` is represented by a virtual point light whose
-    /// intensity along the normal is `Φ ρ / π`. Zero for surfaces without a diffuse part.
-    pub fn vpl_reflectance(&self, wo: Vec3) -> Rgb {
-        match self {
-            Self::Lambert(b) => b.reflectance,
-            Self::Phong(b) => b.diffuse,
-            Self::Plastic(b) => b.diffuse,
-            Self::Coated(b) => b.diffuse_albedo(wo.z.abs()),
-            Self::MetallicRoughness(b) => b.diffuse_albedo(wo.z.abs()),
-            Self::AshikhminShirley(b) => b.diffuse_albedo(wo.z.abs()),
-            Self::Principled(b) => b.diffuse_albedo(wo.z.abs()),
-            Self::Layered(b) => b.diffuse_albedo(wo),
-            Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => Rgb::BLACK,
-        }
+        self.sample_model(wo, u).filter(|sample| !sample.weight.is_black())
     }
 
     /// Returns the BSDF with its diffuse part times `10⁻³`, for drawing directions of the glossy
@@ -253,132 +194,8 @@ impl Bsdf {
     pub fn mostly_gloss(&self) -> Self {
         const LEFT: f32 = 1e-3;
         let mut gloss = *self;
-        match &mut gloss {
-            Self::Phong(b) => b.diffuse *= LEFT,
-            Self::Plastic(b) => b.diffuse *= LEFT,
-            Self::Coated(b) => b.reflectance *= LEFT,
-            Self::MetallicRoughness(b) => b.diffuse *= LEFT,
-            Self::AshikhminShirley(b) => b.diffuse *= LEFT,
-            Self::Principled(b) => b.diffuse *= LEFT,
-            Self::Layered(b) => b.base = b.base.with_diffuse(LEFT),
-            Self::Lambert(_) | Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => {
-            }
-        }
+        gloss.scale_diffuse(LEFT);
         gloss
-    }
-
-    /// Estimate of the share of uniform illumination that the glossy lobes reflect along `ω_o`.
-    pub fn importance_gloss(&self, wo: Vec3) -> f32 {
-        let cos = wo.z.abs();
-        match self {
-            Self::Lambert(_) => 0.0,
-            Self::Phong(b) => b.specular.max_channel(),
-            Self::Plastic(b) => b.specular.max_channel() * fresnel::dielectric(cos, b.ior),
-            Self::Coated(b) => b.specular.max_channel() * fresnel::dielectric(cos, b.ior),
-            Self::MetallicRoughness(b) => Rgb::from(fresnel::schlick(b.f0, cos)).max_channel(),
-            Self::AshikhminShirley(b) => Rgb::from(fresnel::schlick(b.f0, cos)).max_channel(),
-            Self::Principled(b) => b.importance_gloss(cos),
-            Self::Layered(b) => b.importance_gloss(wo),
-            Self::Conductor(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => {
-                self.albedo().max_channel()
-            }
-        }
-    }
-
-    /// GGX roughness `α` of the narrowest lobe; the geometric mean for brushed facets. A Phong lobe
-    /// of exponent `n` counts as `√(2/(n + 2))` (Walter et al. 2007). `None` if the BSDF has no
-    /// lobe of finite width.
-    pub fn roughness(&self) -> Option<f32> {
-        match self {
-            Self::Phong(b) => (!b.specular.is_black()).then(|| (2.0 / (b.exponent + 2.0)).sqrt()),
-            Self::Plastic(b) => Some(b.facets.mean()),
-            Self::Conductor(b) => Some(b.facets.mean()),
-            Self::Coated(b) => (!b.specular.is_black()).then_some(b.facets.mean()),
-            Self::MetallicRoughness(b) => Some(b.facets.mean()),
-            Self::AshikhminShirley(b) => Some(b.facets.mean()),
-            Self::Principled(b) => Some(b.facets.mean()),
-            Self::Layered(b) => b.roughness(),
-            Self::Lambert(_) | Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => None,
-        }
-    }
-
-    /// Approximate overall reflectance, each channel in `[0, 1]`, for the albedo image of a
-    /// denoiser.
-    ///
-    /// This is the albedo of a smooth surface of the same kind at normal incidence; for [`Glass`],
-    /// reflection and transmission together.
-    pub fn albedo(&self) -> Rgb {
-        match self {
-            Self::Lambert(b) => b.reflectance,
-            Self::Phong(b) => b.diffuse + b.specular,
-            Self::Plastic(b) => b.diffuse + b.specular * fresnel::dielectric(1.0, b.ior),
-            Self::Conductor(b) => b.fresnel.at(1.0) * b.specular,
-            Self::Coated(b) => b.diffuse_albedo(1.0) + b.specular * fresnel::dielectric(1.0, b.ior),
-            Self::MetallicRoughness(b) => b.diffuse_albedo(1.0) + b.f0,
-            Self::AshikhminShirley(b) => b.diffuse_albedo(1.0) + b.f0,
-            Self::Principled(b) => b.diffuse_albedo(1.0) + b.fresnel.at(1.0).into(),
-            Self::Layered(b) => b.albedo(),
-            Self::Mirror(b) => b.reflectance,
-            Self::Glass(b) => b.transmittance.lerp(b.reflectance, fresnel::dielectric(1.0, b.ior)),
-            Self::ThinGlass(b) => {
-                let passed = ThinGlass::passed(1.0, b.ior);
-                b.reflectance.lerp(b.transmittance, passed)
-            }
-        }
-        .map(|a| a.min(1.0))
-    }
-
-    /// Checks that all parameters are in range; the error names the parameter, its value, and the
-    /// range.
-    pub fn validate(&self) -> Result<(), String> {
-        match self {
-            Self::Lambert(b) => b.validate(),
-            Self::Phong(b) => b.validate(),
-            Self::Plastic(b) => b.validate(),
-            Self::Conductor(b) => b.validate(),
-            Self::Coated(b) => b.validate(),
-            Self::MetallicRoughness(b) => b.validate(),
-            Self::AshikhminShirley(b) => b.validate(),
-            Self::Principled(b) => b.validate(),
-            Self::Layered(b) => b.validate(),
-            Self::Mirror(b) => b.validate(),
-            Self::Glass(b) => b.validate(),
-            Self::ThinGlass(b) => b.validate(),
-        }
-    }
-
-    /// [`Bsdf::eval`] for two directions above the horizon.
-    #[inline(always)]
-    fn eval_above<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
-        match self {
-            Self::Lambert(b) => b.eval(),
-            Self::Phong(b) => b.eval(wo, wi),
-            Self::Plastic(b) => b.eval(wo, wi),
-            Self::Conductor(b) => b.eval(wo, wi),
-            Self::Coated(b) => b.eval(wo, wi),
-            Self::MetallicRoughness(b) => b.eval(wo, wi),
-            Self::AshikhminShirley(b) => b.eval(wo, wi),
-            Self::Principled(b) => b.eval(wo, wi),
-            Self::Layered(b) => b.eval(wo, wi),
-            Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => [R::splat(0.0); 3],
-        }
-    }
-
-    /// [`Bsdf::pdf`] for two directions above the horizon.
-    #[inline]
-    fn pdf_above(&self, wo: Vec3, wi: Vec3) -> f32 {
-        match self {
-            Self::Lambert(b) => b.pdf(wi),
-            Self::Phong(b) => b.pdf(wo, wi),
-            Self::Plastic(b) => b.pdf(wo, wi),
-            Self::Conductor(b) => b.pdf(wo, wi),
-            Self::Coated(b) => b.pdf(wo, wi),
-            Self::MetallicRoughness(b) => b.pdf(wo, wi),
-            Self::AshikhminShirley(b) => b.pdf(wo, wi),
-            Self::Principled(b) => b.pdf(wo, wi),
-            Self::Layered(b) => b.pdf(wo, wi),
-            Self::Mirror(_) | Self::Glass(_) | Self::ThinGlass(_) => 0.0,
-        }
     }
 }
 
@@ -395,9 +212,4 @@ fn above_horizon(wo: Vec3, wi: Vec3) -> Option<(Vec3, Vec3)> {
 #[inline]
 fn mirror_direction(w: Vec3) -> Vec3 {
     Vec3::new(-w.x, -w.y, w.z)
-}
-
-/// Returns true if the weight of a sample is not black.
-fn carries_light(sample: &BsdfSample) -> bool {
-    !sample.weight.is_black()
 }

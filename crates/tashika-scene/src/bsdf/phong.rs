@@ -24,7 +24,7 @@
 
 use std::f32::consts::PI;
 
-use super::{Lobe, diffuse_brdf, glossy_probability, mirror_direction, sum_of_lobes, validate};
+use super::{Lobe, Model, diffuse_brdf, glossy_probability, mirror_direction, sum_of_lobes, validate};
 use crate::color::Rgb;
 use crate::math::elementary::{exp, exp2_of, ln, log2_1m_of, sin_cos};
 use crate::math::simd::each;
@@ -58,21 +58,21 @@ pub struct Phong {
     pub exponent: f32,
 }
 
-impl Phong {
+impl Model for Phong {
     #[inline(always)]
-    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+    fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let lobe = self.cosine_power(wo, wi) * R::splat((self.exponent + 2.0) / (2.0 * PI));
         sum_of_lobes(diffuse_brdf(self.diffuse), R::splat(1.0), self.specular, lobe)
     }
 
     #[inline]
-    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         let Some(p) = self.lobe_probability() else { return 0.0 };
         let lobe = self.cosine_power(wo, wi.to_array()) * (self.exponent + 1.0) / (2.0 * PI);
         (1.0 - p) * warp::cosine_hemisphere_pdf(wi.z) + p * lobe
     }
 
-    pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
+    fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
         if u[0] >= self.lobe_probability()? {
             return Some((warp::cosine_hemisphere([u[1], u[2]]), Lobe::Diffuse));
         }
@@ -85,6 +85,35 @@ impl Phong {
         Some((Frame::about(mirror_direction(wo)).to_world(about_mirror).normalize(), Lobe::Glossy))
     }
 
+    fn vpl_reflectance(&self, _: Vec3) -> Rgb {
+        self.diffuse
+    }
+
+    fn scale_diffuse(&mut self, factor: f32) {
+        self.diffuse *= factor;
+    }
+
+    fn importance_gloss(&self, _: Vec3) -> f32 {
+        self.specular.max_channel()
+    }
+
+    fn roughness(&self) -> Option<f32> {
+        (!self.specular.is_black()).then(|| (2.0 / (self.exponent + 2.0)).sqrt())
+    }
+
+    fn albedo(&self) -> Rgb {
+        self.diffuse + self.specular
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        validate::fraction("diffuse", self.diffuse)?;
+        validate::fraction("specular", self.specular)?;
+        validate::fraction_of_sum("(diffuse + specular)", self.diffuse + self.specular)?;
+        validate::in_range("exponent", self.exponent, 0.0, MAX_EXPONENT)
+    }
+}
+
+impl Phong {
     /// `cosⁿα`, zero for `α > 90°`.
     #[inline(always)]
     fn cosine_power<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> R {
@@ -101,13 +130,6 @@ impl Phong {
     /// Probability of drawing from the lobe; `None` if the surface is black.
     fn lobe_probability(&self) -> Option<f32> {
         glossy_probability(self.specular.max_channel(), self.diffuse.max_channel())
-    }
-
-    pub(super) fn validate(&self) -> Result<(), String> {
-        validate::fraction("diffuse", self.diffuse)?;
-        validate::fraction("specular", self.specular)?;
-        validate::fraction_of_sum("(diffuse + specular)", self.diffuse + self.specular)?;
-        validate::in_range("exponent", self.exponent, 0.0, MAX_EXPONENT)
     }
 }
 

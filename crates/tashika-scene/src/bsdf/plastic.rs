@@ -10,7 +10,9 @@
 //! factor, so that with `ρ_d + k_s ≤ 1` the surface reflects no more light than arrives.
 //! [`Coated`](super::Coated) is the physical form. Tested by `bsdf::tests`.
 
-use super::{Lobe, diffuse_brdf, fresnel, glossy_probability, lobes, microfacet, sum_of_lobes, validate};
+use super::{
+    Lobe, Model, diffuse_brdf, fresnel, glossy_probability, lobes, microfacet, sum_of_lobes, validate,
+};
 use crate::color::Rgb;
 use crate::math::{Real, Vec3};
 use microfacet::{HalfVector, Microfacets};
@@ -28,9 +30,9 @@ pub struct Plastic {
     pub facets: Microfacets,
 }
 
-impl Plastic {
+impl Model for Plastic {
     #[inline(always)]
-    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+    fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
         let facets = self.facets.reflection(half, wo, wi);
         let glossy = facets * fresnel::dielectric(half.cos_incidence(), self.ior);
@@ -38,25 +40,47 @@ impl Plastic {
     }
 
     #[inline]
-    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         self.lobe_probability(wo.z).map_or(0.0, |p| lobes::pdf(p, &self.facets, wo, wi))
     }
 
-    pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
+    fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
         Some(lobes::draw(self.lobe_probability(wo.z)?, &self.facets, wo, u))
     }
 
-    /// Probability of drawing from the lobe; `None` if the surface is black.
-    fn lobe_probability(&self, cos_o: f32) -> Option<f32> {
-        let lobe = self.specular.max_channel() * fresnel::dielectric(cos_o, self.ior);
-        glossy_probability(lobe, self.diffuse.max_channel())
+    fn vpl_reflectance(&self, _: Vec3) -> Rgb {
+        self.diffuse
     }
 
-    pub(super) fn validate(&self) -> Result<(), String> {
+    fn scale_diffuse(&mut self, factor: f32) {
+        self.diffuse *= factor;
+    }
+
+    fn importance_gloss(&self, wo: Vec3) -> f32 {
+        self.specular.max_channel() * fresnel::dielectric(wo.z.abs(), self.ior)
+    }
+
+    fn roughness(&self) -> Option<f32> {
+        Some(self.facets.mean())
+    }
+
+    fn albedo(&self) -> Rgb {
+        self.diffuse + self.specular * fresnel::dielectric(1.0, self.ior)
+    }
+
+    fn validate(&self) -> Result<(), String> {
         validate::fraction("diffuse", self.diffuse)?;
         validate::fraction("specular", self.specular)?;
         validate::fraction_of_sum("diffuse + specular", self.diffuse + self.specular)?;
         validate::ior(self.ior)?;
         validate::facets(self.facets)
+    }
+}
+
+impl Plastic {
+    /// Probability of drawing from the lobe; `None` if the surface is black.
+    fn lobe_probability(&self, cos_o: f32) -> Option<f32> {
+        let lobe = self.specular.max_channel() * fresnel::dielectric(cos_o, self.ior);
+        glossy_probability(lobe, self.diffuse.max_channel())
     }
 }

@@ -24,7 +24,7 @@
 //! # Held to this by
 //! `bsdf::tests`, and the suite's `mitsuba_materials` against Mitsuba 3.
 
-use super::{Lobe, diffuse_brdf, fresnel, lobes, microfacet, validate};
+use super::{Lobe, Model, diffuse_brdf, fresnel, lobes, microfacet, validate};
 use crate::color::Rgb;
 use crate::math::elementary::ln_f64;
 use crate::math::simd::each;
@@ -80,9 +80,9 @@ impl TintedFresnel {
     }
 }
 
-impl Principled {
+impl Model for Principled {
     #[inline(always)]
-    pub(super) fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
+    fn eval<R: Real>(&self, wo: Vec3, wi: [R; 3]) -> [R; 3] {
         let half = HalfVector::between(wo, wi);
         let cos_d = half.cos_incidence();
         let facets = self.facets.reflection(half, wo, wi);
@@ -97,6 +97,50 @@ impl Principled {
         })
     }
 
+    #[inline]
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        lobes::pdf(self.facet_probability(wo.z), &self.facets, wo, wi)
+    }
+
+    fn draw(&self, wo: Vec3, u: [f32; 3]) -> Option<(Vec3, Lobe)> {
+        Some(lobes::draw(self.facet_probability(wo.z), &self.facets, wo, u))
+    }
+
+    fn vpl_reflectance(&self, wo: Vec3) -> Rgb {
+        self.diffuse_albedo(wo.z.abs())
+    }
+
+    fn scale_diffuse(&mut self, factor: f32) {
+        self.diffuse *= factor;
+    }
+
+    /// Estimate of the albedo of sheen and facets, which [`Principled::diffuse_albedo`] does not
+    /// include.
+    fn importance_gloss(&self, wo: Vec3) -> f32 {
+        (Rgb::from(self.fresnel.at(wo.z.abs())) + self.sheen * IMPORTANCE_SHEEN).max_channel()
+    }
+
+    fn roughness(&self) -> Option<f32> {
+        Some(self.facets.mean())
+    }
+
+    fn albedo(&self) -> Rgb {
+        self.diffuse_albedo(1.0) + self.fresnel.at(1.0).into()
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        validate::fraction("diffuse", self.diffuse)?;
+        validate::in_range("roughness", self.roughness, 0.0, 1.0)?;
+        validate::in_range("flatness", self.flatness, 0.0, 1.0)?;
+        validate::channels_in_range("sheen", self.sheen, 0.0, MAX_SHEEN)?;
+        validate::in_range("share of Schlick's", self.fresnel.schlick, 0.0, 1.0)?;
+        validate::fraction("f0", self.fresnel.f0)?;
+        validate::ior(self.fresnel.ior)?;
+        validate::facets(self.facets)
+    }
+}
+
+impl Principled {
     /// `(1 − f) b + f e`.
     #[inline(always)]
     fn shape<R: Real>(&self, cos_o: f32, cos_i: R, cos_d: R) -> R {
@@ -111,15 +155,6 @@ impl Principled {
         let even = (one + grazing * o) * (one + grazing * i);
         let flat = R::splat(1.25) * (even * (one / (R::splat(cos_o) + cos_i) - half) + half);
         R::splat(1.0 - self.flatness) * rough + R::splat(self.flatness) * flat
-    }
-
-    #[inline]
-    pub(super) fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        lobes::pdf(self.facet_probability(wo.z), &self.facets, wo, wi)
-    }
-
-    pub(super) fn draw(&self, wo: Vec3, u: [f32; 3]) -> (Vec3, Lobe) {
-        lobes::draw(self.facet_probability(wo.z), &self.facets, wo, u)
     }
 
     /// `ρ_d ∫ ((1 − f) b + f e) c_i dω_i / π` for light at cosine `cos_o`.
@@ -149,26 +184,9 @@ impl Principled {
         (1.0 - 0.5 * w) * (1.0 - 0.5 * m0) + r * (once + r * twice)
     }
 
-    /// Estimate of the albedo of sheen and facets, which [`Principled::diffuse_albedo`] does not
-    /// include.
-    pub(super) fn importance_gloss(&self, cos_o: f32) -> f32 {
-        (Rgb::from(self.fresnel.at(cos_o)) + self.sheen * IMPORTANCE_SHEEN).max_channel()
-    }
-
     fn facet_probability(&self, cos_o: f32) -> f32 {
         let spread = self.diffuse_albedo(cos_o) + self.sheen * IMPORTANCE_SHEEN;
         lobes::facet_probability(self.fresnel.at(cos_o), spread)
-    }
-
-    pub(super) fn validate(&self) -> Result<(), String> {
-        validate::fraction("diffuse", self.diffuse)?;
-        validate::in_range("roughness", self.roughness, 0.0, 1.0)?;
-        validate::in_range("flatness", self.flatness, 0.0, 1.0)?;
-        validate::channels_in_range("sheen", self.sheen, 0.0, MAX_SHEEN)?;
-        validate::in_range("share of Schlick's", self.fresnel.schlick, 0.0, 1.0)?;
-        validate::fraction("f0", self.fresnel.f0)?;
-        validate::ior(self.fresnel.ior)?;
-        validate::facets(self.facets)
     }
 }
 

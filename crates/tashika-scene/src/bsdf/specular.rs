@@ -27,7 +27,7 @@
 //! # Held to this by
 //! The tests below.
 
-use super::{BsdfSample, Lobe, MIN_COSINE, Microfacets, fresnel, mirror_direction, validate};
+use super::{BsdfSample, Lobe, MIN_COSINE, Microfacets, Model, fresnel, mirror_direction, validate};
 use crate::color::Rgb;
 use crate::math::{Frame, Vec3};
 
@@ -38,17 +38,19 @@ pub struct Mirror {
     pub reflectance: Rgb,
 }
 
-impl Mirror {
-    pub(super) fn sample(&self, wo: Vec3) -> BsdfSample {
-        BsdfSample {
-            wi: mirror_direction(wo),
-            weight: self.reflectance,
-            pdf: 1.0,
-            lobe: Lobe::SpecularReflection,
-        }
+impl Model for Mirror {
+    const IS_SPECULAR: bool = true;
+
+    fn sample(&self, wo: Vec3, _: [f32; 3]) -> Option<BsdfSample> {
+        let (wi, weight) = (mirror_direction(wo), self.reflectance);
+        Some(BsdfSample { wi, weight, pdf: 1.0, lobe: Lobe::SpecularReflection })
     }
 
-    pub(super) fn validate(&self) -> Result<(), String> {
+    fn albedo(&self) -> Rgb {
+        self.reflectance
+    }
+
+    fn validate(&self) -> Result<(), String> {
         validate::fraction("reflectance", self.reflectance)
     }
 }
@@ -70,18 +72,13 @@ pub struct Glass {
     pub facets: Option<Microfacets>,
 }
 
-impl Glass {
-    /// Returns `(n/n')²` for light that crosses the boundary from index `n` to index `n'`: `η²` out
-    /// of the glass, `1/η²` into it.
-    pub fn squared_ratio(&self, leaves_glass: bool) -> f64 {
-        let squared = f64::from(self.ior) * f64::from(self.ior);
-        if leaves_glass { squared } else { squared.recip() }
-    }
+impl Model for Glass {
+    const IS_SPECULAR: bool = true;
 
     /// Reflects if `u[0]` in `[0, 1)` is below `F`, else refracts; `u[1]` and `u[2]` draw the
     /// facet. `None` if reflection leads to the far side of the surface, or refraction to the near
     /// side. This never happens at smooth glass.
-    pub(super) fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
+    fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         let Some(facets) = self.facets else { return Some(self.sample_smooth(wo, u[0])) };
         // The normal is drawn for `wo` mirrored to above the surface, and mirrored back.
         let side = 1.0_f32.copysign(wo.z);
@@ -105,6 +102,26 @@ impl Glass {
         arrives.then_some(BsdfSample { wi, weight, pdf, lobe })
     }
 
+    fn albedo(&self) -> Rgb {
+        self.transmittance.lerp(self.reflectance, fresnel::dielectric(1.0, self.ior))
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        validate::ior(self.ior)?;
+        validate::fraction("reflectance", self.reflectance)?;
+        validate::fraction("transmittance", self.transmittance)?;
+        self.facets.map_or(Ok(()), validate::facets)
+    }
+}
+
+impl Glass {
+    /// Returns `(n/n')²` for light that crosses the boundary from index `n` to index `n'`: `η²` out
+    /// of the glass, `1/η²` into it.
+    pub fn squared_ratio(&self, leaves_glass: bool) -> f64 {
+        let squared = f64::from(self.ior) * f64::from(self.ior);
+        if leaves_glass { squared } else { squared.recip() }
+    }
+
     fn sample_smooth(&self, wo: Vec3, u: f32) -> BsdfSample {
         let eta = if wo.z > 0.0 { self.ior } else { self.ior.recip() };
         let reflected = fresnel::dielectric(wo.z.abs().min(1.0), eta);
@@ -118,13 +135,6 @@ impl Glass {
             pdf: 1.0 - reflected,
             lobe: Lobe::SpecularTransmission,
         }
-    }
-
-    pub(super) fn validate(&self) -> Result<(), String> {
-        validate::ior(self.ior)?;
-        validate::fraction("reflectance", self.reflectance)?;
-        validate::fraction("transmittance", self.transmittance)?;
-        self.facets.map_or(Ok(()), validate::facets)
     }
 }
 
@@ -143,6 +153,32 @@ pub struct ThinGlass {
     pub transmittance: Rgb,
 }
 
+impl Model for ThinGlass {
+    const IS_SPECULAR: bool = true;
+
+    /// Passes straight through if `u[0]` is below `1 − R`, else reflects.
+    fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
+        let passed = Self::passed(wo.z.abs(), self.ior);
+        Some(if u[0] < passed {
+            let lobe = Lobe::SpecularTransmission;
+            BsdfSample { wi: -wo, weight: self.transmittance, pdf: passed, lobe }
+        } else {
+            let (wi, lobe) = (mirror_direction(wo), Lobe::SpecularReflection);
+            BsdfSample { wi, weight: self.reflectance, pdf: 1.0 - passed, lobe }
+        })
+    }
+
+    fn albedo(&self) -> Rgb {
+        self.reflectance.lerp(self.transmittance, Self::passed(1.0, self.ior))
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        validate::ior(self.ior)?;
+        validate::fraction("reflectance", self.reflectance)?;
+        validate::fraction("transmittance", self.transmittance)
+    }
+}
+
 impl ThinGlass {
     /// A pane without effect: all light passes straight through.
     pub const NOTHING: Self = Self { ior: 1.0, reflectance: Rgb::BLACK, transmittance: Rgb::WHITE };
@@ -155,27 +191,6 @@ impl ThinGlass {
         }
         let face = fresnel::dielectric(cos.min(1.0), ior);
         (1.0 - face) / (1.0 + face)
-    }
-
-    /// Passes straight through if `u` in `[0, 1)` is below `1 − R`, else reflects.
-    pub(super) fn sample(&self, wo: Vec3, u: f32) -> BsdfSample {
-        let passed = Self::passed(wo.z.abs(), self.ior);
-        if u < passed {
-            let lobe = Lobe::SpecularTransmission;
-            return BsdfSample { wi: -wo, weight: self.transmittance, pdf: passed, lobe };
-        }
-        BsdfSample {
-            wi: mirror_direction(wo),
-            weight: self.reflectance,
-            pdf: 1.0 - passed,
-            lobe: Lobe::SpecularReflection,
-        }
-    }
-
-    pub(super) fn validate(&self) -> Result<(), String> {
-        validate::ior(self.ior)?;
-        validate::fraction("reflectance", self.reflectance)?;
-        validate::fraction("transmittance", self.transmittance)
     }
 }
 
@@ -271,7 +286,8 @@ mod tests {
             let reflected: f64 =
                 face + (0..200).map(|k| (1.0 - face).powi(2) * face.powi(2 * k + 1)).sum::<f64>();
             let pane = ThinGlass { ior: 1.5, reflectance: Rgb::gray(0.9), transmittance: Rgb::gray(0.7) };
-            let (passes, reflects) = (pane.sample(wo, 0.0), pane.sample(wo, LAST));
+            let sample = |u| pane.sample(wo, [u, 0.0, 0.0]).unwrap();
+            let (passes, reflects) = (sample(0.0), sample(LAST));
             assert!((f64::from(passes.pdf) - (1.0 - reflected)).abs() < 1e-5, "{step}");
             assert!((passes.pdf + reflects.pdf - 1.0).abs() < 1e-6);
             assert_eq!((passes.wi, reflects.wi), (-wo, Vec3::new(-wo.x, -wo.y, wo.z)));
@@ -284,7 +300,7 @@ mod tests {
         let mirror = Mirror { reflectance: Rgb::gray(0.8) };
         for side in [1.0, -1.0] {
             let wo = direction(0.5, side);
-            let sample = mirror.sample(wo);
+            let sample = mirror.sample(wo, [0.0; 3]).unwrap();
             assert_eq!(sample.wi, Vec3::new(-wo.x, -wo.y, wo.z));
             assert_eq!((sample.weight, sample.pdf), (Rgb::gray(0.8), 1.0));
         }

@@ -1,13 +1,13 @@
 //! The pipeline from a scene and a request to a film, and to judgements of that film.
 //!
-//! [`Renderer`] holds the request, [`Renderer::prepare`] traces the lights of one view, and
-//! [`Prepared`] renders the view and judges the film. The program, the Python package, experiments
+//! [`Renderer`] holds the request. [`Renderer::prepare`] plans it for the scene and traces the lights
+//! of one view. [`Prepared`] renders the view and judges the film. The program, the Python package, experiments
 //! and benchmarks only make these calls; all of the work is done here.
 //!
 //! ```text
 //! Renderer ── prepare ─► Prepared ── render ─► Rendered { film, totals }
-//!  scene, camera,         view, lights,    ├─ audit ─► Audit          how many pixels are within the error
-//!  Request                Method           └─ other_set ─► OtherSet   what other VPLs would change
+//!  scene, camera,         view, Job        ├─ audit ─► Audit          share of the pixels within the error
+//!  Request ─ plan ─► Plan  (method, lights) └─ other_set ─► OtherSet   change by other VPLs
 //! ```
 //!
 //! # Guarantee
@@ -20,6 +20,7 @@
 
 mod audit;
 mod audited;
+mod job;
 mod light_cache;
 mod observer;
 mod prepared;
@@ -29,9 +30,10 @@ mod tests;
 
 pub use audit::Audit;
 pub use audited::finish_merged;
+pub use job::{AuditedJob, Job};
 pub use light_cache::LightCache;
 pub use observer::{Observer, Phase, Silent};
-pub use prepared::{Lights, Prepared};
+pub use prepared::Prepared;
 
 use std::sync::Arc;
 
@@ -45,12 +47,10 @@ use crate::gather::{Filter, View};
 use crate::integrator::{GuidedLights, Truth};
 use crate::reconstruction::Smoother;
 use crate::render::{Rendered, TileShare};
-use crate::request::{
-    CameraChange, ClaimName, Framed, Framing, Method, MethodName, Quality, Request, Resolved,
-};
+use crate::request::{CameraChange, ClaimName, Framed, Framing, Method, MethodName, Plan, Quality, Request};
 use crate::scene::{Camera, LightGrouping, LightGroups, Scene};
 use crate::tree::LightSet;
-use crate::vpl::{Clamp, VplSet};
+use crate::vpl::{Clamp, VplOptions, VplSet};
 
 /// A scene, and the options of its render.
 ///
@@ -322,16 +322,10 @@ impl<'a> Renderer<'a> {
     /// [`Error::Option`] naming an option that is out of range or contradicts other options or the
     /// scene, such as a method without motion in a scene that moves; lights of another scene.
     pub fn prepare(&self) -> Result<Prepared<'a>> {
-        let (resolved, framed) = self.resolve()?;
-        let Resolved { method, gather, unused } = resolved;
-        let Framed { camera, size, window } = framed;
+        let (Plan { method, gather, unused }, Framed { camera, size, window }) = self.plan()?;
         let groups = self.groups.as_ref().map(|grouping| self.grouped(grouping, &method)).transpose()?;
         let seed = self.request.seed;
-        let lights = self.light(&method, &View { camera: &camera, size, gather, seed })?;
-        let method = match &lights {
-            Lights::Set(lights) => method.over(lights.set().len(), gather.points),
-            Lights::Guided(_) | Lights::Emitters => method,
-        };
+        let job = self.job(method, &View { camera: &camera, size, gather, seed })?;
         Ok(Prepared {
             tracer: self.tracer.clone(),
             camera,
@@ -344,8 +338,7 @@ impl<'a> Renderer<'a> {
             groups,
             gather,
             seed,
-            method,
-            lights,
+            job,
             unused,
             smoother: self.smoother.clone(),
             observer: self.observer,
@@ -366,7 +359,7 @@ impl<'a> Renderer<'a> {
     /// # Errors
     /// As [`prepare`](Self::prepare); also a method that traces no VPLs.
     pub fn trace_lights(&self) -> Result<VplSet> {
-        let (Resolved { method, gather, .. }, Framed { camera, size, .. }) = self.resolve()?;
+        let (Plan { method, gather, .. }, Framed { camera, size, .. }) = self.plan()?;
         let view = View { camera: &camera, size, gather, seed: self.request.seed };
         match &method {
             Method::Sum { lights: Some(options), .. } => {
@@ -379,21 +372,20 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    fn resolve(&self) -> Result<(Resolved, Framed)> {
+    fn plan(&self) -> Result<(Plan, Framed)> {
         let scene = self.tracer.scene();
         let request = Request {
-            lights_given: self.lights.is_some(),
+            lights_given: self.lights.is_some() || self.request.lights_given,
             groups_asked: self.groups.is_some(),
             ..self.request.clone()
         };
         let first = &scene.cameras()[0];
         let camera = self.change.of(self.camera.as_ref().unwrap_or(first))?;
-        let resolved = request.in_scene(scene).resolve()?;
-        scene.check_method(self.request.method.name(), resolved.method.abilities())?;
+        let plan = request.plan(scene)?;
         request.check_passes(self.observer.seconds_left().is_some(), self.share.is_whole())?;
         let mut framed = self.framing.of(&camera)?;
         framed.camera.index = self.tracer.index_around_camera(&framed.camera);
-        Ok((resolved, framed))
+        Ok((plan, framed))
     }
 
     /// Groups of the scene's lights, for a method that can separate their contributions.
@@ -411,53 +403,66 @@ impl<'a> Renderer<'a> {
         Ok(Grouped { grouping: grouping.clone(), groups, paths })
     }
 
-    /// Lights that the method needs.
-    fn light(&self, method: &Method, view: &View<'_>) -> Result<Lights> {
+    /// Returns the work of a method, with the lights that it needs.
+    fn job(&self, method: Method, view: &View<'_>) -> Result<Job> {
         let tracer = &self.tracer;
-        Ok(match (method, &self.lights) {
-            (Method::Sum { method, lights, .. }, given) => {
-                let set = match (lights, given) {
-                    (Some(options), _) => {
-                        let set = self.tell(options.count, || VplSet::trace(tracer, options))?;
-                        Arc::new(LightSet::new(set))
-                    }
-                    (None, Some(given)) if given.set().origin() == tracer.scene().origin() => {
-                        Arc::clone(given)
-                    }
-                    (None, Some(given)) => {
-                        let moved = given.set().clone().relative_to(tracer.scene().origin());
-                        Arc::new(LightSet::new(moved))
-                    }
-                    (None, None) => unreachable!("lights are given or traced"),
+        Ok(match method {
+            Method::Sum { method, lights: traced, options } => {
+                let lights = match &traced {
+                    Some(of_lights) => Arc::new(LightSet::new(
+                        self.tell(of_lights.count, || VplSet::trace(tracer, of_lights))?,
+                    )),
+                    None => self.given_about_origin()?,
                 };
-                set.set().validate_for(tracer.scene())?;
+                lights.set().validate_for(tracer.scene())?;
+                let terms = lights.set().len() as u64 * u64::from(view.gather.points);
+                let method = method.for_terms(terms, options.max_pairs);
                 if method.needs_tree() {
-                    observer::during(self.observer, Phase::LightTree, || set.tree());
+                    observer::during(self.observer, Phase::LightTree, || lights.tree());
                 }
-                Lights::Set(set)
+                Job::Sum { method, options, lights, traced }
             }
-            (Method::Transport { lights: Some(options), truth, .. }, _) => {
+            Method::Transport { lights: Some(of_lights), truth, options } => {
                 let trace = || {
-                    self.tell(options.count, || {
-                        GuidedLights::trace(tracer, options, *truth, view).map(Arc::new)
+                    self.tell(of_lights.count, || {
+                        GuidedLights::trace(tracer, &of_lights, truth, view).map(Arc::new)
                     })
                 };
-                Lights::Guided(match self.cache {
-                    Some(cache) => cache.lights(options, *truth, view, trace)?,
+                let lights = match self.cache {
+                    Some(cache) => cache.lights(&of_lights, truth, view, trace)?,
                     None => trace()?,
-                })
+                };
+                Job::Transport { truth, options, lights }
             }
-            (Method::Audited { lights: Some(options), .. }, _) => {
-                let trace = || self.tell(options.count, || GuidedLights::to_draw(tracer, options, view));
-                Lights::Guided(Arc::new(trace()?))
+            Method::Transport { lights: None, truth, options } => {
+                let set = self.given()?.set();
+                let guided = || GuidedLights::given(tracer, set, truth, view);
+                let lights = Arc::new(observer::during(self.observer, Phase::LightTree, guided)?);
+                Job::Transport { truth, options, lights }
             }
-            (Method::Transport { lights: None, truth, .. }, Some(given)) => {
-                let guided = || GuidedLights::given(tracer, given.set(), *truth, view);
-                Lights::Guided(Arc::new(observer::during(self.observer, Phase::LightTree, guided)?))
+            Method::Audited { lights, options, terms, passes } => {
+                let trace = |of_lights: &VplOptions| {
+                    self.tell(of_lights.count, || GuidedLights::to_draw(tracer, of_lights, view))
+                };
+                let lights = lights.as_ref().map(trace).transpose()?.map(Arc::new);
+                Job::Audited(AuditedJob { options, terms, passes, lights })
             }
-            (Method::Transport { lights: None, .. }, None) => unreachable!("lights are given or traced"),
-            (Method::Path { .. } | Method::Audited { lights: None, .. }, _) => Lights::Emitters,
+            Method::Path { stop } => Job::Path { stop },
         })
+    }
+
+    /// The given VPLs.
+    fn given(&self) -> Result<&Arc<LightSet>> {
+        self.lights.as_ref().ok_or_else(|| Error::option("lights", "none", "a set of VPLs, as requested"))
+    }
+
+    /// The given VPLs, relative to the origin of the scene.
+    fn given_about_origin(&self) -> Result<Arc<LightSet>> {
+        let (given, origin) = (self.given()?, self.tracer.scene().origin());
+        if given.set().origin() == origin {
+            return Ok(Arc::clone(given));
+        }
+        Ok(Arc::new(LightSet::new(given.set().clone().relative_to(origin))))
     }
 
     fn tell<T>(&self, count: u64, trace: impl FnOnce() -> T) -> T {

@@ -3,51 +3,27 @@
 use std::sync::Arc;
 
 use super::observer::{Observer, Phase, during};
-use super::{Audit, audit, audited};
+use super::{Audit, AuditedJob, Job, audit, audited};
 use crate::accel::Tracer;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::experiment::{OtherSet, until_converged};
 use crate::film::{Film, Window, keys};
 use crate::gather::{GatherOptions, View};
 use crate::integrator::{
-    ControlOptions, FullSum, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, Setting,
-    WithPlanes,
+    ControlOptions, FullSum, Integrator, LightTransport, PathStop, PathTracer, Setting, WithPlanes,
 };
 use crate::reconstruction::Smoother;
 use crate::render::{
     Begun, Finished, RenderOptions, Rendered, TileShare, add_mattes, add_motion, add_time, add_transmittance,
     blank, resume,
 };
-use crate::request::{CameraChange, Method};
+use crate::request::{CameraChange, ClaimName};
 use crate::rng::{self, Purpose};
 use crate::scene::{Camera, LightGrouping, LightGroups};
-use crate::tree::LightSet;
-use crate::vpl::{Provenance, VplOptions};
+use crate::vpl::VplOptions;
 
 /// Number of the key of a pilot among those of guidance.
 const PILOT: u64 = 0x1e57;
-
-/// The lights of a render, as its method needs them.
-#[derive(Clone, Debug)]
-pub enum Lights {
-    /// Emitters alone, which paths sample.
-    Emitters,
-    /// One set of VPLs, in a tree if the method needs one.
-    Set(Arc<LightSet>),
-    /// One set of VPLs, guided to the view.
-    Guided(Arc<GuidedLights>),
-}
-
-impl Lights {
-    /// Origin of the VPLs, if there are any.
-    pub fn provenance(&self) -> Option<&Provenance> {
-        match self {
-            Self::Emitters => None,
-            Self::Set(lights) => Some(lights.provenance()),
-            Self::Guided(lights) => Some(lights.provenance()),
-        }
-    }
-}
 
 /// Groups of lights with planes of their contributions.
 #[derive(Clone)]
@@ -84,8 +60,7 @@ pub struct Prepared<'a> {
     pub(super) groups: Option<Grouped>,
     pub(super) gather: GatherOptions,
     pub(super) seed: u64,
-    pub(super) method: Method,
-    pub(super) lights: Lights,
+    pub(super) job: Job,
     pub(super) unused: Vec<&'static str>,
     pub(super) smoother: Option<Arc<dyn Smoother>>,
     pub(super) observer: &'a dyn Observer,
@@ -103,18 +78,13 @@ impl Prepared<'_> {
         self.window
     }
 
-    /// Method of the pixels, for the lights of this view and an image of this size.
-    pub fn method(&self) -> &Method {
-        &self.method
-    }
-
-    /// Lights of the view, as the method needs them.
-    pub fn lights(&self) -> &Lights {
-        &self.lights
+    /// Work of this view: its method, with the lights.
+    pub fn job(&self) -> &Job {
+        &self.job
     }
 
     /// Names of the given options that have no effect on the method (see
-    /// [`Resolved::unused`](crate::request::Resolved::unused)).
+    /// [`Plan::unused`](crate::request::Plan::unused)).
     pub fn unused(&self) -> &[&'static str] {
         &self.unused
     }
@@ -131,11 +101,10 @@ impl Prepared<'_> {
     /// # Errors
     /// Options out of range.
     pub fn integrator(&self) -> Result<Box<dyn Integrator + '_>> {
-        Ok(match (&self.method, &self.lights) {
-            (Method::Sum { method, options, .. }, Lights::Set(lights)) => {
-                method.integrator(lights, options)?
-            }
-            (Method::Transport { options, .. } | Method::Audited { options, .. }, Lights::Guided(lights)) => {
+        Ok(match &self.job {
+            Job::Sum { method, options, lights, .. } => method.integrator(lights, options)?,
+            Job::Transport { options, lights, .. }
+            | Job::Audited(AuditedJob { options, lights: Some(lights), .. }) => {
                 let transport = LightTransport::new(&self.tracer, lights, options);
                 match &self.groups {
                     Some(Grouped { groups, paths: Some(paths), .. }) => {
@@ -145,17 +114,16 @@ impl Prepared<'_> {
                     _ => Box::new(transport),
                 }
             }
-            (Method::Path { stop }, _) => {
+            Job::Audited(AuditedJob { options, lights: None, .. }) => {
+                Box::new(self.path_tracer(self.of_audited(options)?)?)
+            }
+            Job::Path { stop } => {
                 let tracer = self.path_tracer(self.in_view(*stop)?)?;
                 Box::new(match &self.groups {
                     Some(Grouped { groups, .. }) => tracer.with_groups(groups),
                     None => tracer,
                 })
             }
-            (Method::Audited { options, .. }, Lights::Emitters) => {
-                Box::new(self.path_tracer(self.of_audited(options)?)?)
-            }
-            _ => unreachable!("lights are made for the method"),
         })
     }
 
@@ -191,6 +159,21 @@ impl Prepared<'_> {
         self.render_from(|film| Ok(Begun { film, tiles: Vec::new() }))
     }
 
+    /// Renders the view with another integrator, such as a method of one's own.
+    ///
+    /// # Errors
+    /// [`Error::Option`](crate::error::Error::Option) if the integrator cannot render the scene, or
+    /// if a picture of this view is audited as a whole.
+    pub fn render_with(&self, integrator: &dyn Integrator) -> Result<Rendered> {
+        if self.job.is_audited() {
+            return Err(Error::option("claim", ClaimName::Audited, "a claim about each pixel, or an error"));
+        }
+        let phase = self.phase_of_pixels(integrator, false);
+        let rendered =
+            self.render_radiance(integrator, phase, |film| Ok(Begun { film, tiles: Vec::new() }))?;
+        Ok(self.with_first_surfaces(rendered))
+    }
+
     /// Renders the tiles that are not finished. `begin` receives the empty film, whose metadata
     /// identifies the render. It returns the film and the tiles that are finished already, as
     /// [`KeptTiles::begin`](crate::io::KeptTiles::begin) does.
@@ -198,7 +181,18 @@ impl Prepared<'_> {
     /// # Errors
     /// Options out of range; any error of `begin`.
     pub fn render_from(&self, begin: impl FnOnce(Film) -> Result<Begun>) -> Result<Rendered> {
-        let mut rendered = self.render_radiance(begin)?;
+        let rendered = if let Job::Audited(job) = &self.job {
+            audited::render(self, job, begin)?
+        } else {
+            let integrator = self.integrator()?;
+            let phase = self.phase_of_pixels(integrator.as_ref(), self.job.promises());
+            self.render_radiance(integrator.as_ref(), phase, begin)?
+        };
+        Ok(self.with_first_surfaces(rendered))
+    }
+
+    /// Adds the planes of first surfaces that are requested, or that the scene needs.
+    fn with_first_surfaces(&self, mut rendered: Rendered) -> Rendered {
         if let Some(ranks) = self.mattes {
             let samples = self.seen_samples();
             during(self.observer, Phase::Mattes, || {
@@ -221,26 +215,33 @@ impl Prepared<'_> {
                 }
             });
         }
-        Ok(rendered)
+        rendered
     }
 
     /// Number of camera samples a pixel for mattes, times and transmittances. These are the samples
     /// of the gather points, if the method has any.
     fn seen_samples(&self) -> u32 {
         const OF_PATHS: u32 = 64;
-        match self.method {
-            Method::Sum { .. } | Method::Transport { .. } => self.gather.points,
-            Method::Path { .. } | Method::Audited { .. } => OF_PATHS,
+        match self.job {
+            Job::Sum { .. } | Job::Transport { .. } => self.gather.points,
+            Job::Path { .. } | Job::Audited(_) => OF_PATHS,
         }
     }
 
-    fn render_radiance(&self, begin: impl FnOnce(Film) -> Result<Begun>) -> Result<Rendered> {
-        if let Method::Audited { options, terms, passes, .. } = &self.method {
-            return audited::render(self, options, terms, *passes, begin);
-        }
-        let (setting, integrator) = (self.setting(), self.integrator()?);
+    fn phase_of_pixels(&self, integrator: &dyn Integrator, promises: bool) -> Phase {
+        let (method, is_of_a_sum) = (integrator.name(), self.job.is_of_a_sum());
+        Phase::Pixels { method, window: self.window, is_of_a_sum, promises }
+    }
+
+    fn render_radiance(
+        &self,
+        integrator: &dyn Integrator,
+        phase: Phase,
+        begin: impl FnOnce(Film) -> Result<Begun>,
+    ) -> Result<Rendered> {
+        let setting = self.setting();
         let options = RenderOptions { window: self.window, share: self.share.clone() };
-        let mut film = blank(&setting, integrator.as_ref(), &options)?;
+        let mut film = blank(&setting, integrator, &options)?;
         self.change.describe(film.metadata_mut());
         if let Some(Grouped { grouping, paths, .. }) = &self.groups {
             film.metadata_mut().set(keys::LIGHT_GROUPS, grouping.to_string());
@@ -249,15 +250,9 @@ impl Prepared<'_> {
             }
         }
         let begun = begin(film)?;
-        let phase = Phase::Pixels {
-            method: integrator.name(),
-            window: self.window,
-            is_of_a_sum: self.method.is_of_a_sum(),
-            promises: self.method.promises(),
-        };
         let watch = |done: &Finished<'_>| self.observer.tile(done);
         during(self.observer, phase, || {
-            resume(&setting, integrator.as_ref(), &options, begun, &watch, self.observer.cancel())
+            resume(&setting, integrator, &options, begun, &watch, self.observer.cancel())
         })
     }
 
@@ -288,7 +283,7 @@ impl Prepared<'_> {
     /// # Errors
     /// A film of another view.
     pub fn other_set(&self, rendered: &Rendered) -> Result<Option<OtherSet>> {
-        let Method::Sum { method, options, lights: Some(lights) } = &self.method else { return Ok(None) };
+        let Job::Sum { method, options, traced: Some(lights), .. } = &self.job else { return Ok(None) };
         if !self.is_whole(rendered) {
             return Ok(None);
         }
@@ -306,11 +301,7 @@ impl Prepared<'_> {
     /// * `absolute`: absolute error that suffices in dark pixels, if a film states one
     ///   (W·m⁻²·sr⁻¹).
     pub(super) fn promise(&self, absolute: Option<f64>) -> Option<ControlOptions> {
-        let options = match &self.method {
-            Method::Sum { options, .. } | Method::Transport { options, .. } => options,
-            Method::Path { stop } => stop.options()?,
-            Method::Audited { .. } => return None,
-        };
+        let options = self.job.options_of_pixels()?;
         Some(ControlOptions { absolute_error: absolute.unwrap_or(options.absolute_error), ..*options })
     }
 
@@ -320,11 +311,10 @@ impl Prepared<'_> {
         /// Offset added to the seed if the film itself is path-traced.
         const OTHER_PATHS: u64 = 0x7a_a0d1_7000;
         let mut setting = self.setting();
-        if let (Method::Sum { .. }, Lights::Set(lights)) = (&self.method, &self.lights) {
-            return Ok((Box::new(FullSum::new(lights.set())), setting));
-        }
-        if let Method::Path { .. } = self.method {
-            setting.view.seed = setting.view.seed.wrapping_add(OTHER_PATHS);
+        match &self.job {
+            Job::Sum { lights, .. } => return Ok((Box::new(FullSum::new(lights.set())), setting)),
+            Job::Path { .. } => setting.view.seed = setting.view.seed.wrapping_add(OTHER_PATHS),
+            Job::Transport { .. } | Job::Audited(_) => {}
         }
         let stop = until_converged(promise, Audit::MOST_PATHS);
         Ok((Box::new(self.path_tracer(stop)?), setting))

@@ -8,7 +8,7 @@ use super::*;
 use crate::film::{Film, Plane};
 use crate::gather::GatherOptions;
 use crate::integrator::{
-    ControlOptions, FullSum, Integrator, LightTransport, PathStop, PathTracer, Setting, SumMethod,
+    ControlOptions, FullSum, Integrator, LightTransport, PathStop, PathTracer, Promise, Setting, SumMethod,
 };
 use crate::render::{Begun, Finished, RenderOptions, render};
 use crate::scene::builtin;
@@ -250,4 +250,50 @@ fn what_cannot_be_is_refused_before_any_work() {
     assert_eq!(told.phases(), "");
     let unused = tiny().method(MethodName::Path).claim(ClaimName::Certified).prepare().unwrap();
     assert_eq!(unused.unused(), ["vpls", "claim"]);
+}
+
+/// Work with a bound that is no claim, and a fixed number of paths, promise nothing.
+#[test]
+fn jobs_promise_what_their_methods_claim() {
+    let promises = |renderer: Renderer<'_>| renderer.prepare().unwrap().job().promises();
+    for method in [SumMethod::Lightcuts, SumMethod::Mdlc] {
+        assert!(!promises(tiny().method(method)), "{method}");
+    }
+    for method in [SumMethod::Exact, SumMethod::Nabata2016, SumMethod::Tashika(Promise::Certified)] {
+        assert!(promises(tiny().method(method)), "{method}");
+    }
+    assert!(
+        !promises(tiny().method(MethodName::Path)) && promises(tiny().method(MethodName::Path).error(0.1))
+    );
+    assert!(promises(tiny().error(0.2)) && promises(tiny()));
+}
+
+/// Work has the lights of its kind; other lights are an error that names the option.
+#[test]
+fn lights_of_another_kind_are_an_error() {
+    let sum = tiny().truth(Truth::Vpl).prepare().unwrap();
+    let transport = tiny().error(0.2).prepare().unwrap();
+    let path = tiny().method(MethodName::Path).prepare().unwrap();
+    let named = |error: Option<Error>| match error {
+        Some(Error::Option { option, .. }) => option,
+        other => panic!("{other:?}"),
+    };
+    assert!(sum.job().light_set().is_ok() && transport.job().guided_lights().is_ok());
+    assert_eq!(named(transport.job().light_set().err()), "truth");
+    assert_eq!(named(sum.job().guided_lights().err()), "truth");
+    assert_eq!(named(path.job().guided_lights().err()), "method");
+    // A request for given lights, without any.
+    let request = Request { lights_given: true, ..Request::of_a_sum() };
+    assert_eq!(named(tiny().request(request).prepare().err()), "lights");
+}
+
+/// An integrator of one's own renders the film that the pipeline renders with the same integrator,
+/// mattes included. A picture that is audited as a whole is no work of an integrator.
+#[test]
+fn an_integrator_of_ones_own_renders_the_view() {
+    let prepared = tiny().method(SumMethod::Exact).mattes(2).prepare().unwrap();
+    let own = FullSum::new(prepared.job().light_set().unwrap().set());
+    let (ours, theirs) = (prepared.render().unwrap(), prepared.render_with(&own).unwrap());
+    assert!(theirs.complete && theirs.film.planes() == ours.film.planes());
+    assert!(tiny().prepare().unwrap().render_with(&own).is_err());
 }

@@ -26,7 +26,7 @@ impl SensorRequest {
     /// Returns the request by which `sensors` sensors are rendered.
     ///
     /// # Errors
-    /// [`Error::Option`] for an audited claim; as [`Request::check`] and [`Request::resolve`].
+    /// [`Error::Option`] for an audited claim; as [`Request::validate`].
     pub fn of(&self, sensors: usize) -> Result<Request> {
         if self.request.claim == Some(ClaimName::Audited) {
             let expected = "calibrated or certified: an audited claim is about a picture";
@@ -50,8 +50,7 @@ impl SensorRequest {
             confidence,
             ..self.request.clone()
         };
-        request.check()?;
-        request.resolve()?;
+        request.validate()?;
         Ok(request)
     }
 

@@ -13,7 +13,8 @@ use tashika::integrator::{Integrator, Setting};
 use tashika::io::LoadOptions;
 use tashika::math::{Affine3A, Vec3};
 use tashika::render::{RenderOptions, TileShare, render};
-use tashika::request::{ClaimName, Method, MethodName};
+use tashika::renderer::{AuditedJob, Job};
+use tashika::request::{ClaimName, MethodName};
 use tashika::scene::{Camera, Emission, Material, MeshData, Scene, SceneBuilder, Surface};
 
 /// Options for scenes that name missing files.
@@ -145,5 +146,5 @@ pub fn paths_keep_what_the_default_promises(tracer: &Tracer) {
     assert!(image.complete);
     assert_eq!(image.film.metadata().text(keys::METHOD), Some(MethodName::Path.name()));
     let audited = renderer().claim(ClaimName::Audited);
-    assert!(matches!(audited.prepare().unwrap().method(), Method::Audited { lights: None, .. }));
+    assert!(matches!(audited.prepare().unwrap().job(), Job::Audited(AuditedJob { lights: None, .. })));
 }

@@ -419,7 +419,7 @@ fn every_method_renders_media() {
         assert_eq!([said(keys::METHOD), said(keys::TRUTH)], [Some("tashika"), Some(name)]);
     }
     let certified = Renderer::on(&tracer).size([4, 4]).claim(ClaimName::Certified).prepare().unwrap();
-    assert!(certified.method().is_of_a_sum());
+    assert!(certified.job().is_of_a_sum());
     for method in MethodName::all().filter(|method| method.of_lights().is_some()) {
         let image = renderer(&tracer).method(method).truth(Truth::Vpl).render().unwrap();
         assert!(image.complete, "{method}");

@@ -7,7 +7,8 @@ use tashika::Renderer;
 use tashika::accel::Tracer;
 use tashika::film::{Claim, Film, Stop, keys, planes};
 use tashika::render::{TileShare, with_threads};
-use tashika::request::{Method, MethodName};
+use tashika::renderer::{AuditedJob, Job};
+use tashika::request::MethodName;
 use tashika::scene::Scene;
 
 use crate::cases::luminances;
@@ -94,6 +95,6 @@ fn threads_and_shares_change_no_bit_of_what_is_claimed() {
 fn without_an_error_a_picture_by_paths_is_audited() {
     let tracer = Tracer::new(Arc::new(foggy_room()));
     let prepared = Renderer::on(&tracer).size([400, 400]).prepare().unwrap();
-    let method = prepared.method();
-    assert!(matches!(method, Method::Audited { lights: None, .. }), "{method:?}");
+    let job = prepared.job();
+    assert!(matches!(job, Job::Audited(AuditedJob { lights: None, .. })), "{job:?}");
 }

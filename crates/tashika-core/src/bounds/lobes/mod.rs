@@ -81,18 +81,6 @@ pub(super) enum Lobe {
 impl Parts {
     /// Splits `bsdf`, seen at the cosine `cos_o > 0`, for light at cosines of at most `max_cos_i`.
     pub(super) fn of(bsdf: &Bsdf, cos_o: f32, max_cos_i: f64) -> Self {
-        if let Bsdf::Layered(b) = bsdf {
-            let left = b.left(cos_o);
-            let base = Self::of(&b.base.into(), cos_o, max_cos_i);
-            let uncoated = f64::from(b.coat.left(cos_o));
-            let [fibres, fibres_cos] = sheen::upper(&b.sheen, cos_o, max_cos_i).map(|part| part * uncoated);
-            return Self {
-                diffuse: base.diffuse * f64::from(left) + fibres,
-                diffuse_cos: base.diffuse_cos * f64::from(left) + fibres_cos,
-                lobe: base.lobe.scaled(left),
-                coat: Coats::of(&b.coat, cos_o),
-            };
-        }
         let mut flat_cos = None;
         let (diffuse, lobe) = match bsdf {
             Bsdf::Lambert(b) => (b.reflectance, Lobe::None),
@@ -148,7 +136,19 @@ impl Parts {
                     facets(b.facets, Reflected::Tinted { scale: 1.0, fresnel: b.fresnel }),
                 )
             }
-            Bsdf::Layered(_) => unreachable!("told apart above"),
+            Bsdf::Layered(b) => {
+                let left = b.left(cos_o);
+                let base = Self::of(&b.base.into(), cos_o, max_cos_i);
+                let uncoated = f64::from(b.coat.left(cos_o));
+                let [fibres, fibres_cos] =
+                    sheen::upper(&b.sheen, cos_o, max_cos_i).map(|part| part * uncoated);
+                return Self {
+                    diffuse: base.diffuse * f64::from(left) + fibres,
+                    diffuse_cos: base.diffuse_cos * f64::from(left) + fibres_cos,
+                    lobe: base.lobe.scaled(left),
+                    coat: Coats::of(&b.coat, cos_o),
+                };
+            }
             Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => (Rgb::BLACK, Lobe::None),
         };
         let brdf = |part: Rgb| f64::from(part.max_channel()) * FRAC_1_PI;

@@ -270,7 +270,7 @@ fn near_equal_children_have_the_bound_of_one() {
             Bsdf::AshikhminShirley(b) => is_wide(b.facets),
             Bsdf::Principled(b) => is_wide(b.facets),
             // Bases may have GGX or Beckmann facets; each kind is compared separately.
-            Bsdf::Layered(b) => b.roughness().is_none_or(|alpha| alpha > 0.3),
+            Bsdf::Layered(_) => first.bsdf.roughness().is_none_or(|alpha| alpha > 0.3),
             _ => true,
         };
         let normal = near(first.normal().as_dvec3(), 1e-7, &mut s).as_vec3().normalize();

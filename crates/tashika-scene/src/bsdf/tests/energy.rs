@@ -2,10 +2,7 @@
 
 use std::f64::consts::LN_2;
 
-use super::super::{
-    AshikhminShirley, Bsdf, CoatModel, Coated, ConductorFresnel, Layered, MAX_GTR1_ALPHA, MIN_ALPHA,
-    MetallicRoughness, Principled, UnderLayers,
-};
+use super::super::{Bsdf, CoatModel, ConductorFresnel, MAX_GTR1_ALPHA, MIN_ALPHA, UnderLayers};
 use super::cases::{self, Case};
 use super::quadrature::{PolarGrid, hemisphere};
 use super::{OUTGOING, outgoing, stream};
@@ -143,17 +140,8 @@ fn smooth_white_surfaces_return_all_light() {
 
 /// Diffuse part alone: the BSDF minus the same BSDF without its diffuse part.
 fn diffuse_part(bsdf: &Bsdf) -> impl Fn(Vec3, Vec3) -> Rgb {
-    let without = match *bsdf {
-        Bsdf::Lambert(_) => cases::lambert(Rgb::BLACK),
-        Bsdf::Phong(b) => cases::phong(Rgb::BLACK, b.specular, b.exponent),
-        Bsdf::Plastic(b) => cases::plastic(Rgb::BLACK, b.specular, b.ior, b.facets),
-        Bsdf::Coated(b) => Bsdf::Coated(Coated { reflectance: Rgb::BLACK, ..b }),
-        Bsdf::MetallicRoughness(b) => Bsdf::MetallicRoughness(MetallicRoughness { diffuse: Rgb::BLACK, ..b }),
-        Bsdf::AshikhminShirley(b) => Bsdf::AshikhminShirley(AshikhminShirley { diffuse: Rgb::BLACK, ..b }),
-        Bsdf::Principled(b) => Bsdf::Principled(Principled { diffuse: Rgb::BLACK, ..b }),
-        Bsdf::Layered(b) => Bsdf::Layered(Layered { base: b.base.with_diffuse(0.0), ..b }),
-        Bsdf::Conductor(_) | Bsdf::Mirror(_) | Bsdf::Glass(_) | Bsdf::ThinGlass(_) => *bsdf,
-    };
+    let mut without = *bsdf;
+    without.scale_diffuse(0.0);
     let bsdf = *bsdf;
     move |wo, wi| bsdf.eval_cos(wo, wi) - without.eval_cos(wo, wi)
 }

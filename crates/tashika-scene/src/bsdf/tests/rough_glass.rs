@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::super::{FacetModel, Glass, Lobe, Microfacets};
+use super::super::{FacetModel, Glass, Lobe, Microfacets, Model};
 use super::quadrature::PolarGrid;
 use super::{outgoing, stream};
 use crate::color::Rgb;

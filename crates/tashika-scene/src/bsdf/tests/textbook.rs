@@ -208,7 +208,7 @@ fn values_are_those_of_the_sources() {
     let mut stream = stream(40);
     for Case { name, bsdf } in cases::all() {
         let (sharp, internal) = match bsdf {
-            Bsdf::Layered(b) => (b.roughness().is_some_and(|alpha| alpha < 0.05), 0.0),
+            Bsdf::Layered(_) => (bsdf.roughness().is_some_and(|alpha| alpha < 0.05), 0.0),
             Bsdf::Phong(b) => (b.exponent > 1000.0, 0.0),
             Bsdf::Plastic(b) => (b.facets.narrowest() < 0.05, 0.0),
             Bsdf::Conductor(b) => (b.facets.narrowest() < 0.05, 0.0),

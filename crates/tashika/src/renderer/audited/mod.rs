@@ -59,7 +59,7 @@ mod tests;
 use std::sync::atomic::Ordering;
 
 use super::observer::{Phase, during};
-use super::{Lights, Prepared};
+use super::{AuditedJob, Prepared};
 use crate::error::Result;
 use crate::film::{Claim, Film, Metadata, RenderFilm, keys};
 use crate::integrator::{ControlOptions, Integrator, LightTransport, PathStop, SamplePaths};
@@ -83,18 +83,15 @@ const FEWEST_PASSES: u32 = 6;
 const LEAST_GROWTH: f64 = 0.5;
 
 /// Renders the picture. `begin` receives the film with which the render begins, and returns it.
-///
-/// * `passes`: number of passes, if it is fixed.
 pub(super) fn render(
     prepared: &Prepared<'_>,
-    options: &ControlOptions,
-    terms: &AuditTerms,
-    passes: Option<u32>,
+    job: &AuditedJob,
     begin: impl FnOnce(Film) -> Result<Begun>,
 ) -> Result<Rendered> {
     let setting = prepared.setting();
-    let planned = Planned { prepared, terms: *terms, passes };
-    let Lights::Guided(lights) = &prepared.lights else { return planned.by_paths_alone(options, begin) };
+    let AuditedJob { options, terms, passes, lights } = job;
+    let planned = Planned { prepared, terms: *terms, passes: *passes };
+    let Some(lights) = lights else { return planned.by_paths_alone(options, begin) };
     let method = LightTransport::new(&prepared.tracer, lights, options);
     let options = ControlOptions { absolute_error: method.absolute_error(), ..*options };
     let sampler = method.path_sampler(setting);

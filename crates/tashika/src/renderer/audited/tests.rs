@@ -13,7 +13,7 @@ use crate::film::{Claim, Film, PictureClaim, RenderFilm, Stop, Window, keys, pla
 use crate::integrator::{ControlOptions, PathStop, PathTracer, Truth};
 use crate::reconstruction::Smoother;
 use crate::render::{Finished, Progress, RenderOptions, Rendered, TileShare, render, with_threads};
-use crate::renderer::{Lights, Observer, Prepared, Renderer};
+use crate::renderer::{Observer, Prepared, Renderer};
 use crate::request::{AuditTerms, ClaimName, MethodName, Request};
 use crate::scene::builtin;
 
@@ -312,9 +312,7 @@ fn the_audit_knows_nothing_of_the_picture() {
 fn the_audit_has_lights_of_its_own() {
     let prepared = renderer(1).prepare().unwrap();
     let truths = truths(&prepared, &truth(&prepared));
-    let Lights::Guided(of_picture) = prepared.lights() else {
-        panic!("an audited picture has guided lights")
-    };
+    let of_picture = prepared.job().guided_lights().unwrap();
     assert_ne!(truths.lights().provenance().seed, of_picture.provenance().seed);
 }
 

@@ -15,8 +15,8 @@ use crate::integrator::{
 };
 use crate::picture::{Wanted, paths_of};
 use crate::render::Progress;
+use crate::renderer::Prepared;
 use crate::renderer::observer::{Observer, Phase, during};
-use crate::renderer::{Lights, Prepared};
 use crate::request::AuditTerms;
 use crate::rng::{self, Purpose, Stream};
 use crate::vpl::VplOptions;
@@ -79,7 +79,7 @@ impl<'p> Source<'p> {
                 GuidedLights::to_audit(setting.tracer, &lights, &setting.view)
             })
         };
-        let lights = matches!(prepared.lights, Lights::Guided(_)).then(traced).transpose()?;
+        let lights = prepared.job.provenance().is_some().then(traced).transpose()?;
         let options = ControlOptions { seed, ..*options };
         Ok(Self { setting, options, tolerance: *tolerance, lights, observer })
     }

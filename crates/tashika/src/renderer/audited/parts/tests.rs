@@ -12,8 +12,8 @@ use crate::integrator::{ControlOptions, PathSamples, PathStop, PathTracer, Sampl
 use crate::reconstruction::Smoother;
 use crate::render::{Begun, Finished, Merged, Merger, Progress, RenderOptions, Rendered, TileShare, render};
 use crate::render::{picture_tiles, with_threads};
-use crate::renderer::{Observer, Prepared, Renderer};
-use crate::request::{AuditTerms, ClaimName, Method, MethodName, Request};
+use crate::renderer::{AuditedJob, Job, Observer, Prepared, Renderer};
+use crate::request::{AuditTerms, ClaimName, MethodName, Request};
 use crate::scene::builtin;
 use crate::stats::{Moments, upper_share_outside};
 
@@ -205,7 +205,7 @@ fn changed(
     prepared: &Prepared<'_>,
     change: impl Fn([u32; 2], PathSamples) -> PathSamples + Copy + Send + Sync,
 ) -> Vec<Film> {
-    let Method::Audited { options, .. } = prepared.method() else { panic!("an audited picture") };
+    let Job::Audited(AuditedJob { options, .. }) = prepared.job() else { panic!("an audited picture") };
     let options = ControlOptions { absolute_error: 0.01, ..*options };
     let method = prepared.path_tracer(prepared.of_audited(&options).unwrap()).unwrap();
     let sampler = method.path_sampler(prepared.setting());
