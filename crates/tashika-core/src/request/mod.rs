@@ -3,10 +3,10 @@
 //! The program and the Python package spell the same options differently. The meaning of each
 //! option is defined only here, so that equal options give equal images. A [`Request`] holds the
 //! given options. [`Request::plan`] returns a [`Plan`] for a scene: the method with every value in
-//! range, and the names of the options that have no effect on it. [`Request::validate`] finds errors
-//! of usage before a scene is read. [`Request::check`] and [`Request::check_in`] refuse options that
-//! contradict each other; the program and the Python package call them, so that no given option is
-//! silently ignored.
+//! range, and the names of the options that have no effect on it. [`Request::validate`] finds
+//! errors of usage before a scene is read. [`Request::check`] and [`Request::check_in`] refuse
+//! options that contradict each other; the program and the Python package call them, so that no
+//! given option is silently ignored.
 //!
 //! | unset | default |
 //! |---|---|
@@ -206,7 +206,8 @@ impl Request {
     /// Returns the plan of the request in a scene.
     ///
     /// # Errors
-    /// [`Error::Option`] with the field that is out of range or contradicts the others or the scene.
+    /// [`Error::Option`] with the field that is out of range, or contradicts the others or the
+    /// scene.
     pub fn plan(&self, scene: &Scene) -> Result<Plan> {
         let request = self.in_scene(scene);
         let plan = request.plan_for_still_scene()?;

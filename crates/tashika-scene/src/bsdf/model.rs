@@ -122,8 +122,9 @@ macro_rules! family {
             /// `ρ(ω_o) = ∫ f_d cos θ_i dω_i`, the directional albedo (unitless) of the diffuse part
             /// `f_d`.
             ///
-            /// Light of flux `Φ` that arrives from `wo` is represented by a virtual point light whose
-            /// intensity along the normal is `Φ ρ / π`. Zero for surfaces without a diffuse part.
+            /// Light of flux `Φ` that arrives from `wo` is represented by a virtual point light
+            /// whose intensity along the normal is `Φ ρ / π`. Zero for surfaces without a diffuse
+            /// part.
             pub fn vpl_reflectance(&self, wo: Vec3) -> Rgb {
                 match self {
                     $(Self::$model(model) => model.vpl_reflectance(wo),)+

@@ -8,7 +8,7 @@ use crate::request::AuditTerms;
 use crate::tree::LightSet;
 use crate::vpl::{Provenance, VplOptions};
 
-/// A method with its options and its lights. Each kind of work has what it needs, and no more.
+/// A method with its options and its lights.
 #[derive(Clone, Debug)]
 pub enum Job {
     /// A sum over one set of VPLs.
@@ -33,7 +33,7 @@ pub enum Job {
     },
     /// A reconstructed picture of light transport, audited as a whole.
     Audited(AuditedJob),
-    /// Unidirectional path tracing.
+    /// Paths from the camera, without VPLs.
     Path {
         /// Condition under which a pixel has enough paths.
         stop: PathStop,

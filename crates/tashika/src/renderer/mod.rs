@@ -1,8 +1,8 @@
 //! The pipeline from a scene and a request to a film, and to judgements of that film.
 //!
-//! [`Renderer`] holds the request. [`Renderer::prepare`] plans it for the scene and traces the lights
-//! of one view. [`Prepared`] renders the view and judges the film. The program, the Python package, experiments
-//! and benchmarks only make these calls; all of the work is done here.
+//! [`Renderer`] holds the request. [`Renderer::prepare`] plans it for the scene and traces the
+//! lights of one view. [`Prepared`] renders the view and judges the film. The program, the Python
+//! package, experiments and benchmarks only make these calls; all of the work is done here.
 //!
 //! ```text
 //! Renderer ── prepare ─► Prepared ── render ─► Rendered { film, totals }
@@ -451,7 +451,7 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// The given VPLs.
+    /// VPLs of [`lights`](Self::lights), which the request says are there.
     fn given(&self) -> Result<&Arc<LightSet>> {
         self.lights.as_ref().ok_or_else(|| Error::option("lights", "none", "a set of VPLs, as requested"))
     }
