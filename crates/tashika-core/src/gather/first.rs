@@ -16,7 +16,7 @@ use crate::scene::{InstanceId, Seen, Surface};
 const MIDDLE: f32 = 0.5;
 
 /// First surface along the ray of a camera sample, if there is one.
-struct Look {
+struct FirstHit {
     ray: Ray,
     key: u64,
     /// Time as a share of the shutter interval; 0 where no instance moves.
@@ -41,7 +41,7 @@ impl View<'_> {
     pub fn time_in_front(&self, tracer: &Tracer, pixel: [u32; 2], samples: u32) -> Option<f32> {
         let met: Vec<(f32, InstanceId, f32)> = (0..samples)
             .filter_map(|index| {
-                let Look { ray, share, hit, .. } = self.look(tracer, pixel, index)?;
+                let FirstHit { ray, share, hit, .. } = self.look(tracer, pixel, index)?;
                 let hit = hit?;
                 let distance = place(tracer, &hit, share).distance(ray.origin);
                 Some((distance, hit.instance, self.time(pixel, index)))
@@ -65,7 +65,8 @@ impl View<'_> {
     pub fn transmittance(&self, tracer: &Tracer, pixel: [u32; 2], samples: u32) -> Rgb {
         let mut sum = Rgb::BLACK;
         let mut looks = 0;
-        for Look { ray, key, share, hit } in (0..samples).filter_map(|index| self.look(tracer, pixel, index))
+        for FirstHit { ray, key, share, hit } in
+            (0..samples).filter_map(|index| self.look(tracer, pixel, index))
         {
             let end = match hit {
                 Some(hit) => Apex::Point(place(tracer, &hit, share)),
@@ -81,10 +82,10 @@ impl View<'_> {
 
     /// Returns the first surface of camera sample `index` of a pixel; `None` where the film shows
     /// nothing.
-    fn look(&self, tracer: &Tracer, pixel: [u32; 2], index: u32) -> Option<Look> {
+    fn look(&self, tracer: &Tracer, pixel: [u32; 2], index: u32) -> Option<FirstHit> {
         let (Beginning::Ray(ray), key) = self.beginning(pixel, index) else { return None };
         let share = if tracer.scene().moves() { self.time(pixel, index) } else { 0.0 };
-        Some(Look { ray, key, share, hit: first_hit(tracer, ray, key, share) })
+        Some(FirstHit { ray, key, share, hit: first_hit(tracer, ray, key, share) })
     }
 
     /// Returns the motion over the film of the surface that pixel `(x, y)` shows at its centre

@@ -22,7 +22,7 @@ pub use full_sum::FullSum;
 pub use light_transport::{Estimator, GuidedLights, LightTransport};
 pub use method::SumMethod;
 pub use options::{ControlOptions, MANY_PAIRS, Truth};
-pub use path_samples::{PathSamples, SamplePaths};
+pub use path_samples::{PathSampler, PathSamples};
 pub use path_tracer::{PathStop, PathTracer};
 pub use tashika::{Ingredient, Promise};
 pub use with_planes::WithPlanes;

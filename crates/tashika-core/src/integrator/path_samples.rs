@@ -40,7 +40,7 @@ impl PathSamples {
 /// The mean of a pixel's paths is unbiased; paths of different seeds are independent. The result
 /// for a pixel is a function of the view, the seed and the number of its paths. It does not depend
 /// on tiles or threads.
-pub trait SamplePaths: Send + Sync {
+pub trait PathSampler: Send + Sync {
     /// Scene and view of the paths.
     fn setting(&self) -> &Setting<'_>;
 
@@ -53,7 +53,7 @@ pub trait SamplePaths: Send + Sync {
     }
 }
 
-impl<S: SamplePaths + ?Sized> SamplePaths for &S {
+impl<S: PathSampler + ?Sized> PathSampler for &S {
     fn setting(&self) -> &Setting<'_> {
         (**self).setting()
     }

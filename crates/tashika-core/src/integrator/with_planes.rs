@@ -45,16 +45,16 @@ impl Integrator for WithPlanes<'_> {
     }
 
     fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
-        Box::new(OfView { pixels: self.pixels.begin(setting), planes: self.planes.begin(setting) })
+        Box::new(ViewWithPlanes { pixels: self.pixels.begin(setting), planes: self.planes.begin(setting) })
     }
 }
 
-struct OfView<'v> {
+struct ViewWithPlanes<'v> {
     pixels: Box<dyn Estimates + 'v>,
     planes: Box<dyn Estimates + 'v>,
 }
 
-impl Estimates for OfView<'_> {
+impl Estimates for ViewWithPlanes<'_> {
     fn tile(&self, tile: &Window) -> Vec<PixelRecord> {
         self.pixels.tile(tile)
     }

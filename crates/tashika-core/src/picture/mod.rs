@@ -25,7 +25,7 @@ use crate::color::{Rgb, RgbSum};
 use crate::error::Result;
 use crate::film::{Film, PixelRecord, Stop, Window};
 use crate::gather::Features;
-use crate::integrator::{PathSamples, SamplePaths};
+use crate::integrator::{PathSampler, PathSamples};
 use crate::reconstruction::{Halves, LEAST_SIZE, Reconstructed, Smoother};
 use crate::rng::{self, Purpose};
 use crate::stats::Moments;
@@ -107,7 +107,7 @@ impl Pixel {
 
 /// A picture in progress, with its paths so far.
 pub struct Picture<'v> {
-    sampler: Box<dyn SamplePaths + 'v>,
+    sampler: Box<dyn PathSampler + 'v>,
     window: Window,
     pixels: Vec<Pixel>,
     /// Mean luminances of the halves of each pixel, from the last pass alone.
@@ -118,7 +118,7 @@ pub struct Picture<'v> {
 
 impl<'v> Picture<'v> {
     /// Returns a picture of this window before its first pass.
-    pub fn new(sampler: impl SamplePaths + 'v, window: Window, seed: u64) -> Self {
+    pub fn new(sampler: impl PathSampler + 'v, window: Window, seed: u64) -> Self {
         let pixels = vec![Pixel::default(); window.area() as usize];
         let sampler = Box::new(sampler);
         Self { sampler, window, last: vec![[0.0; 2]; pixels.len()], pixels, passes: 0, seed }
@@ -323,7 +323,7 @@ mod tests {
     const SIZE: [u32; 2] = [40, 24];
     static NEVER: AtomicBool = AtomicBool::new(false);
 
-    pub(super) fn with_sampler<T>(work: impl FnOnce(&dyn SamplePaths) -> T) -> T {
+    pub(super) fn with_sampler<T>(work: impl FnOnce(&dyn PathSampler) -> T) -> T {
         with_picture(Window::full(SIZE), |picture| work(&*picture.sampler))
     }
 

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use crate::film::{Claim, Stop, Window};
-use crate::integrator::{PathSamples, SamplePaths};
+use crate::integrator::{PathSampler, PathSamples};
 use crate::render::Progress;
 use crate::rng::{self, Purpose};
 
@@ -27,7 +27,7 @@ pub struct Wanted {
 /// The result for a pixel is a function of the sampler, the seed, its position and the number of
 /// its paths.
 pub fn paths_of(
-    sampler: &dyn SamplePaths,
+    sampler: &dyn PathSampler,
     wanted: &[Wanted],
     seed: u64,
     progress: &(dyn Fn(&Progress) + Sync),

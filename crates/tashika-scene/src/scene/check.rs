@@ -5,7 +5,7 @@
 
 use glam::Vec2;
 
-use super::part::Look;
+use super::part::SurfaceView;
 use super::{
     AlphaMode, ColorInput, FacetInput, FloatInput, Image, Material, MaterialId, NormalInput, Pixels, Scene,
     Surface, Texture,
@@ -117,7 +117,8 @@ pub(super) fn material<'a>(material: &'a Material, scene: &'a Scene) -> Checked 
         let expected = "a base that is Lambertian, metallic-roughness, principled or a mix of these";
         return Err(Wrong::new(format!("a {} over {other}", layer.kind()), expected));
     }
-    let look = Look { materials: &scene.materials, textures: scene.textures(), uv: Vec2::ZERO, cos: 1.0 };
+    let look =
+        SurfaceView { materials: &scene.materials, textures: scene.textures(), uv: Vec2::ZERO, cos: 1.0 };
     if matches!(material.surface, Surface::Boundary) {
         // A boundary's BSDF has a refractive index of 1, which is not allowed for other surfaces.
         return Ok(());

@@ -63,7 +63,7 @@ impl Part {
 
 /// Point of a surface and its direction of view.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Look<'a> {
+pub(super) struct SurfaceView<'a> {
     /// The scene's materials; a mix refers only to materials that were added before it.
     pub materials: &'a [Material],
     /// Textures, with the scene's images.
@@ -92,7 +92,7 @@ fn hue(color: Rgb) -> Rgb {
     if luminance > 0.0 { color / luminance } else { Rgb::WHITE }
 }
 
-impl<'a> Look<'a> {
+impl<'a> SurfaceView<'a> {
     fn color(&self, input: &ColorInput) -> Rgb {
         unit(input.at(self.textures, self.uv))
     }
@@ -360,7 +360,7 @@ mod tests {
 
     fn part(materials: &[Material], cos: f32, u: f32) -> Part {
         let textures = Textures { images: &[], nodes: &[], tile_sets: &[] };
-        let look = Look { materials, textures, uv: Vec2::ZERO, cos };
+        let look = SurfaceView { materials, textures, uv: Vec2::ZERO, cos };
         look.part(materials.last().unwrap(), u)
     }
 
@@ -496,7 +496,7 @@ mod tests {
         let (first, second) = (MaterialId(0), MaterialId(1));
         let mix = Surface::Mix { first, second, amount: 0.25.into() };
         let materials = [wall, glass, mix].map(|surface| Material::new("m", surface));
-        let look = Look {
+        let look = SurfaceView {
             materials: &materials,
             textures: Textures { images: &[], nodes: &[], tile_sets: &[] },
             uv: Vec2::ZERO,

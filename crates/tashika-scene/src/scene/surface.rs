@@ -4,7 +4,7 @@ use glam::{DVec3, Vec2, Vec3, Vec3A};
 
 use super::facets::tangent;
 use super::normal_map::{Corners, perturbed};
-use super::part::Look;
+use super::part::SurfaceView;
 use super::{AlphaMode, Back, Instance, InstanceId, Material, Part, Scene};
 use crate::color::Rgb;
 use crate::math::{Frame, GAMMA_7, offset_from_surface};
@@ -273,8 +273,8 @@ impl Scene {
     }
 
     #[inline]
-    fn look(&self, uv: Vec2, cos: f32) -> Look<'_> {
-        Look { materials: &self.materials, textures: self.textures(), uv, cos: cos.min(1.0) }
+    fn look(&self, uv: Vec2, cos: f32) -> SurfaceView<'_> {
+        SurfaceView { materials: &self.materials, textures: self.textures(), uv, cos: cos.min(1.0) }
     }
 
     /// Radiance emitted from a point in direction `outgoing` (W·m⁻²·sr⁻¹).

@@ -4,8 +4,8 @@
 use tashika::color::Rgb;
 use tashika::film::{Film, Window};
 use tashika::integrator::{
-    ControlOptions, Estimator, GuidedLights, Integrator, LightTransport, PathSamples, PathStop, PathTracer,
-    SamplePaths, Setting, Stop, Truth,
+    ControlOptions, Estimator, GuidedLights, Integrator, LightTransport, PathSampler, PathSamples, PathStop,
+    PathTracer, Setting, Stop, Truth,
 };
 use tashika::math::{Mat3, Vec3};
 use tashika::scene::{Camera, Emitter, Environment, Image, Material, Pixels, SceneBuilder, Surface};

@@ -11,7 +11,7 @@ use tashika::film::{Film, Window};
 use tashika::gather::GatherPoint;
 use tashika::guidance::learn_light_guide;
 use tashika::integrator::{
-    ControlOptions, Estimator, FullSum, GuidedLights, LightTransport, PathStop, PathTracer, SamplePaths,
+    ControlOptions, Estimator, FullSum, GuidedLights, LightTransport, PathSampler, PathStop, PathTracer,
     Setting, Truth,
 };
 use tashika::math::{Mat3, Vec2, Vec3};

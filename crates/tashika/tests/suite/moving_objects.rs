@@ -9,7 +9,7 @@ use tashika::accel::Tracer;
 use tashika::bsdf::HenyeyGreenstein;
 use tashika::color::Rgb;
 use tashika::film::{Film, Window};
-use tashika::integrator::{GuidedLights, PathStop, PathTracer, SamplePaths, Setting, Truth};
+use tashika::integrator::{GuidedLights, PathSampler, PathStop, PathTracer, Setting, Truth};
 use tashika::math::Vec3;
 use tashika::math::elementary::{exp, sin_cos_f64};
 use tashika::math::motion::Track;

@@ -104,7 +104,7 @@ impl<'a> LightTransport<'a> {
 }
 
 /// The method on one view.
-struct OfView<'v> {
+struct LightTransportView<'v> {
     method: &'v LightTransport<'v>,
     setting: Setting<'v>,
     visibility: OnceLock<PilotVisibility>,
@@ -112,7 +112,7 @@ struct OfView<'v> {
     cells: [Cells; CLAMPS],
 }
 
-impl OfView<'_> {
+impl LightTransportView<'_> {
     /// Paths of the neighbourhood of a pixel, with the given clamp distance.
     fn nearby(&self, common: &Common<'_>, pixel: [u32; 2], clamp: usize) -> &Nearby {
         let seed = rng::key(self.method.options.seed, Purpose::Guidance, clamp as u64);
@@ -123,7 +123,7 @@ impl OfView<'_> {
 
 /// Visibility of the lights from a cell: measured when a pixel of the cell first sums over them.
 struct Visibility<'a> {
-    of_view: &'a OfView<'a>,
+    of_view: &'a LightTransportView<'a>,
     pilot: Pilot<'a>,
     cell: [u32; 2],
     known: OnceCell<CellVisibility<'a>>,
@@ -168,11 +168,11 @@ impl Integrator for LightTransport<'_> {
 
     fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
         let cells = [(); CLAMPS].map(|()| Cells::new(setting.view.size));
-        Box::new(OfView { method: self, setting, visibility: OnceLock::new(), cells })
+        Box::new(LightTransportView { method: self, setting, visibility: OnceLock::new(), cells })
     }
 }
 
-impl Estimates for OfView<'_> {
+impl Estimates for LightTransportView<'_> {
     fn tile(&self, tile: &Window) -> Vec<PixelRecord> {
         let Self { method, setting, .. } = self;
         let Setting { tracer, view } = *setting;

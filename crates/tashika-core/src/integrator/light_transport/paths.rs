@@ -19,7 +19,7 @@ use super::{LightTransport, Truth};
 use crate::color::Controlled;
 use crate::compensation::{Compensation, Draws, Numbers};
 use crate::film::Window;
-use crate::integrator::{PathSamples, SamplePaths, Setting};
+use crate::integrator::{PathSampler, PathSamples, Setting};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
 
@@ -32,19 +32,19 @@ const DRAWS: Draws = Draws { emitters: 2, vpls: 4 };
 const CLAMP: usize = 1;
 
 /// A sampler of paths for the pixels of one view.
-struct OfView<'v> {
+struct LightTransportSampler<'v> {
     method: &'v LightTransport<'v>,
     setting: Setting<'v>,
 }
 
 impl LightTransport<'_> {
     /// Returns a sampler of paths for this view, with these lights.
-    pub fn path_sampler<'v>(&'v self, setting: Setting<'v>) -> impl SamplePaths + use<'v> {
-        OfView { method: self, setting }
+    pub fn path_sampler<'v>(&'v self, setting: Setting<'v>) -> impl PathSampler + use<'v> {
+        LightTransportSampler { method: self, setting }
     }
 }
 
-impl SamplePaths for OfView<'_> {
+impl PathSampler for LightTransportSampler<'_> {
     fn setting(&self) -> &Setting<'_> {
         &self.setting
     }
@@ -117,7 +117,7 @@ mod tests {
     use crate::film::Window;
     use crate::gather::{GatherOptions, View};
     use crate::integrator::{
-        ControlOptions, GuidedLights, Integrator, LightTransport, PathStop, PathTracer, SamplePaths, Setting,
+        ControlOptions, GuidedLights, Integrator, LightTransport, PathSampler, PathStop, PathTracer, Setting,
     };
     use crate::scene::builtin;
     use crate::stats::Moments;

@@ -6,7 +6,7 @@ use super::super::{Claim, HalfWidths, LuminanceParts, PixelRecord, Setting, Stop
 use super::estimate::{Common, Estimate, Estimator, MIN_EMISSION_HITS, MIN_PROJECTED_SHARE, Points};
 use super::interval::{Finding, Source};
 use super::nearby::MIN_SAMPLED_SHARE;
-use super::{CLAMPS, LightTransport, OfView, Visibility};
+use super::{CLAMPS, LightTransport, LightTransportView, Visibility};
 use crate::cut::CutMemory;
 use crate::gather::{Features, GatherPoint, PixelSum};
 use crate::rng::{self, Purpose};
@@ -42,7 +42,7 @@ const SAMPLES_OF_FEATURES: u32 = 16;
 
 /// A pixel in progress, over all of its restarts.
 pub(super) struct Pixel<'a, 'v> {
-    of_view: &'a OfView<'a>,
+    of_view: &'a LightTransportView<'a>,
     method: &'a LightTransport<'a>,
     common: Common<'a>,
     visibility: &'a Visibility<'v>,
@@ -94,7 +94,7 @@ enum Ended {
 
 impl<'a, 'v> Pixel<'a, 'v> {
     pub(super) fn new(
-        of_view: &'a OfView<'a>,
+        of_view: &'a LightTransportView<'a>,
         common: Common<'a>,
         visibility: &'a Visibility<'v>,
         at: [u32; 2],

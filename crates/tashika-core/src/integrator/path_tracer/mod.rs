@@ -118,7 +118,7 @@ impl Integrator for PathTracer<'_> {
 
     fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
         let neighbourhood = Neighbourhood::new(setting.view.size);
-        Box::new(OfView { method: self, setting, neighbourhood, brightness: OnceLock::new() })
+        Box::new(PathView { method: self, setting, neighbourhood, brightness: OnceLock::new() })
     }
 
     fn planes_beside(&self) -> Vec<PlaneBeside> {
@@ -127,7 +127,7 @@ impl Integrator for PathTracer<'_> {
 }
 
 /// Estimates of one view by paths.
-struct OfView<'v> {
+struct PathView<'v> {
     method: &'v PathTracer<'v>,
     setting: Setting<'v>,
     neighbourhood: Neighbourhood,
@@ -135,7 +135,7 @@ struct OfView<'v> {
     brightness: OnceLock<f64>,
 }
 
-impl Estimates for OfView<'_> {
+impl Estimates for PathView<'_> {
     fn tile(&self, tile: &Window) -> Vec<PixelRecord> {
         self.tile_with_beside(tile).0
     }
@@ -156,7 +156,7 @@ impl Estimates for OfView<'_> {
     }
 }
 
-impl OfView<'_> {
+impl PathView<'_> {
     /// Estimates a pixel by paths, until the stopping rule ends it.
     fn pixel(&self, pixel: [u32; 2], tracing: &mut Tracing<'_>) -> PixelRecord {
         let (method, setting) = (self.method, &self.setting);

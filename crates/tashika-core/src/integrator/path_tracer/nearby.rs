@@ -7,7 +7,7 @@
 //! without the light of these lamps.
 
 use super::stopping::PathStop;
-use super::{Draws, OfView, PathTracer};
+use super::{Draws, PathTracer, PathView};
 use crate::color::Rgb;
 use crate::guidance::{Grid, cell_of, key_of, pixels_of};
 use crate::integrator::Setting;
@@ -70,7 +70,7 @@ impl Neighbourhood {
     }
 }
 
-impl OfView<'_> {
+impl PathView<'_> {
     /// Paths of the neighbourhood of a pixel; `None` if the stopping rule does not use them.
     pub fn nearby(&self, pixel: [u32; 2]) -> Option<&Nearby> {
         if !matches!(self.method.stop, PathStop::Calibrated { .. }) {

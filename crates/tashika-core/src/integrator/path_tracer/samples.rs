@@ -7,29 +7,29 @@
 use super::{OF_FEATURES, PathTracer, Tracing};
 use crate::film::Window;
 use crate::gather::View;
-use crate::integrator::{PathSamples, SamplePaths, Setting};
+use crate::integrator::{PathSampler, PathSamples, Setting};
 use crate::rng::{self, Purpose, Stream};
 
 /// Paths from which the brightness of a view is estimated.
 const OF_BRIGHTNESS: u64 = 4096;
 
 /// A sampler of paths for the pixels of one view.
-struct OfView<'v> {
+struct PathTracerSampler<'v> {
     method: &'v PathTracer<'v>,
     setting: Setting<'v>,
 }
 
 impl PathTracer<'_> {
     /// Returns a sampler of paths for this view.
-    pub fn path_sampler<'v>(&'v self, setting: Setting<'v>) -> impl SamplePaths + use<'v> {
-        OfView { method: self, setting }
+    pub fn path_sampler<'v>(&'v self, setting: Setting<'v>) -> impl PathSampler + use<'v> {
+        PathTracerSampler { method: self, setting }
     }
 
     /// Approximate mean luminance of a view (W·m⁻²·sr⁻¹), from paths that no estimate uses.
     pub fn importance_brightness(&self, setting: &Setting<'_>) -> f64 {
         let View { size, seed, .. } = setting.view;
         let mut stream = Stream::new(seed, Purpose::Guidance, 0);
-        let of_view = OfView { method: self, setting: *setting };
+        let of_view = PathTracerSampler { method: self, setting: *setting };
         let mut tracing = self.tracing(setting);
         let mut of_one = |number: u64| {
             let pixel = setting.view.random_pixel(&Window::full(size), &mut stream);
@@ -40,7 +40,7 @@ impl PathTracer<'_> {
     }
 }
 
-impl OfView<'_> {
+impl PathTracerSampler<'_> {
     fn pixel(&self, tracing: &mut Tracing<'_>, pixel: [u32; 2], seed: u64, count: u32) -> PathSamples {
         if count == 0 {
             return PathSamples::default();
@@ -67,7 +67,7 @@ impl OfView<'_> {
     }
 }
 
-impl SamplePaths for OfView<'_> {
+impl PathSampler for PathTracerSampler<'_> {
     fn setting(&self) -> &Setting<'_> {
         &self.setting
     }

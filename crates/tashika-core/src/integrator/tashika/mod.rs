@@ -107,7 +107,7 @@ pub(super) struct Tashika<'a> {
 }
 
 /// The method on one view.
-struct OfView<'v> {
+struct CutView<'v> {
     method: &'v Tashika<'v>,
     setting: Setting<'v>,
     pilot: OnceLock<PilotVisibility>,
@@ -287,11 +287,11 @@ impl Integrator for Tashika<'_> {
     }
 
     fn begin<'v>(&'v self, setting: Setting<'v>) -> Box<dyn Estimates + 'v> {
-        Box::new(OfView { method: self, setting, pilot: OnceLock::new() })
+        Box::new(CutView { method: self, setting, pilot: OnceLock::new() })
     }
 }
 
-impl OfView<'_> {
+impl CutView<'_> {
     /// Visibility of the lights from the neighbourhood of a cell.
     fn about(&self, cell: [u32; 2]) -> CellVisibility<'_> {
         let (Setting { tracer, view }, lights) = (self.setting, self.method.lights);
@@ -301,7 +301,7 @@ impl OfView<'_> {
     }
 }
 
-impl Estimates for OfView<'_> {
+impl Estimates for CutView<'_> {
     fn tile(&self, tile: &Window) -> Vec<PixelRecord> {
         let Self { method, setting, .. } = self;
         let mut cells: Vec<([u32; 2], CellVisibility<'_>)> = Vec::new();

@@ -65,7 +65,7 @@ impl Decoded {
 }
 
 /// Result of a decoder: texels from the top row.
-struct Picture {
+struct DecodedImage {
     width: u32,
     height: u32,
     texels: Texels,
@@ -75,7 +75,7 @@ struct Picture {
     approximations: Vec<String>,
 }
 
-impl Picture {
+impl DecodedImage {
     /// Creates a picture whose numbers are luminances.
     fn new(width: u32, height: u32, texels: Texels) -> Self {
         Self { width, height, texels, lone: None, approximations: Vec::new() }
@@ -122,7 +122,7 @@ pub(super) fn decode(
         let picture = picture.transpose().unwrap_or_else(|| common(bytes, format, max_texels));
         picture.map_err(unreadable)?
     };
-    let Picture { width, height, texels, lone, approximations } = picture;
+    let DecodedImage { width, height, texels, lone, approximations } = picture;
     let (pixels, opaque, not_finite) = match texels {
         Texels::Eight(texels) => {
             let opaque = texels.iter().all(|t| t[3] == u8::MAX);
@@ -156,7 +156,7 @@ pub(super) fn one_texel(name: &str, color: Rgb) -> Image {
 }
 
 /// Decodes the formats of the `image` crate.
-fn common(bytes: &[u8], format: ImageFormat, max_texels: u64) -> Result<Picture, String> {
+fn common(bytes: &[u8], format: ImageFormat, max_texels: u64) -> Result<DecodedImage, String> {
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::default();
     // Sixteen bytes a texel: RGBA in `f32`, the widest format.
@@ -177,7 +177,7 @@ fn common(bytes: &[u8], format: ImageFormat, max_texels: u64) -> Result<Picture,
         }
         other => Texels::Eight(other.into_rgba8().into_raw().as_chunks::<4>().0.to_vec()),
     };
-    Ok(Picture::new(width, height, texels))
+    Ok(DecodedImage::new(width, height, texels))
 }
 
 /// Refuses images without texels, or with more than permitted.

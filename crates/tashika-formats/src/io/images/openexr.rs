@@ -40,7 +40,7 @@ use ::exr::meta::attribute::{Chromaticities, IntegerBounds, LevelMode};
 use ::exr::meta::header::Header;
 use ::exr::prelude::Vec2;
 
-use super::{Picture, Texels};
+use super::{DecodedImage, Texels};
 use crate::color::{Primaries, White, transformed};
 use crate::io::exr::check_claims;
 use crate::scene::Channel;
@@ -60,7 +60,7 @@ const MOST_PACKED: u64 = 2000;
 
 /// Decodes texels from the top row, if there are at most `max_texels`; the error describes the
 /// fault.
-pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Picture, String> {
+pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<DecodedImage, String> {
     check_claims(Path::new(name), bytes).map_err(|e| e.to_string())?;
     let meta = MetaData::read_from_buffered(bytes, false).map_err(|e| e.to_string())?;
     for header in &meta.headers {
@@ -116,7 +116,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, max_texels: u64) -> Result<Pictur
     }
     // Both fit into `u32`, as `check_size` requires.
     let (width, height) = (width as u32, height as u32);
-    Ok(Picture { width, height, texels: Texels::Floats(texels), lone: colors.lone(), approximations })
+    Ok(DecodedImage { width, height, texels: Texels::Floats(texels), lone: colors.lone(), approximations })
 }
 
 /// Copies the texels of the data window to the display window. The flag is true if the two windows

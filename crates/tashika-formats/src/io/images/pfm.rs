@@ -4,7 +4,7 @@
 //! There is no specification. Values are multiplied by the magnitude of the scale, which most
 //! programs write as 1. Tested in [`super`].
 
-use super::{Picture, Texels};
+use super::{DecodedImage, Texels};
 
 /// Returns true if the bytes begin like a float map.
 pub(super) fn matches(bytes: &[u8]) -> bool {
@@ -13,7 +13,7 @@ pub(super) fn matches(bytes: &[u8]) -> bool {
 
 /// Decodes texels from the top row, if there are at most `max_texels`; the error describes the
 /// fault.
-pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Picture, String> {
+pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<DecodedImage, String> {
     let channels = if bytes[1] == b'F' { 3 } else { 1 };
     let mut rest = &bytes[2..];
     let mut word = |name: &str| {
@@ -56,5 +56,5 @@ pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Picture, String> {
         let flat: Vec<f32> = numbers.collect();
         flat.as_chunks::<3>().0.to_vec()
     };
-    Ok(Picture::new(width, height, Texels::Floats(texels)))
+    Ok(DecodedImage::new(width, height, Texels::Floats(texels)))
 }

@@ -19,7 +19,7 @@ use ::tiff::ColorType;
 use ::tiff::decoder::{ChunkType, Decoder, DecodingResult, Limits};
 use ::tiff::tags::{ExtraSamples, Tag};
 
-use super::{DECODER_SLACK, Picture, Texels};
+use super::{DECODER_SLACK, DecodedImage, Texels};
 
 /// Largest number of bytes of texels for each byte of a file: LZW reaches 1335 with its longest
 /// strings, Deflate 1032, JPEG 512 with blocks of two bits.
@@ -27,7 +27,7 @@ const MOST_PACKED: u64 = 2000;
 
 /// Decodes texels from the top row, if there are at most `max_texels`; the error describes the
 /// fault. Returns none for kinds that are left to the `image` crate.
-pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Option<Picture>, String> {
+pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Option<DecodedImage>, String> {
     let [width, height, samples] = claims(bytes).unwrap_or([1; 3]);
     super::check_size(width, height, max_texels)?;
     // The decoder multiplies height and samples before it checks them.
@@ -89,7 +89,7 @@ pub(super) fn decode(bytes: &[u8], max_texels: u64) -> Result<Option<Picture>, S
         DecodingResult::F64(all) => Texels::Floats(arranged.colors(&all, |v| v as f32)?),
         _ => return Ok(None),
     };
-    Ok(Some(Picture::new(width, height, texels)))
+    Ok(Some(DecodedImage::new(width, height, texels)))
 }
 
 /// Width, height and samples per texel of the first image. If the file states one of them several

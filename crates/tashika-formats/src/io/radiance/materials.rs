@@ -53,7 +53,7 @@ const LEAST_TRANSMISSION: f32 = 1e-30;
 
 /// A material of surfaces.
 #[derive(Clone, Debug)]
-pub(super) enum Look {
+pub(super) enum SurfaceMaterial {
     Coated(Coating),
     /// Radiance of a light whose surface becomes points.
     Points(Rgb, Pattern),
@@ -91,7 +91,7 @@ pub(super) fn look(
     chain: &Chain<'_>,
     files: &crate::io::SceneFiles,
     builder: &mut SceneBuilder,
-) -> Result<Look> {
+) -> Result<SurfaceMaterial> {
     let Chain { material, modifiers } = chain;
     let at = &material.at;
     let kind = material.primitive.kind.as_str();
@@ -110,7 +110,7 @@ pub(super) fn look(
         note_of_light(material, builder)?;
         if let Some(pattern) = pattern {
             meet("light of a luminaire", at, builder)?;
-            return Ok(Look::Points(radiance, pattern));
+            return Ok(SurfaceMaterial::Points(radiance, pattern));
         }
         if kind == "spotlight" {
             let cone = lights::cone(&material.primitive, &material.map, at)?;
@@ -118,14 +118,14 @@ pub(super) fn look(
             if cone.focal_length > lights::SHORT {
                 meet("spotlight focal length", at, builder)?;
             }
-            return Ok(Look::Points(radiance, Pattern::Cone(cone)));
+            return Ok(SurfaceMaterial::Points(radiance, Pattern::Cone(cone)));
         }
     }
     let Primitive { name, reals, .. } = &material.primitive;
     let mut maker = Maker { name, reals, scale: material.map.scale, at, builder };
     let (made, interface, is_turned) = maker.material(material, emitted)?;
     let material = builder.add_material(made)?;
-    Ok(Look::Coated(Coating { material, interface, is_turned }))
+    Ok(SurfaceMaterial::Coated(Coating { material, interface, is_turned }))
 }
 
 /// Radiance of a `source` of this material, with the pattern of a sky; none if it is no light.

@@ -62,7 +62,7 @@ use definitions::{Definitions, is_surface};
 pub(super) use features::FEATURES;
 use features::SURFACE;
 use lights::Points;
-use materials::Look;
+use materials::SurfaceMaterial;
 use sources::Sources;
 use surfaces::Surfaces;
 use transforms::Similarity;
@@ -166,7 +166,7 @@ struct Reading<'f> {
     builder: SceneBuilder,
     definitions: Definitions,
     /// Materials of surfaces, by the number of the modifier; none if there is no material.
-    looks: BTreeMap<usize, Option<Look>>,
+    looks: BTreeMap<usize, Option<SurfaceMaterial>>,
     surfaces: Surfaces,
     sources: Sources,
     points: Points,
@@ -281,10 +281,10 @@ impl Reading<'_> {
             self.looks.insert(modifier, look);
         }
         match &self.looks[&modifier] {
-            Some(Look::Coated(coating)) => {
+            Some(SurfaceMaterial::Coated(coating)) => {
                 self.surfaces.add(&name, geometry, *coating, at, &mut self.builder)
             }
-            Some(Look::Points(radiance, pattern)) => {
+            Some(SurfaceMaterial::Points(radiance, pattern)) => {
                 self.points.add(&name, &geometry, (*radiance, pattern), at, &mut self.builder)
             }
             None => {

@@ -43,7 +43,7 @@ use crate::scene::{Alpha, AlphaMode, Emission, FloatInput, Material, MaterialId,
 
 /// Properties of a mesh that its material depends on.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Look {
+pub(super) struct MeshAppearance {
     pub is_double_sided: bool,
     /// Colour and opacity that are used if there is no material.
     pub shown: Shown,
@@ -75,7 +75,7 @@ type Identity = Vec<(LayerId, u32)>;
 impl Stage<'_> {
     /// Material at a path. Without a path, or without a supported surface, a material of the
     /// display colour.
-    pub fn material(&mut self, path: Option<&Text>, look: Look) -> Result<UsedMaterial> {
+    pub fn material(&mut self, path: Option<&Text>, look: MeshAppearance) -> Result<UsedMaterial> {
         let Some(path) = path else { return self.colored(look) };
         let found = match self.materials.by_path.get(path) {
             Some(known) => known.clone(),
@@ -101,7 +101,7 @@ impl Stage<'_> {
         Ok(used)
     }
 
-    fn colored(&mut self, look: Look) -> Result<UsedMaterial> {
+    fn colored(&mut self, look: MeshAppearance) -> Result<UsedMaterial> {
         let color = look.shown.color.unwrap_or(Rgb::gray(mixes::GREY));
         let opacity = look.shown.opacity.unwrap_or(1.0);
         let [r, g, b] = color.to_array();
@@ -172,7 +172,7 @@ impl Stage<'_> {
         Ok(())
     }
 
-    fn read_preview(&mut self, r: &mut Reading, look: Look) -> Result<Material> {
+    fn read_preview(&mut self, r: &mut Reading, look: MeshAppearance) -> Result<Material> {
         let base_color = self.color(r, "diffuseColor", Rgb::gray(0.18), 1.0)?;
         let roughness = self.float(r, "roughness", 0.5, 1.0)?;
         let is_specular = self.input_number(&r.shader, "inputs:useSpecularWorkflow", 0.0)? != 0.0;

@@ -22,7 +22,7 @@
 use super::Stage;
 use super::features::met;
 use super::inputs::Reading;
-use super::materials::Look;
+use super::materials::MeshAppearance;
 use super::models::{Input, LeftOut, Model, Pane};
 use super::network::Source;
 use super::value::Value;
@@ -39,7 +39,7 @@ use crate::scene::{
 
 impl Stage<'_> {
     /// Reads a material of one of these models.
-    pub fn read_model(&mut self, r: &mut Reading, model: &Model, look: Look) -> Result<Material> {
+    pub fn read_model(&mut self, r: &mut Reading, model: &Model, look: MeshAppearance) -> Result<Material> {
         let at = self.at(&r.shader);
         met("MaterialX", model.row, at, &mut self.builder)?;
         self.note_left_out(r, model)?;

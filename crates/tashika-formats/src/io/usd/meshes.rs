@@ -12,7 +12,7 @@ use glam::{DVec3, Vec2, Vec3};
 use super::Stage;
 use super::features::met;
 use super::layers::LayerId;
-use super::materials::{Look, UsedMaterial};
+use super::materials::{MeshAppearance, UsedMaterial};
 use super::prim::Prim;
 use super::primvars::{Corner, Counts, Primvar};
 use super::sites::Node;
@@ -46,7 +46,7 @@ struct Part {
 impl Stage<'_> {
     /// Meshes of a mesh prim, one for each material.
     pub fn meshes_of(&mut self, node: &Node, prim: &Prim, state: &State) -> Result<Vec<MeshId>> {
-        let look = Look { is_double_sided: self.is_true(prim, "doubleSided")?, shown: state.shown };
+        let look = MeshAppearance { is_double_sided: self.is_true(prim, "doubleSided")?, shown: state.shown };
         let mut identity = prim.identity();
         let mut parts = Vec::new();
         for name in self.composer.children(prim) {

@@ -10,7 +10,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::Stage;
 use super::features::met;
-use super::materials::Look;
+use super::materials::MeshAppearance;
 use super::prim::Prim;
 use super::walk::State;
 use crate::error::{Location, Result};
@@ -51,7 +51,7 @@ impl Stage<'_> {
             (_, Some("Y")) => DMat3::from_cols(DVec3::Z, DVec3::X, DVec3::Y),
             _ => DMat3::IDENTITY,
         };
-        let look = Look { is_double_sided: self.is_true(prim, "doubleSided")?, shown: state.shown };
+        let look = MeshAppearance { is_double_sided: self.is_true(prim, "doubleSided")?, shown: state.shown };
         let material = self.material(state.bindings.material(), look)?;
         let key = (kind.to_owned(), material.id);
         let mesh = match self.shapes.get(&key) {

@@ -13,7 +13,7 @@
 //! pilot, so that estimates stay unbiased.
 
 use crate::film::Window;
-use crate::integrator::{PathSamples, SamplePaths};
+use crate::integrator::{PathSampler, PathSamples};
 use crate::picture::{Wanted, paths_of};
 use crate::rng::{self, Purpose, Stream};
 use crate::stats::Moments;
@@ -47,13 +47,13 @@ impl Works {
     /// Measures both by a pilot; `None` if cancelled.
     pub fn measure(
         prepared: &Prepared<'_>,
-        by_vpls: &dyn SamplePaths,
-        alone: &dyn SamplePaths,
+        by_vpls: &dyn PathSampler,
+        alone: &dyn PathSampler,
         tolerance: &Tolerance,
     ) -> Option<Self> {
         let (key, cancel) = (prepared.pilot_key(), prepared.observer.cancel());
         let wanted = pilot_pixels(&prepared.window, key);
-        let found = |sampler: &dyn SamplePaths, number: u64| {
+        let found = |sampler: &dyn PathSampler, number: u64| {
             paths_of(sampler, &wanted, rng::key(key, Purpose::Guidance, number), &|_| {}, cancel)
         };
         Some(Self::of(&found(by_vpls, 1)?, &found(alone, 2)?, tolerance))

@@ -62,7 +62,7 @@ use super::observer::{Phase, during};
 use super::{AuditedJob, Prepared};
 use crate::error::Result;
 use crate::film::{Claim, Film, Metadata, RenderFilm, keys};
-use crate::integrator::{ControlOptions, Integrator, LightTransport, PathStop, SamplePaths};
+use crate::integrator::{ControlOptions, Integrator, LightTransport, PathSampler, PathStop};
 use crate::picture::Picture;
 use crate::reconstruction::Reconstructed;
 use crate::render::{Begun, Finished, Progress, RenderOptions, Rendered, Totals, blank};
@@ -72,7 +72,7 @@ use foreseen::{half_widths, importance_of, share_outside};
 use looks::{Looks, can_pass, is_expensive};
 use truth::Around;
 use truths::{Source, Truths};
-use verdict::{Look, Pictured, Stated, Tolerance, Verdict, count_true};
+use verdict::{Analysis, Pictured, Stated, Tolerance, Verdict, count_true};
 
 /// Largest number of paths of all pixels if there is no time limit; a picture then takes minutes.
 const MOST_PATHS: u64 = 64_000_000;
@@ -127,7 +127,7 @@ impl<'v> Planned<'v, '_> {
     fn render(
         &self,
         method: &dyn Integrator,
-        sampler: impl SamplePaths,
+        sampler: impl PathSampler,
         options: &ControlOptions,
         begin: impl FnOnce(Film) -> Result<Begun>,
     ) -> Result<Rendered> {
@@ -194,7 +194,7 @@ struct Work<'p, 'v> {
     reconstructed: Reconstructed,
     truths: Option<Truths<'p>>,
     /// Result of the last analysis.
-    look: Option<Look>,
+    look: Option<Analysis>,
     looks: Looks,
     /// Number of analyses so far.
     taken: u32,

@@ -5,13 +5,13 @@
 //! They use nothing of the picture except the variance of its paths ([`Around`]).
 
 use super::truth::{Around, FEWEST_PATHS, STAGES, Truth};
-use super::verdict::{AuditedPixel, Look, Tolerance, describe, luminance_at, outside, shown};
+use super::verdict::{Analysis, AuditedPixel, Tolerance, describe, luminance_at, outside, shown};
 use crate::color::Rgb;
 use crate::error::Result;
 use crate::film::{Film, Window};
 use crate::gather::View;
 use crate::integrator::{
-    ControlOptions, GuidedLights, LightTransport, PathStop, PathTracer, SamplePaths, Setting,
+    ControlOptions, GuidedLights, LightTransport, PathSampler, PathStop, PathTracer, Setting,
 };
 use crate::picture::{Wanted, paths_of};
 use crate::render::Progress;
@@ -85,7 +85,7 @@ impl<'p> Source<'p> {
     }
 
     /// Calls `work` with the sampler of paths for truths.
-    pub fn with_sampler<T>(&self, work: impl FnOnce(&dyn SamplePaths) -> Result<T>) -> Result<T> {
+    pub fn with_sampler<T>(&self, work: impl FnOnce(&dyn PathSampler) -> Result<T>) -> Result<T> {
         let Self { setting, options, lights, .. } = self;
         match lights {
             Some(lights) => {
@@ -106,7 +106,7 @@ impl<'p> Source<'p> {
     pub fn advance(
         &self,
         truths: &mut [&mut Truth],
-        sampler: &dyn SamplePaths,
+        sampler: &dyn PathSampler,
         tell: &(dyn Fn(&Progress) + Sync),
     ) -> bool {
         let Some(first) = truths.first() else { return true };
@@ -126,7 +126,7 @@ impl<'p> Source<'p> {
         let by = if self.lights.is_some() { "paths by other lights" } else { "other paths" };
         let phase = Phase::Audit { by, pixels: truths.len() as u64 };
         let tell = |progress: &Progress| self.observer.progress(progress);
-        let told = |sampler: &dyn SamplePaths| Ok(self.advance(truths, sampler, &tell));
+        let told = |sampler: &dyn PathSampler| Ok(self.advance(truths, sampler, &tell));
         during(self.observer, phase, || self.with_sampler(told))
     }
 
@@ -153,7 +153,7 @@ impl<'p> Source<'p> {
         })
     }
 
-    fn wanted(&self, truth: &Truth, sampler: &dyn SamplePaths) -> Wanted {
+    fn wanted(&self, truth: &Truth, sampler: &dyn PathSampler) -> Wanted {
         truth.wanted(&self.tolerance, FEWEST_PATHS.max(sampler.telling()))
     }
 }
@@ -313,8 +313,8 @@ impl<'p> Truths<'p> {
     /// Analyses a picture by the truths.
     ///
     /// * `radiance`, `half_widths`: of the window's pixels, row by row.
-    pub fn look(&self, window: &Window, radiance: &[Rgb], half_widths: &[f64]) -> Look {
-        Look::at(&self.pixels, &self.source.tolerance, window, radiance, half_widths)
+    pub fn look(&self, window: &Window, radiance: &[Rgb], half_widths: &[f64]) -> Analysis {
+        Analysis::at(&self.pixels, &self.source.tolerance, window, radiance, half_widths)
     }
 
     /// Adds the plane of the audited pixels to a film.

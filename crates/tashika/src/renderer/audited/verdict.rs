@@ -71,14 +71,14 @@ impl AuditedPixel {
 
 /// Result of an interim analysis of a picture.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Look {
+pub(super) struct Analysis {
     /// Number of audited pixels that are not certainly within the tolerance.
     pub outside: u64,
     /// Largest possible error of each pixel, over its half-width in the map.
     pub ratios: Vec<f64>,
 }
 
-impl Look {
+impl Analysis {
     /// Compares a picture with truths.
     ///
     /// * `radiance`, `half_widths`: of the window's pixels, row by row.
@@ -114,7 +114,7 @@ impl Look {
 
 /// Claim about a picture by an analysis.
 pub(super) struct Verdict<'l> {
-    pub look: &'l Look,
+    pub look: &'l Analysis,
     pub terms: &'l AuditTerms,
     pub tolerance: &'l Tolerance,
     /// For each pixel of the window, row by row: true if it is of the population that audited

@@ -3,7 +3,7 @@
 use super::super::looks::is_expensive;
 use super::super::truths::{drawn, seed_of};
 use crate::film::Window;
-use crate::integrator::SamplePaths;
+use crate::integrator::PathSampler;
 use crate::request::AuditTerms;
 use crate::rng::{self, Purpose};
 
@@ -26,7 +26,7 @@ const RAYS_OF_PIXEL: u64 = 256;
 /// then audited; drawn pixels that show a constant background are not.
 ///
 /// [more]: AuditTerms::more_pixels
-pub(super) fn count(sampler: &dyn SamplePaths, window: &Window, terms: &AuditTerms, seed: u64) -> u64 {
+pub(super) fn count(sampler: &dyn PathSampler, window: &Window, terms: &AuditTerms, seed: u64) -> u64 {
     let is_large = is_expensive(terms, RAYS_OF_PIXEL.saturating_mul(window.area()));
     let wanted = if is_large { terms.more_pixels() } else { terms.pixels };
     let seed = rng::key(seed, Purpose::Audit, OF_PILOTS);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::super::foreseen::half_widths;
 use super::super::verdict::{
-    AuditedPixel, Look, Pictured, Stated, Tolerance, Verdict, count_true, describe, shown,
+    Analysis, AuditedPixel, Pictured, Stated, Tolerance, Verdict, count_true, describe, shown,
 };
 use super::draw::draw;
 use crate::color::Rgb;
@@ -124,7 +124,7 @@ impl<'f> Parts<'f> {
             return Ok(film);
         }
         let Self { audited, tolerance, .. } = self;
-        let look = Look::at(audited, tolerance, &film.window(), &reconstructed.radiance, &half_widths);
+        let look = Analysis::at(audited, tolerance, &film.window(), &reconstructed.radiance, &half_widths);
         let verdict = Verdict {
             look: &look,
             terms: &self.terms,

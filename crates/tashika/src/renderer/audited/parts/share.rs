@@ -8,7 +8,7 @@ use super::super::{FEWEST_PASSES as FEWEST_OF_WHOLE, MOST_PATHS, describe};
 use super::draw::{count, draw};
 use crate::error::Result;
 use crate::film::{Film, Samples, Window, keys, planes};
-use crate::integrator::{ControlOptions, Integrator, SamplePaths};
+use crate::integrator::{ControlOptions, Integrator, PathSampler};
 use crate::picture::Picture;
 use crate::reconstruction::{Halves, Reconstructed};
 use crate::render::{
@@ -37,7 +37,7 @@ const NEAR: f64 = 0.5;
 pub(in crate::renderer::audited) fn render(
     prepared: &Prepared<'_>,
     method: &dyn Integrator,
-    sampler: &dyn SamplePaths,
+    sampler: &dyn PathSampler,
     options: &ControlOptions,
     terms: &AuditTerms,
     begin: impl FnOnce(Film) -> Result<Begun>,
@@ -69,13 +69,13 @@ pub(in crate::renderer::audited) fn render(
 /// Inputs of the tiles.
 struct Work<'p> {
     prepared: &'p Prepared<'p>,
-    sampler: &'p dyn SamplePaths,
+    sampler: &'p dyn PathSampler,
     terms: AuditTerms,
     tolerance: Tolerance,
     seed: u64,
     source: &'p Source<'p>,
     /// Sampler of the paths of truths.
-    of_truths: &'p dyn SamplePaths,
+    of_truths: &'p dyn PathSampler,
     /// True for pixels of the window that are drawn for the audit, row by row.
     drawn: Vec<bool>,
 }

@@ -8,7 +8,7 @@ use super::super::tests::Flat;
 use super::draw::{count, draw};
 use super::finish_merged;
 use crate::film::{Claim, Film, PictureClaim, RenderFilm, Stop, Window, keys, planes};
-use crate::integrator::{ControlOptions, PathSamples, PathStop, PathTracer, SamplePaths, Setting};
+use crate::integrator::{ControlOptions, PathSampler, PathSamples, PathStop, PathTracer, Setting};
 use crate::reconstruction::Smoother;
 use crate::render::{Begun, Finished, Merged, Merger, Progress, RenderOptions, Rendered, TileShare, render};
 use crate::render::{picture_tiles, with_threads};
@@ -185,11 +185,11 @@ fn what_is_claimed_is_so() {
 
 /// Sampler that draws paths with another sampler and changes the results.
 struct Changed<'s, F> {
-    sampler: &'s dyn SamplePaths,
+    sampler: &'s dyn PathSampler,
     change: F,
 }
 
-impl<F: Fn([u32; 2], PathSamples) -> PathSamples + Send + Sync> SamplePaths for Changed<'_, F> {
+impl<F: Fn([u32; 2], PathSamples) -> PathSamples + Send + Sync> PathSampler for Changed<'_, F> {
     fn setting(&self) -> &Setting<'_> {
         self.sampler.setting()
     }
