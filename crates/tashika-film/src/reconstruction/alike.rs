@@ -122,7 +122,7 @@ impl<'a> Guide<'a> {
                         let near = x.saturating_sub(PATCH).max(across.start)..(x + PATCH + 1).min(across.end);
                         let compared = (near.len() * of_patch.len()) as f32;
                         let of_patch = (columns[near].iter().sum::<f32>() / compared).max(0.0);
-                        // Most pairs of patches are not similar, and need no comparison of features.
+                        // Patches that differ need no comparison of features.
                         if kernel(of_patch) > 0.0 {
                             let p = y * width + x;
                             let q = p.wrapping_add_signed(offset);
