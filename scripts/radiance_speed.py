@@ -5,8 +5,9 @@
     python3 scripts/radiance_speed.py PROGRAM SCENE.rad X0,Y0,X1,Y1,Z COUNT [OPTIONS...]
 
 COUNT × COUNT sensors look up from a horizontal rectangle. tashika measures them with OPTIONS
-(default: --error 5%), rtrace with the parameters ACCURATE, both on two threads. The errors are those
-of TRUTHS sensors, drawn at random, against rtrace without interpolation, as in radiance_sensors.py.
+(default: --error 5%), rtrace with the parameters ACCURATE, both on two threads. The errors are
+those of TRUTHS sensors, drawn at random, against rtrace without interpolation, as in
+radiance_sensors.py.
 """
 
 import pathlib
