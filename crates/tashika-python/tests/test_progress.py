@@ -83,7 +83,7 @@ except KeyboardInterrupt:
     time.sleep(1)
     child.send_signal(signal.SIGINT)
     try:
-        said, _ = child.communicate(timeout=60)
+        output, _ = child.communicate(timeout=60)
     finally:
         child.kill()
-    assert said == "interrupted\nTrue\n" and child.returncode == 0
+    assert output == "interrupted\nTrue\n" and child.returncode == 0
