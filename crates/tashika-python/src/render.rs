@@ -196,6 +196,8 @@ pub fn render(
     }
     let unused = scene.unused(&request).map_err(raised)?;
     let in_scene = scene.in_scene(&request);
+    // Errors of the options are raised before the work begins.
+    in_scene.plan_for_still_scene().map_err(raised)?;
     let is_audited = request.is_audited();
     if let (true, true, Some(path)) = (is_audited, share.is_whole(), &checkpoint) {
         let expected = "none of a picture that is audited as a whole, which is made in passes; one with an error, or \

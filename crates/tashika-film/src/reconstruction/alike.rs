@@ -112,15 +112,15 @@ impl<'a> Guide<'a> {
                     self.distances(y * width, across.clone(), offset, &mut distances[to..to + width]);
                 }
                 for y in rows.start.max(inside.start)..rows.end.min(inside.end) {
-                    let of_patch = patch_rows(y..y + 1);
+                    let compared_rows = patch_rows(y..y + 1);
                     columns[across.clone()].fill(0.0);
-                    for y in of_patch.clone() {
+                    for y in compared_rows.clone() {
                         let row = &distances[(y - above) * width..][across.clone()];
                         columns[across.clone()].iter_mut().zip(row).for_each(|(sum, d)| *sum += d);
                     }
                     for x in across.clone() {
                         let near = x.saturating_sub(PATCH).max(across.start)..(x + PATCH + 1).min(across.end);
-                        let compared = (near.len() * of_patch.len()) as f32;
+                        let compared = (near.len() * compared_rows.len()) as f32;
                         let of_patch = (columns[near].iter().sum::<f32>() / compared).max(0.0);
                         // Patches that differ need no comparison of features.
                         if kernel(of_patch) > 0.0 {

@@ -1,7 +1,10 @@
 //! Models of surfaces: the functions that each BSDF has, and the table that makes them a family.
 //!
-//! A new model is a file with an implementation of [`Model`], a row of the table in the head of
-//! this folder, and a bound in `bounds::lobes`, which holds for renders with certified claims.
+//! A new model is a file with an implementation of [`Model`], a row of the table in `bsdf`, and an
+//! upper bound in `bounds::lobes` of the crate `tashika-core`, on which cuts and certificates rely.
+//!
+//! # Held to this by
+//! `bsdf::tests`.
 
 use super::{BsdfSample, Lobe, MIN_COSINE};
 use crate::color::Rgb;
@@ -34,7 +37,7 @@ pub(super) trait Model {
         None
     }
 
-    /// Draws a direction with its weight, for `wo` on either side; `None` below the horizon.
+    /// Draws a direction with its weight, for `wo` on either side; `None` if the path ends.
     #[inline]
     fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         let side = 1.0_f32.copysign(wo.z);
