@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::math::simd::prefetch;
+
 /// Average number of items for each part of the guide table.
 const ITEMS_OF_PART: usize = 2;
 
@@ -60,10 +62,10 @@ impl Discrete {
     /// Returns the item that `u` in `[0, 1)` falls into, its probability, and the position of `u`
     /// within the item. That position is uniform in `[0, 1)` and can be used as a random number
     /// again. Items of zero weight are never chosen.
+    #[inline]
     pub fn sample(&self, u: f64) -> (usize, f64, f64) {
         let x = u * self.total();
-        let parts = self.guide.len();
-        let mut i = self.guide[((u * parts as f64) as usize).min(parts - 1)] as usize;
+        let mut i = self.guide[self.part_of(u)] as usize;
         // By rounding, `u` may have been assigned to the next part.
         while self.cumulative[i] > x {
             i -= 1;
@@ -72,6 +74,26 @@ impl Discrete {
             i += 1;
         }
         self.item_at(x, i, 0)
+    }
+
+    /// Part of the guide table for a number in `[0, 1)`.
+    #[inline]
+    fn part_of(&self, u: f64) -> usize {
+        let parts = self.guide.len();
+        ((u * parts as f64) as usize).min(parts - 1)
+    }
+
+    /// Reads ahead the entry of the guide table that [`Self::sample`] reads first.
+    #[inline]
+    pub fn read_guide_ahead(&self, u: f64) {
+        prefetch(&self.guide[self.part_of(u)]);
+    }
+
+    /// Reads ahead the sums at which the search of [`Self::sample`] starts, once the entry of the
+    /// guide table has arrived.
+    #[inline]
+    pub fn read_items_ahead(&self, u: f64) {
+        prefetch(&self.cumulative[self.guide[self.part_of(u)] as usize]);
     }
 
     /// Like [`Self::sample`], restricted to `items`, whose weights must not all be zero. The
@@ -159,6 +181,40 @@ impl Piecewise2d {
         (point, row_probability * probability * self.width as f64 * height)
     }
 
+    /// Row that [`Self::sample`] draws.
+    #[inline]
+    fn row_of(&self, u: f64) -> &Discrete {
+        self.columns[self.rows.sample(u).0].as_ref().expect("a chosen row has weight")
+    }
+
+    /// Reads ahead like [`Discrete::read_guide_ahead`], in the row that [`Self::sample`] draws.
+    #[inline]
+    pub fn read_guide_ahead(&self, u: [f64; 2]) {
+        self.row_of(u[1]).read_guide_ahead(u[0]);
+    }
+
+    /// Reads ahead like [`Discrete::read_items_ahead`], in the row that [`Self::sample`] draws.
+    #[inline]
+    pub fn read_items_ahead(&self, u: [f64; 2]) {
+        self.row_of(u[1]).read_items_ahead(u[0]);
+    }
+
+    /// Reads ahead for [`Self::pdf`] at a point.
+    #[inline]
+    pub fn read_ahead_at(&self, point: [f64; 2]) {
+        let [x, y] = self.cell_of(point);
+        if let Some(row) = &self.columns[y] {
+            prefetch(&row.cumulative[x]);
+        }
+    }
+
+    /// Column and row of the cell that contains a point of `[0, 1]²`.
+    #[inline]
+    fn cell_of(&self, point: [f64; 2]) -> [usize; 2] {
+        let cell = |v: f64, n: usize| ((v * n as f64) as usize).min(n - 1);
+        [cell(point[0], self.width), cell(point[1], self.columns.len())]
+    }
+
     /// Number of cells of a row and of a column.
     pub fn size(&self) -> [usize; 2] {
         [self.width, self.columns.len()]
@@ -203,8 +259,7 @@ impl Piecewise2d {
     /// Density at a point of `[0, 1)²`.
     pub fn pdf(&self, point: [f64; 2]) -> f64 {
         let height = self.columns.len();
-        let cell = |v: f64, n: usize| ((v * n as f64) as usize).min(n - 1);
-        let (x, y) = (cell(point[0], self.width), cell(point[1], height));
+        let [x, y] = self.cell_of(point);
         self.columns[y]
             .as_ref()
             .map_or(0.0, |row| self.rows.probability(y) * row.probability(x) * (self.width * height) as f64)

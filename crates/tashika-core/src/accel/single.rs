@@ -14,7 +14,7 @@ use super::segments::Glass;
 use super::trees::{Met, Placed, Tree, Trees};
 use super::triangle::{Block, Lines, Triangle, barycentric, blocked, flag, met};
 use crate::math::Ray;
-use crate::math::simd::{F32x8, WIDTH, each, for_bits};
+use crate::math::simd::{F32x8, WIDTH, each, for_bits, prefetch};
 use crate::rng::{self, Purpose};
 use crate::scene::{InstanceId, Scene};
 
@@ -314,10 +314,10 @@ pub(super) fn pass<F: F32x8, const BOUNDED: bool>(
         let inner = met & node.inner;
         let leaves = met ^ inner;
         for_bits!(leaves, below WIDTH, |slot| {
-            F::prefetch(&tree.blocks[node.first[slot] as usize]);
+            prefetch(&tree.blocks[node.first[slot] as usize]);
         });
         for_bits!(inner, below WIDTH, |slot| {
-            F::prefetch(&tree.nodes[node.first[slot] as usize]);
+            prefetch(&tree.nodes[node.first[slot] as usize]);
         });
         for_bits!(leaves, below WIDTH, |slot| {
             let block = of.block::<F>(node.first[slot]);
@@ -432,6 +432,14 @@ impl Nearest<'_> {
             if number & LEAF == 0 {
                 let node = &tree.nodes[number as usize];
                 let (met, near) = slope.meets_children(node, limit(self.t_max));
+                for_bits!(met, below WIDTH, |slot| {
+                    let first = node.first[slot] as usize;
+                    if node.is_inner(slot) {
+                        prefetch(&tree.nodes[first]);
+                    } else {
+                        prefetch(&tree.blocks[first]);
+                    }
+                });
                 push_sorted(node, met, near, waiting, &mut top);
                 continue;
             }

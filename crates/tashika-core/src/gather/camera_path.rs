@@ -17,9 +17,7 @@
 //! # Held to this by
 //! `gather::tests`; the suite's `volume_lights`, against closed forms and the path tracer.
 
-use glam::Vec3;
-
-use super::{GatherPoint, Scatter, SkySample};
+use super::{FirstSurface, GatherPoint, Scatter, SkySample};
 use crate::accel::Tracer;
 use crate::color::Rgb;
 use crate::media::{Leg, MOST_PASSED};
@@ -39,20 +37,12 @@ pub(super) enum Media {
     SeenThrough,
 }
 
-/// First surface of a camera path.
-pub(super) struct First {
-    /// Length of the path to the surface (m).
-    pub distance: f32,
-    /// Unit shading normal on the side of the viewer.
-    pub normal: Vec3,
-}
-
 /// End of a camera path, and the emission seen on the way.
 pub(super) struct End {
     pub point: Option<GatherPoint>,
     /// Emission seen, as basic radiance (W·m⁻²·sr⁻¹).
     pub background: Rgb,
-    pub first: Option<First>,
+    pub first: Option<FirstSurface>,
     /// End in the sky, whose throughput is that of basic radiance.
     pub sky: Option<SkySample>,
 }
@@ -123,7 +113,7 @@ impl CameraPath<'_> {
             }
             if end.first.is_none() {
                 let (_, normal) = surface.normals_seen_from(outgoing);
-                end.first = Some(First { distance: way, normal });
+                end.first = Some(FirstSurface { distance: way, normal });
             }
             let [a, b, c, choice] = choices(bounce);
             match Scatter::at(scene, &surface, outgoing, choice) {

@@ -20,6 +20,7 @@
 //! no path leads to them from a camera.
 
 mod camera_path;
+mod features;
 mod filter;
 mod first;
 mod options;
@@ -30,6 +31,7 @@ mod scatter;
 #[cfg(test)]
 mod tests;
 
+pub use features::{FeatureSums, Features, FirstSurface};
 pub use filter::Filter;
 pub use options::GatherOptions;
 pub use panes::{Passage, through_panes};
@@ -41,7 +43,7 @@ use glam::{Vec2, Vec3};
 use crate::accel::Tracer;
 use crate::bsdf::{Bsdf, HenyeyGreenstein, Lambert};
 use crate::color::Rgb;
-use crate::film::{PixelRecord, Window};
+use crate::film::Window;
 use crate::math::{Frame, Instants, Ray, offset_from_surface};
 use crate::media::{Leg, Scattering};
 use crate::rng::{self, Purpose, Stream};
@@ -126,28 +128,6 @@ impl GatherPoint {
     /// weight contains the absorption.
     pub fn albedo(&self) -> Rgb {
         if self.phase.is_some() { Rgb::WHITE } else { self.bsdf.albedo() }
-    }
-}
-
-/// Averages over a pixel's camera samples for denoisers and compositing.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Features {
-    /// Mean distance to the first surface (m), over the samples that met one.
-    pub depth: f32,
-    /// Mean shading normal of the first surface (world), over the samples that met one.
-    pub normal: Vec3,
-    /// Mean rough reflectance over all samples: white in media, black for samples without a gather
-    /// point.
-    pub albedo: Rgb,
-    /// Share of samples that met a surface.
-    pub coverage: f32,
-}
-
-/// Record of a pixel with these features alone.
-impl From<Features> for PixelRecord {
-    fn from(features: Features) -> Self {
-        let Features { depth, normal, albedo, coverage } = features;
-        Self { depth, normal, albedo, coverage, ..Self::default() }
     }
 }
 
@@ -323,7 +303,7 @@ impl View<'_> {
     fn sum(&self, tracer: &Tracer, pixel: [u32; 2], media: Media, instants: Option<&Instants>) -> PixelSum {
         let n = self.gather.points;
         let mut sum = PixelSum::default();
-        let mut met = 0u32;
+        let mut features = FeatureSums::new(n);
         let weight = 1.0 / n as f32;
         // Weight of basic radiance, which paths carry.
         let of_basic = weight * self.camera.squared_index();
@@ -362,23 +342,14 @@ impl View<'_> {
                 point: end.point.is_some().then_some(sum.points.len() as u32),
                 sky: end.sky.map(|sky| SkySample { throughput: sky.throughput * of_basic, ..sky }),
             });
+            features.add(end.first.as_ref(), end.point.as_ref().map(GatherPoint::albedo));
             if let Some(mut point) = end.point {
                 point.weight *= of_basic;
                 point.instant = instant;
-                sum.features.albedo += point.albedo() * weight;
                 sum.points.push(point);
             }
-            if let Some(first) = end.first {
-                met += 1;
-                sum.features.depth += first.distance;
-                sum.features.normal += first.normal;
-            }
         }
-        if met > 0 {
-            sum.features.depth /= met as f32;
-            sum.features.normal /= met as f32;
-            sum.features.coverage = met as f32 / n as f32;
-        }
+        sum.features = features.mean();
         sum
     }
 }

@@ -23,6 +23,17 @@ pub struct LightSample {
     pub pdf: Option<f32>,
 }
 
+/// A source that was drawn, before its position or direction.
+#[derive(Clone, Copy, Debug)]
+pub struct Choice {
+    /// Number of the source, for [`EmitterSampler::light_of`].
+    pub source: usize,
+    probability: f64,
+    /// The rest of the number that selected the source.
+    rest: f64,
+    v: [f32; 2],
+}
+
 /// Approximate position and direction of a source.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum About {
@@ -233,8 +244,32 @@ impl<'s> EmitterSampler<'s> {
     /// Moving emitters are chosen in proportion to their mean power at the ends and in the middle
     /// of the interval. Also returns the number of the source, for [`light_of`](Self::light_of).
     pub fn sample_at(&self, share: f32, u: f64, v: [f32; 2]) -> Option<(usize, LightSample)> {
+        let choice = self.choose(u, v)?;
+        Some((choice.source, self.draw(share, &choice)))
+    }
+
+    /// Chooses the source of a sample of [`sample_at`](Self::sample_at), which
+    /// [`draw`](Self::draw) then draws.
+    #[inline]
+    pub fn choose(&self, u: f64, v: [f32; 2]) -> Option<Choice> {
         let (source, probability, rest) = self.all.as_ref()?.sample(u);
-        Some((source, self.draw_from_at(share, source, probability, rest, v)))
+        Some(Choice { source, probability, rest, v })
+    }
+
+    /// Reads ahead for [`draw`](Self::draw), in [`Environment::READS`] steps. A step needs the read
+    /// of the step before.
+    #[inline]
+    pub fn read_ahead(&self, choice: &Choice, step: usize) {
+        if let Some(e) = self.scene.environment()
+            && self.environment == Some(choice.source)
+        {
+            e.read_ahead(choice.v, step);
+        }
+    }
+
+    /// Draws the sample of a choice at a time.
+    pub fn draw(&self, share: f32, &Choice { source, probability, rest, v }: &Choice) -> LightSample {
+        self.draw_from_at(share, source, probability, rest, v)
     }
 
     /// Returns the light to which a source belongs.

@@ -25,7 +25,7 @@ pub use carried::carried_cos;
 pub use caustic::{ArrivedLight, CausticPhoton};
 pub use clamp::Clamp;
 pub use emitter_clusters::EmitterClusters;
-pub use emitters::{EmitterSampler, LightSample};
+pub use emitters::{Choice, EmitterSampler, LightSample};
 pub use guide::LightGuide;
 pub use light::{Vpl, VplKind};
 pub use options::{Emission, VplOptions};

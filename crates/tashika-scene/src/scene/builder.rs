@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Mat3, Vec3};
 
+use super::faces::Faces;
 use super::mesh::MeshRepairs;
 use super::motion::inverse;
 use super::object_names::{Numbered, ObjectNames};
@@ -46,6 +47,7 @@ impl SceneBuilder {
             name: name.into(),
             meshes: Vec::new(),
             instances: Vec::new(),
+            faces: Faces::default(),
             motions: Vec::new(),
             object_names: ObjectNames::default(),
             materials: Vec::new(),
@@ -489,6 +491,7 @@ impl SceneBuilder {
         for i in &mut s.instances {
             i.baked = i.motion.is_none() && baked[i.mesh.index()];
         }
+        s.faces = Faces::new(&s.instances, &s.meshes);
     }
 }
 

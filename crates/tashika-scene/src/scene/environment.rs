@@ -118,6 +118,33 @@ impl Environment {
         }
     }
 
+    /// Number of steps of [`Self::read_ahead`].
+    pub const READS: usize = 3;
+
+    /// Reads ahead for [`Self::sample`] with the numbers `u`, and for the radiance of the sampled
+    /// direction, in [`Self::READS`] steps. A step needs the read of the step before.
+    #[inline]
+    pub fn read_ahead(&self, u: [f32; 2], step: usize) {
+        if let Radiance::Map { image, density, .. } = &self.radiance {
+            let u = u.map(f64::from);
+            match step {
+                0 => density.read_guide_ahead(u),
+                1 => density.read_items_ahead(u),
+                _ => image.read_ahead(density.sample(u).0.map(|c| c as f32)),
+            }
+        }
+    }
+
+    /// Reads ahead the radiance and the density at a unit direction.
+    #[inline]
+    pub fn read_ahead_at(&self, direction: Vec3) {
+        if let Radiance::Map { image, density, mapping, .. } = &self.radiance {
+            let place = mapping.place(self.to_local * direction);
+            image.read_ahead(place);
+            density.read_ahead_at(place.map(f64::from));
+        }
+    }
+
     /// Returns the point of `[0, 1]²` that represents a unit direction in the layout of the image.
     /// For a constant environment the layout is equal-area.
     pub(super) fn place(&self, direction: Vec3) -> [f32; 2] {

@@ -210,8 +210,15 @@ pub struct Instance {
 
 impl Instance {
     /// Returns true if object and world coordinates are equal.
+    #[inline]
     pub fn is_identity(&self) -> bool {
         self.to_world == Affine3A::IDENTITY
+    }
+
+    /// Transforms the corners of a triangle to the world (m).
+    #[inline]
+    pub(super) fn corners(&self, corners: [Vec3; 3]) -> [Vec3; 3] {
+        if self.is_identity() { corners } else { corners.map(|v| self.to_world.transform_point3(v)) }
     }
 
     /// Returns true if the surface is defined by corners in world space, each transformed and

@@ -19,6 +19,7 @@ mod digest;
 mod emitter;
 mod environment;
 mod environment_blocks;
+mod faces;
 mod facets;
 mod hemisphere;
 mod input;
@@ -85,6 +86,7 @@ pub use variation::{CellRay, Density, Scattered, Span, Variation, Walk};
 pub use volume_grid::{VolumeData, VolumeEdges, VolumeGrid, VolumeSamples, VolumeValues};
 
 use crate::math::{Aabb, DVec3};
+use faces::Faces;
 use object_names::ObjectNames;
 
 macro_rules! id {
@@ -145,6 +147,7 @@ pub struct Scene {
     name: String,
     meshes: Vec<Mesh>,
     instances: Vec<Instance>,
+    faces: Faces,
     /// Motions of the moving instances.
     motions: Vec<Motion>,
     object_names: ObjectNames,
@@ -321,7 +324,7 @@ impl Scene {
 
     /// Size of the meshes in memory (bytes).
     pub fn mesh_bytes(&self) -> u64 {
-        self.meshes.iter().map(Mesh::bytes).sum()
+        self.meshes.iter().map(Mesh::bytes).sum::<u64>() + self.faces.bytes()
     }
 
     /// Number of triangles in memory: those of each mesh count once.

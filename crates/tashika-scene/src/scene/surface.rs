@@ -1,12 +1,14 @@
 //! Points on surfaces, with a bound on the error of their position.
 
-use glam::{DVec3, Vec2, Vec3, Vec3A};
+use glam::{Vec2, Vec3, Vec3A};
 
+use super::faces::Face;
 use super::facets::tangent;
 use super::normal_map::{Corners, perturbed};
 use super::part::SurfaceView;
 use super::{AlphaMode, Back, Instance, InstanceId, Material, Part, Scene};
 use crate::color::Rgb;
+use crate::math::simd::prefetch;
 use crate::math::{Frame, GAMMA_7, offset_from_surface};
 
 /// Replacement of a shading normal that faces away from the viewer. Such normals occur at the
@@ -104,12 +106,9 @@ const INSET: f32 = 4.0;
 /// triangle: each weight is at least [`INSET`] times the length of the error, divided by the least
 /// height of the triangle, but need not exceed a quarter.
 #[inline]
-fn inset(w: &[Vec3; 3], b: [f32; 3], error: Vec3) -> [f32; 3] {
-    // In double precision, since the fourth power of a length can leave the range of `f32`.
-    let e = [w[2] - w[1], w[0] - w[2], w[1] - w[0]].map(Vec3::as_dvec3);
-    let longest = e[0].length_squared().max(e[1].length_squared()).max(e[2].length_squared()).sqrt();
+fn inset(face: &Face, b: [f32; 3], error: Vec3) -> [f32; 3] {
     // Distance from the edges, relative to the least height of the triangle.
-    let share = (f64::from(INSET * error.length()) * longest / e[0].cross(e[1]).length()) as f32;
+    let share = INSET * error.length() * face.per_height;
     let least = if share < 0.25 { share } else { 0.25 };
     if b[0] >= least && b[1] >= least && b[2] >= least {
         return b;
@@ -118,14 +117,6 @@ fn inset(w: &[Vec3; 3], b: [f32; 3], error: Vec3) -> [f32; 3] {
     let mut b = b.map(|weight| weight.max(least));
     b[largest] = 1.0 - b[(largest + 1) % 3] - b[(largest + 2) % 3];
     b
-}
-
-/// Returns the unit normal on the side on which the corners run anticlockwise. Computed in double
-/// precision, since the fourth power of a length can leave the range of `f32`.
-#[inline]
-fn unit_normal(v: &[Vec3; 3]) -> Vec3 {
-    let [v0, v1, v2] = v.map(Vec3::as_dvec3);
-    (v1 - v0).cross(v2 - v0).normalize_or(DVec3::Z).as_vec3()
 }
 
 impl Scene {
@@ -145,17 +136,35 @@ impl Scene {
 
     #[inline]
     fn corners_of(&self, placed: &Instance, share: f32, triangle: u32) -> [Vec3; 3] {
-        let corners = self.meshes[placed.mesh.index()].corners_at(share, triangle);
-        if placed.is_identity() { corners } else { corners.map(|v| placed.to_world.transform_point3(v)) }
+        placed.corners(self.meshes[placed.mesh.index()].corners_at(share, triangle))
+    }
+
+    /// Reads ahead the record of a triangle, which [`Self::read_corners_ahead`] needs.
+    #[inline]
+    pub fn read_triangle_ahead(&self, instance: InstanceId, triangle: u32) {
+        prefetch(&self.mesh_of(instance).triangles[triangle as usize]);
+        if let Some(face) = self.faces.get(instance.index(), triangle) {
+            prefetch(face);
+        }
+    }
+
+    /// Reads ahead the corners of a triangle, with their normals and texture coordinates.
+    #[inline]
+    pub fn read_corners_ahead(&self, instance: InstanceId, triangle: u32) {
+        let mesh = self.mesh_of(instance);
+        for corner in mesh.triangles[triangle as usize].map(|i| i as usize) {
+            prefetch(&mesh.positions[corner]);
+            mesh.normals.get(corner).iter().for_each(|normal| prefetch(*normal));
+            mesh.uvs.get(corner).iter().for_each(|uv| prefetch(*uv));
+        }
     }
 
     /// Returns the point with barycentric coordinates `b` (summing to 1) of a triangle. A point
     /// close to an edge is moved inwards, so that its error cannot put it behind a wall at that
     /// edge.
     ///
-    /// The error bound is `γ₇ Σ |bᵢ wᵢ|` for the sum over world corners `wᵢ`. If the transform of
-    /// the instance is not the identity, [`Instance::rounding`] is added for the corners
-    /// themselves.
+    /// The error bound is `γ₇ Σ |bᵢ wᵢ|` for the sum over world corners `wᵢ`. Unless the instance
+    /// is [baked](Instance::is_baked), [`Instance::rounding`] is added for the corners themselves.
     pub fn surface_point(&self, instance: InstanceId, triangle: u32, b: [f32; 3]) -> SurfacePoint {
         self.point_on(&self.instances[instance.index()], MIDDLE, instance, triangle, b)
     }
@@ -190,19 +199,22 @@ impl Scene {
         let w = self.corners_of(placed, share, triangle);
         let at = |b: [f32; 3]| w[0] * b[0] + w[1] * b[1] + w[2] * b[2];
         let mut error = GAMMA_7 * ((w[0] * b[0]).abs() + (w[1] * b[1]).abs() + (w[2] * b[2]).abs());
-        if !placed.is_identity() {
+        if !placed.baked {
             let [p, q, r] = mesh.corners_at(share, triangle).map(Vec3::abs);
             error += placed.rounding(p.max(q).max(r));
         }
-        let position = at(inset(&w, b, error));
+        // A face in the world, from which the normal of an instance that is not baked differs by
+        // rounding.
+        let face = self.faces.get(instance.index(), triangle).copied().unwrap_or_else(|| Face::of(&w));
+        let position = at(inset(&face, b, error));
         // Normals transform with the transposed inverse.
         let normal_to_world = |n: Vec3| Vec3::from(placed.to_object.matrix3.transpose() * Vec3A::from(n));
         // A mirroring transform reverses the cross product of transformed corners, but not a
         // transformed normal.
         let mut n = if placed.baked {
-            unit_normal(&w) * if placed.mirrored { -1.0 } else { 1.0 }
+            face.normal * if placed.mirrored { -1.0 } else { 1.0 }
         } else {
-            normal_to_world(unit_normal(&mesh.corners_at(share, triangle))).normalize_or(Vec3::Z)
+            normal_to_world(Face::of(&mesh.corners_at(share, triangle)).normal).normalize_or(Vec3::Z)
         };
         let mut shading_normal = n;
         if !mesh.normals.is_empty() {

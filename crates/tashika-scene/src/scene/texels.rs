@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 use glam::Vec2;
 
 use crate::color::{Rgb, srgb_decode};
+use crate::math::simd::prefetch;
 
 /// Texels, row by row from the top, without padding.
 #[derive(Clone, Debug)]
@@ -151,6 +152,21 @@ impl Image {
                 Values::Colors => (p[i].map(|v| v.max(0.0)).into(), 1.0),
                 Values::Numbers => (p[i].into(), 1.0),
             },
+        }
+    }
+
+    /// Reads ahead two texels of each of the two rows next to a point of `[0, 1]²`.
+    #[inline]
+    pub(super) fn read_ahead(&self, [u, v]: [f32; 2]) {
+        let before = |c: f32, n: u32| ((c * n as f32 - 0.5).max(0.0) as u32).min(n - 1);
+        let (x, y) = (before(u, self.width), before(v, self.height));
+        for y in [y, (y + 1).min(self.height - 1)] {
+            let i = y as usize * self.width as usize + x as usize;
+            match &self.pixels {
+                Pixels::Srgb8(p) | Pixels::Linear8(p) => prefetch(&p[i]),
+                Pixels::Srgb16(p) | Pixels::Linear16(p) => prefetch(&p[i]),
+                Pixels::Float(p) => prefetch(&p[i]),
+            }
         }
     }
 

@@ -231,11 +231,11 @@ fn room_with_block(medium: impl FnOnce(&mut SceneBuilder, [Vec3; 2]) -> MediumId
 
 const BLOCK: [[f32; 3]; 2] = [[0.1, 0.5, 1.0], [2.0, 3.0, 1.0]];
 
-/// Channel means of the whole picture with their standard errors, from 16 seeds.
+/// Channel means of the whole picture with their standard errors, from 32 seeds.
 fn picture(tracer: &Tracer) -> [(f64, f64); 3] {
     let path = PathTracer::new(tracer, PathStop::Count(64), 1000).unwrap();
     let mut moments = [Moments::default(); 3];
-    for seed in 1..=16 {
+    for seed in 1..=32 {
         let means = mean_of(&film(tracer, &path, [16, 12], 1, seed));
         moments.iter_mut().zip(means).for_each(|(m, (mean, _))| m.push(mean));
     }
@@ -243,8 +243,8 @@ fn picture(tracer: &Tracer) -> [(f64, f64); 3] {
 }
 
 /// Grids of ones, of constant albedo and of constant coefficients give the picture of the
-/// homogeneous medium, however they are placed. There are 12 comparisons of two means of 16 seeds:
-/// 5.5 standard errors are a level of 6·10⁻⁶ each.
+/// homogeneous medium, however they are placed. There are 12 comparisons of two means of 32 seeds:
+/// 5.5 standard errors are a level of 5·10⁻⁶ each.
 #[test]
 fn grids_that_are_even_are_homogeneous() {
     let plain = room_with_block(|b, _| {

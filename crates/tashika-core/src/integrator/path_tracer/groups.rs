@@ -12,49 +12,33 @@
 
 use crate::color::{Rgb, RgbSum};
 use crate::integrator::PlaneBeside;
-use crate::scene::{LightGroups, LightId};
+use crate::scene::LightGroups;
 use crate::stats::Moments;
 
 /// Sums over the paths of a pixel, by groups.
-pub(super) struct PathByGroup<'g> {
-    groups: &'g LightGroups,
-    /// Radiance of the current path.
-    path: Vec<Rgb>,
+#[derive(Clone, Debug)]
+pub(super) struct PathsByGroup {
     sums: Vec<RgbSum>,
     /// Moments of the luminance of single paths.
     moments: Vec<Moments>,
 }
 
-impl<'g> PathByGroup<'g> {
-    pub(super) fn new(groups: &'g LightGroups) -> Self {
-        let count = groups.count();
-        Self {
-            groups,
-            path: vec![Rgb::BLACK; count],
-            sums: vec![RgbSum::default(); count],
-            moments: vec![Moments::default(); count],
-        }
+impl PathsByGroup {
+    /// No paths, of `count` groups.
+    pub fn new(count: usize) -> Self {
+        Self { sums: vec![RgbSum::default(); count], moments: vec![Moments::default(); count] }
     }
 
-    pub(super) fn begin_pixel(&mut self) {
-        self.sums.fill(RgbSum::default());
-        self.moments.fill(Moments::default());
-    }
-
-    pub(super) fn add(&mut self, light: LightId, given: Rgb) {
-        self.path[self.groups.of(light)] += given;
-    }
-
-    pub(super) fn end_path(&mut self) {
-        for ((path, sum), moments) in self.path.iter_mut().zip(&mut self.sums).zip(&mut self.moments) {
-            sum.add(*path);
-            moments.push(path.luminance().into());
-            *path = Rgb::BLACK;
+    /// Adds a path, by the radiance that each group gave to it.
+    pub fn add(&mut self, by_group: &[Rgb]) {
+        for ((given, sum), moments) in by_group.iter().zip(&mut self.sums).zip(&mut self.moments) {
+            sum.add(*given);
+            moments.push(given.luminance().into());
         }
     }
 
     /// Appends the samples of the pixel, in the order of [`planes`].
-    pub(super) fn samples(&self, to: &mut Vec<f32>) {
+    pub fn samples(&self, to: &mut Vec<f32>) {
         for (sum, moments) in self.sums.iter().zip(&self.moments) {
             to.extend(sum.scaled(1.0 / moments.count().max(1) as f64).total().to_array());
             to.push(moments.standard_error() as f32);

@@ -27,7 +27,8 @@
 //! # Held to this by
 //! The suite's `media`.
 
-use super::{CERTAIN_DEPTH, DrawnDirection, MAX_SURVIVAL, Tracing, weight_of_light};
+use super::path::{CERTAIN_DEPTH, DrawnDirection, Found, MAX_SURVIVAL, Start, weight_of_light};
+use super::tracing::Tracing;
 use crate::color::Rgb;
 use crate::contribution::ContributionKernel;
 use crate::gather::{GatherPoint, Scatter};
@@ -62,20 +63,19 @@ impl Path {
 }
 
 impl Tracing<'_> {
-    /// Radiance along a camera ray, or of a gather point on a sensor, at which the path then
-    /// begins.
-    pub(super) fn radiance_in_media(
+    /// Follows a path along a camera ray, or from a gather point on a sensor.
+    pub(super) fn follow_in_media(
         &mut self,
         ray: Ray,
         mut on_sensor: Option<GatherPoint>,
-        key: u64,
-        stream: &mut Stream,
-    ) -> Rgb {
+        start: &mut Start,
+        found: &mut Found,
+    ) {
+        let Start { key, share, ref mut stream, .. } = *start;
         let scene = self.tracer.scene();
         let contribution = ContributionKernel::default().within(scene);
-        let mut radiance = Rgb::BLACK;
         let mut path = Path {
-            leg: Leg { ray, medium: self.medium },
+            leg: Leg { ray, medium: self.medium() },
             weight: Rgb::gray(self.camera.squared_index()),
             ratio: 1.0,
             drawn: None,
@@ -90,13 +90,13 @@ impl Tracing<'_> {
             let (scatter, surface) = if let Some(point) = on_sensor.take() {
                 (Scatter::Gathers(point), None)
             } else {
-                self.rays += 1;
-                let hit = self.tracer.closest_hit_at(&path.leg.ray, key, self.share);
+                found.rays += 1;
+                let hit = self.tracer.closest_hit_at(&path.leg.ray, key, share);
                 let (weight, scattering) = path.leg.fly(scene, hit.as_ref(), path.weight, stream);
                 path.weight = weight;
                 if let Some(at) = scattering {
-                    self.gathers = true;
-                    self.light_in_medium(&mut radiance, (weight, path.ratio), &at, (key, depth), stream);
+                    found.gathers = true;
+                    self.light_in_medium(found, (weight, path.ratio), &at, (key, share, depth), stream);
                     let (direction, density) = at.phase.sample(at.before, stream.uniform_2());
                     path.leg.ray = Ray::new(at.place, direction);
                     path.drawn = Some(DrawnDirection::new(&path.leg.ray, density));
@@ -113,17 +113,18 @@ impl Tracing<'_> {
                         let mis =
                             path.drawn.map_or(1.0, |drawn| drawn.weight_of_environment(self.emitters, d));
                         let basic = e.radiance(d) * self.camera.basic_of_infinity(path.ratio);
-                        self.found(&mut radiance, LightId::Environment, path.weight * basic * mis);
+                        found.add(self.groups, LightId::Environment, path.weight * basic * mis);
                     }
                     break;
                 };
-                let surface = self.surface(&hit);
+                let surface = scene.surface_point_at(share, hit.instance, hit.triangle, hit.barycentric);
                 let outgoing = -path.leg.ray.direction;
                 let emitted = self.tracer.emitted(&surface, outgoing);
                 if !emitted.is_black() {
-                    let mis =
-                        path.drawn.map_or(1.0, |drawn| self.weight_of_hit(&drawn, &surface, &hit, outgoing));
-                    self.found(&mut radiance, LightId::Instance(hit.instance), path.weight * emitted * mis);
+                    let mis = path.drawn.map_or(1.0, |drawn| {
+                        drawn.weight_of_hit(self.emitters, share, &surface, &hit, outgoing)
+                    });
+                    found.add(self.groups, LightId::Instance(hit.instance), path.weight * emitted * mis);
                 }
                 if scene.is_boundary(&surface) {
                     path.leg = path.leg.beyond(scene, &surface);
@@ -152,10 +153,10 @@ impl Tracing<'_> {
                     path.leg = Leg { medium: beyond(next.direction), ray: next };
                 }
                 Scatter::Gathers(mut point) => {
-                    self.gathers = true;
+                    found.gathers = true;
                     path.weight *= point.weight;
                     point.weight = path.weight;
-                    if let Some((source, sample)) = self.light(stream) {
+                    if let Some((source, sample)) = self.light(share, stream) {
                         let light = &sample.light;
                         let unoccluded = contribution.unoccluded(&point, light);
                         if !unoccluded.is_black() {
@@ -165,9 +166,16 @@ impl Tracing<'_> {
                             let mis = mis * self.basic_of(light, path.ratio);
                             let medium = beyond(contribution.link(point.position, light).towards_light);
                             let given = unoccluded
-                                * self.passing(point.position, light, medium, (key, depth), mis, stream);
+                                * self.passing(
+                                    found,
+                                    (point.position, medium),
+                                    light,
+                                    (key, share, depth),
+                                    mis,
+                                    stream,
+                                );
                             let light = self.emitters.light_of(source);
-                            self.found(&mut radiance, light, given);
+                            found.add(self.groups, light, given);
                         }
                     }
                     let Some(next) = point.bsdf.sample(point.wo, stream.uniform_3()) else { break };
@@ -187,20 +195,19 @@ impl Tracing<'_> {
                 break;
             }
         }
-        radiance
     }
 
     /// Adds the contribution of one light, drawn from the emitters, at a scattering point in a
     /// medium.
     fn light_in_medium(
         &mut self,
-        radiance: &mut Rgb,
+        found: &mut Found,
         (weight, ratio): (Rgb, f64),
         &Scattering { place, before, medium, phase }: &Scattering,
-        at: (u64, u32),
+        at @ (_, share, _): (u64, f32, u32),
         stream: &mut Stream,
     ) {
-        let Some((source, sample)) = self.light(stream) else { return };
+        let Some((source, sample)) = self.light(share, stream) else { return };
         let light = &sample.light;
         let link = ContributionKernel::default().within(self.tracer.scene()).link(place, light);
         let density = |towards: Vec3| phase.density(before.dot(towards));
@@ -211,32 +218,33 @@ impl Tracing<'_> {
         }
         let mis = weight_of_light(&sample, place, density);
         let mis = mis * self.basic_of(light, ratio);
-        let given = unoccluded * self.passing(place, light, Some(medium), at, mis, stream);
+        let given = unoccluded * self.passing(found, (place, Some(medium)), light, at, mis, stream);
         let light = self.emitters.light_of(source);
-        self.found(radiance, light, given);
+        found.add(self.groups, light, given);
     }
 
     /// Transmittance by channel from a light to a point, times `mis`. `medium` is the medium on the
     /// side of the point that faces the light.
     fn passing(
         &mut self,
-        place: Vec3,
+        found: &mut Found,
+        (place, medium): (Vec3, Option<MediumId>),
         light: &Vpl,
-        medium: Option<MediumId>,
-        (key, depth): (u64, u32),
+        (key, share, depth): (u64, f32, u32),
         mis: f32,
         stream: &mut Stream,
     ) -> Rgb {
-        let free = self.visible(light.apex(), place);
+        found.rays += 1;
+        let free = self.visible(light.apex(), place, share);
         let mut passing = Rgb::BLACK;
         if free > 0.0 {
             let (left, rays) =
-                along_segment(self.tracer, (place, medium), light.apex(), (key, self.share), stream);
-            self.rays += rays;
+                along_segment(self.tracer, (place, medium), light.apex(), (key, share), stream);
+            found.rays += rays;
             passing = left * (mis * free);
         }
         let begun = Leg { ray: Ray::new(place, -light.direction), medium };
-        let beside = self.through_panes(free, begun, light, (key, depth), stream);
+        let beside = self.through_panes(free, begun, light, (key, share, depth), stream, &mut found.rays);
         if beside.is_black() { passing } else { passing + beside * mis }
     }
 }

@@ -6,9 +6,9 @@
 //! or over specular surfaces, end at their edges. Paths of the surrounding cells therefore count
 //! without the light of these lamps.
 
+use super::path::{Found, Start};
 use super::stopping::PathStop;
-use super::{Draws, PathTracer, PathView};
-use crate::color::Rgb;
+use super::{PathTracer, PathView};
 use crate::guidance::{Grid, cell_of, key_of, pixels_of};
 use crate::integrator::Setting;
 use crate::rng::{self, Purpose, Stream};
@@ -112,23 +112,26 @@ impl PathTracer<'_> {
         let mut whole = vec![Moments::default(); parts.len()];
         let mut scattered = whole.clone();
         let mut gathered = Moments::default();
+        let mut rays = 0;
         let mut tracing = self.tracing(setting);
+        let moves = tracing.moves;
         let mut of_pixels = Stream::new(key, Purpose::Guidance, 0);
-        for path in 0..PATHS {
+        let starts = (0..PATHS).map(|path| {
             let pixel = setting.view.random_pixel(&window, &mut of_pixels);
-            let of_path = rng::key(key, Purpose::Guidance, 1 + path);
-            let mut draws = Draws::new(of_path, Purpose::Guidance, 0);
-            (tracing.gathers, tracing.seen) = (false, Rgb::BLACK);
-            let radiance = tracing.through(setting, pixel, of_path, &mut draws);
-            if tracing.gathers {
+            Start::random(&setting.view, pixel, rng::key(key, Purpose::Guidance, 1 + path), moves)
+        });
+        tracing.follow(starts, |found| {
+            let Found { radiance, seen, .. } = *found;
+            if found.gathers {
                 gathered.push(radiance.luminance().into());
             }
             for (part, (whole, scattered)) in parts.iter().zip(whole.iter_mut().zip(&mut scattered)) {
                 whole.push(part.of(radiance));
-                scattered.push(part.of(radiance - tracing.seen));
+                scattered.push(part.of(radiance - seen));
             }
-        }
-        OfCell { whole, scattered, gathered, rays: tracing.rays }
+            rays += found.rays;
+        });
+        OfCell { whole, scattered, gathered, rays }
     }
 }
 
@@ -139,6 +142,7 @@ mod tests {
     use super::*;
     use crate::accel::Tracer;
     use crate::bsdf::HenyeyGreenstein;
+    use crate::color::Rgb;
     use crate::error::Location;
     use crate::gather::{GatherOptions, View};
     use crate::math::Vec3;

@@ -4,11 +4,13 @@
 //! the pixel. After the camera ray, each path has its own stream of random numbers. The features of
 //! first surfaces are means over the first few samples.
 
-use super::{OF_FEATURES, PathTracer, Tracing};
+use super::path::Start;
+use super::{OF_FEATURES, PathTracer};
 use crate::film::Window;
-use crate::gather::View;
+use crate::gather::{FeatureSums, View};
 use crate::integrator::{PathSampler, PathSamples, Setting};
 use crate::rng::{self, Purpose, Stream};
+use crate::stats::Moments;
 
 /// Paths from which the brightness of a view is estimated.
 const OF_BRIGHTNESS: u64 = 4096;
@@ -29,42 +31,26 @@ impl PathTracer<'_> {
     pub fn importance_brightness(&self, setting: &Setting<'_>) -> f64 {
         let View { size, seed, .. } = setting.view;
         let mut stream = Stream::new(seed, Purpose::Guidance, 0);
-        let of_view = PathTracerSampler { method: self, setting: *setting };
         let mut tracing = self.tracing(setting);
-        let mut of_one = |number: u64| {
+        let moves = tracing.moves;
+        let starts = (0..OF_BRIGHTNESS).map(|number| {
             let pixel = setting.view.random_pixel(&Window::full(size), &mut stream);
-            let seed = rng::key(seed, Purpose::Guidance, 1 + number);
-            of_view.pixel(&mut tracing, pixel, seed, 1).luminance.mean()
-        };
-        (0..OF_BRIGHTNESS).map(&mut of_one).sum::<f64>() / OF_BRIGHTNESS as f64
+            let key = rng::key(seed, Purpose::Guidance, 1 + number);
+            Start::random(&setting.view, pixel, key, moves)
+        });
+        let mut luminance = Moments::default();
+        tracing.follow(starts, |found| luminance.push(found.radiance.luminance().into()));
+        luminance.mean()
     }
 }
 
-impl PathTracerSampler<'_> {
-    fn pixel(&self, tracing: &mut Tracing<'_>, pixel: [u32; 2], seed: u64, count: u32) -> PathSamples {
-        if count == 0 {
-            return PathSamples::default();
-        }
-        let Setting { tracer, view } = &self.setting;
-        let number = u64::from(pixel[1]) << 32 | u64::from(pixel[0]);
-        let key = rng::key(seed, Purpose::Picture, number);
-        let of_samples = rng::key(key, Purpose::Gather, 0);
-        let few = count.min(OF_FEATURES);
-        let features = view.features(tracer, pixel, few, of_samples);
-        let mut found = PathSamples { features, ..PathSamples::default() };
-        let view = View { seed: of_samples, ..*view };
-        tracing.rays = 0;
-        for index in 0..count {
-            let mut stream = Stream::new(key, Purpose::Picture, index.into());
-            let (beginning, of_rays) = view.beginning(pixel, index);
-            tracing.share = if tracing.moves { view.time(pixel, index) } else { 0.0 };
-            let value = tracing.seen(beginning, of_rays, &mut stream);
-            found.sum.add(value);
-            found.luminance.push(value.luminance().into());
-        }
-        found.rays = tracing.rays + u64::from(few);
-        found
-    }
+/// Random numbers of the paths of one pixel.
+struct OfPixel {
+    pixel: [u32; 2],
+    count: u32,
+    key: u64,
+    /// Seed of the camera samples.
+    of_samples: u64,
 }
 
 impl PathSampler for PathTracerSampler<'_> {
@@ -73,8 +59,45 @@ impl PathSampler for PathTracerSampler<'_> {
     }
 
     fn tile(&self, tile: &Window, seed: u64, count: &dyn Fn([u32; 2]) -> u32) -> Vec<PathSamples> {
+        let Setting { tracer, view } = &self.setting;
         let mut tracing = self.method.tracing(&self.setting);
-        tile.pixels().map(|(x, y)| self.pixel(&mut tracing, [x, y], seed, count([x, y]))).collect()
+        let moves = tracing.moves;
+        let of_pixel = |(x, y): (u32, u32)| {
+            let number = u64::from(y) << 32 | u64::from(x);
+            let key = rng::key(seed, Purpose::Picture, number);
+            let of_samples = rng::key(key, Purpose::Gather, 0);
+            OfPixel { pixel: [x, y], count: count([x, y]), key, of_samples }
+        };
+        let pixels: Vec<_> = tile.pixels().map(of_pixel).collect();
+        let starts = pixels.iter().flat_map(|&OfPixel { pixel, count, key, of_samples }| {
+            let view = View { seed: of_samples, ..*view };
+            (0..count).map(move |index| Start::even(&view, pixel, index, key, moves))
+        });
+        let has_media = tracing.has_media;
+        let of_features = |count: u32| FeatureSums::new(count.min(OF_FEATURES));
+        let mut samples: Vec<_> =
+            pixels.iter().map(|p| (PathSamples::default(), of_features(p.count))).collect();
+        let mut of_paths = pixels.iter().zip(0..).flat_map(|(p, number)| (0..p.count).map(move |_| number));
+        tracing.follow(starts, |found| {
+            let number: usize = of_paths.next().expect("a path of a pixel");
+            let (of_pixel, features) = &mut samples[number];
+            of_pixel.sum.add(found.radiance);
+            of_pixel.luminance.push(found.radiance.luminance().into());
+            of_pixel.rays += found.rays;
+            if features.missing() > 0 {
+                features.add(found.first.as_ref(), found.albedo);
+            }
+        });
+        let finish = |((mut of_pixel, features), pixel): ((PathSamples, FeatureSums), &OfPixel)| {
+            of_pixel.features = features.mean();
+            let few = pixel.count.min(OF_FEATURES);
+            if has_media && few > 0 {
+                of_pixel.features = view.features(tracer, pixel.pixel, few, pixel.of_samples);
+                of_pixel.rays += u64::from(few);
+            }
+            of_pixel
+        };
+        samples.into_iter().zip(&pixels).map(finish).collect()
     }
 }
 
@@ -87,7 +110,6 @@ mod tests {
     use crate::gather::GatherOptions;
     use crate::integrator::{Integrator, PathStop};
     use crate::scene::builtin;
-    use crate::stats::Moments;
 
     const SIZE: [u32; 2] = [16, 12];
 

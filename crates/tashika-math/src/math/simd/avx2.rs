@@ -8,7 +8,6 @@
 
 use std::arch::x86_64::*;
 
-use super::CACHE_LINE;
 use super::level::token;
 use super::pair::Pair;
 use super::real::{MANTISSA, ONE, ROOT_HALF, Real, Vector, Vectors, operators, slices};
@@ -153,14 +152,5 @@ impl Vector for Avx2 {
         let own = instruction!(_mm256_and_si256(all, places));
         let equal = instruction!(_mm256_cmpeq_epi32(own, places));
         instruction!(_mm256_castsi256_ps(equal))
-    }
-
-    #[inline(always)]
-    fn prefetch<T>(what: &T) {
-        let begin = std::ptr::from_ref(what).cast::<i8>();
-        for line in 0..size_of::<T>().div_ceil(CACHE_LINE) {
-            // A prefetch changes nothing, wherever it points.
-            instruction!(_mm_prefetch::<_MM_HINT_T0>(begin.wrapping_add(line * CACHE_LINE)));
-        }
     }
 }

@@ -11,7 +11,6 @@
 
 use std::arch::x86_64::*;
 
-use super::CACHE_LINE;
 use super::level::token;
 use super::real::{MANTISSA, ONE, ROOT_HALF, Real, Vector, Vectors, operators, slices};
 
@@ -162,15 +161,6 @@ macro_rules! register {
             #[inline(always)]
             fn mask(bits: u32) -> $mask {
                 bits as $mask
-            }
-
-            #[inline(always)]
-            fn prefetch<T>(what: &T) {
-                let begin = std::ptr::from_ref(what).cast::<i8>();
-                for line in 0..size_of::<T>().div_ceil(CACHE_LINE) {
-                    // A prefetch changes nothing, wherever it points.
-                    instruction!(_mm_prefetch::<_MM_HINT_T0>(begin.wrapping_add(line * CACHE_LINE)));
-                }
             }
         }
     };

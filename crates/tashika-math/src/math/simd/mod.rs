@@ -19,12 +19,14 @@ mod neon;
 #[cfg_attr(not(any(target_arch = "x86_64", target_arch = "aarch64")), expect(dead_code))]
 mod pair;
 mod portable;
+mod prefetch;
 mod real;
 #[cfg(test)]
 mod tests;
 
 pub use level::{Level, Work};
 pub use portable::Portable;
+pub use prefetch::prefetch;
 pub use real::{F32x8, F32x16, Real, Vector, Vectors};
 
 /// Number of boxes of a node, and of triangles of a leaf.
@@ -32,10 +34,6 @@ pub const WIDTH: usize = 8;
 
 /// Largest number of lanes of a vector.
 pub const MOST_LANES: usize = 16;
-
-/// Size of a line of the processor's cache (bytes).
-#[cfg(target_arch = "x86_64")]
-const CACHE_LINE: usize = 64;
 
 /// Array of the values of an expression for 0, 1 and 2. A macro, since a closure may become a
 /// separate function, which is not compiled for the instruction set of its caller.

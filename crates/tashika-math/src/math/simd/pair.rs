@@ -109,9 +109,4 @@ impl<F: F32x8> Vector for Pair<F> {
     fn mask(bits: u32) -> Self::Mask {
         (F::mask(bits & 0xff), F::mask(bits >> 8))
     }
-
-    #[inline(always)]
-    fn prefetch<T>(what: &T) {
-        F::prefetch(what);
-    }
 }

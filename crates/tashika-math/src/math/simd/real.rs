@@ -58,9 +58,6 @@ pub trait Vector: Real {
     fn bits(mask: Self::Mask) -> u32;
     /// Mask of the lanes whose bits are set.
     fn mask(bits: u32) -> Self::Mask;
-    /// Hints that a value will be read soon.
-    #[inline(always)]
-    fn prefetch<T>(_: &T) {}
 }
 
 /// Vectors of eight numbers of single precision.

@@ -201,6 +201,7 @@ pub(super) const UNSAFE: &[(&str, &str)] = &[
     ("crates/tashika-math/src/math/simd/avx512.rs", "vector instructions"),
     ("crates/tashika-math/src/math/simd/level.rs", "the call of what is compiled for an instruction set"),
     ("crates/tashika-math/src/math/simd/neon.rs", "vector instructions"),
+    ("crates/tashika-math/src/math/simd/prefetch.rs", "an instruction without a safe function"),
     ("crates/tashika-bench/src/embree.rs", "a C library, loaded at run time"),
     ("crates/tashika-oidn/src/library.rs", "a C library, loaded at run time"),
     ("crates/tashika-oidn/src/lib.rs", "the call that loads it"),

@@ -1,0 +1,143 @@
+//! Following paths: those of scenes with media one by one, all others in streams.
+
+use super::PathTracer;
+use super::path::{Found, Start};
+use super::stream::Stream;
+use crate::accel::{Apex, Glass, SegmentBatch, Tracer};
+use crate::color::Rgb;
+use crate::gather::{Beginning, GatherPoint, through_panes};
+use crate::integrator::Setting;
+use crate::math::{Ray, Vec3};
+use crate::media::Leg;
+use crate::rng;
+use crate::scene::{Camera, LightGroups, MediumId};
+use crate::vpl::{EmitterSampler, LightSample, Vpl, VplKind};
+
+/// Scene, camera and emitters of paths, and memory that they share.
+pub(super) struct Tracing<'a> {
+    pub tracer: &'a Tracer,
+    pub camera: &'a Camera,
+    pub emitters: &'a EmitterSampler<'a>,
+    pub max_depth: u32,
+    /// Groups of lights by which radiance is also summed, if requested.
+    pub groups: Option<&'a LightGroups>,
+    /// True if the scene or the camera depends on time.
+    pub moves: bool,
+    /// Medium around the camera, if any.
+    medium: Option<MediumId>,
+    /// True if paths may scatter between surfaces.
+    pub has_media: bool,
+    batch: SegmentBatch,
+    visibility: Vec<f32>,
+}
+
+impl PathTracer<'_> {
+    pub(super) fn tracing<'a>(&'a self, setting: &Setting<'a>) -> Tracing<'a> {
+        let camera = setting.view.camera;
+        let Camera { medium, ref motion, .. } = *camera;
+        let scene = setting.tracer.scene();
+        Tracing {
+            tracer: setting.tracer,
+            camera,
+            emitters: &self.emitters,
+            max_depth: self.max_depth,
+            groups: self.groups,
+            moves: scene.moves() || motion.is_some(),
+            medium,
+            has_media: scene.has_media() || medium.is_some(),
+            batch: SegmentBatch::new(Glass::SolidStops),
+            visibility: Vec::new(),
+        }
+    }
+}
+
+impl Tracing<'_> {
+    /// Follows paths. Calls `of_path` with the light that each path found, in the order of the
+    /// paths.
+    pub fn follow(&mut self, starts: impl IntoIterator<Item = Start>, mut of_path: impl FnMut(&Found)) {
+        let mut starts = starts.into_iter();
+        if self.has_media {
+            let mut found = Found::default();
+            for mut start in starts {
+                found.clear(self.groups);
+                if let Some((ray, on_sensor)) = self.first_leg(start.beginning) {
+                    self.follow_in_media(ray, on_sensor, &mut start, &mut found);
+                }
+                of_path(&found);
+            }
+            return;
+        }
+        let mut stream = Stream::default();
+        while stream.fill(self, &mut starts) {
+            stream.follow(self);
+            stream.found().for_each(&mut of_path);
+        }
+    }
+
+    /// Returns the first ray of a path, or, on a sensor, any ray from the gather point at which the
+    /// path begins. `None` where the film shows nothing.
+    pub fn first_leg(&self, beginning: Beginning) -> Option<(Ray, Option<GatherPoint>)> {
+        match beginning {
+            Beginning::Nothing => None,
+            Beginning::Ray(ray) => Some((ray, None)),
+            Beginning::Sensor(sensor) => {
+                let away = Ray::new(sensor.position, sensor.normal);
+                Some((away, Some(GatherPoint::on_sensor(&sensor, self.medium))))
+            }
+        }
+    }
+
+    /// Medium around the camera, if any.
+    pub fn medium(&self) -> Option<MediumId> {
+        self.medium
+    }
+
+    /// Draws a light from the emitters at the time of the path. Returns the index of its source as
+    /// well.
+    #[inline]
+    pub fn light(&self, share: f32, stream: &mut rng::Stream) -> Option<(usize, LightSample)> {
+        self.emitters.sample_at(share, stream.uniform_f64(), stream.uniform_2())
+    }
+
+    /// Returns basic radiance over radiance of a sampled light: 1 except for light from infinitely
+    /// far away.
+    ///
+    /// * `ratio`: product of `SpecularPoint::squared_ratio` over the boundaries of glass that the
+    ///   path has crossed.
+    #[inline]
+    pub fn basic_of(&self, light: &Vpl, ratio: f64) -> f32 {
+        if light.kind == VplKind::Directional { self.camera.basic_of_infinity(ratio) } else { 1.0 }
+    }
+
+    /// Visibility of a light from a point.
+    pub fn visible(&mut self, apex: Apex, target: Vec3, share: f32) -> f32 {
+        self.batch.clear();
+        self.batch.push_fan(apex, [target]);
+        self.tracer.visibility_at(&self.batch, share, &mut self.visibility);
+        self.visibility[0]
+    }
+
+    /// Transmittance by channel from a light through panes, in addition to the straight visibility
+    /// `free`; black unless the light is infinitely far away.
+    ///
+    /// * `begun`: ray from the point to the light.
+    /// * `key`, `share`: key for the decisions of rays at partly opaque surfaces, and time.
+    /// * `depth`: number of surfaces that the path has met before the point.
+    /// * `rays`: increased by the number of rays traced.
+    #[inline]
+    pub fn through_panes(
+        &self,
+        free: f32,
+        begun: Leg,
+        light: &Vpl,
+        (key, share, depth): (u64, f32, u32),
+        stream: &mut rng::Stream,
+        rays: &mut u64,
+    ) -> Rgb {
+        if free >= 1.0 || light.kind != VplKind::Directional || !self.tracer.scene().refracts() {
+            return Rgb::BLACK;
+        }
+        let most = self.max_depth.saturating_sub(depth);
+        through_panes(self.tracer, begun, (key, share), most, stream, rays).unwrap_or(Rgb::BLACK)
+    }
+}
