@@ -108,24 +108,16 @@ impl Tracing<'_> {
                     continue;
                 }
                 let Some(hit) = hit else {
-                    if let Some(e) = scene.environment() {
-                        let d = path.leg.ray.direction.normalize();
-                        let mis =
-                            path.drawn.map_or(1.0, |drawn| drawn.weight_of_environment(self.emitters, d));
-                        let basic = e.radiance(d) * self.camera.basic_of_infinity(path.ratio);
-                        found.add(self.groups, LightId::Environment, path.weight * basic * mis);
-                    }
+                    let given =
+                        self.from_environment(&path.leg.ray, path.drawn.as_ref(), path.weight, path.ratio);
+                    found.add(self.groups, LightId::Environment, given);
                     break;
                 };
                 let surface = scene.surface_point_at(share, hit.instance, hit.triangle, hit.barycentric);
                 let outgoing = -path.leg.ray.direction;
-                let emitted = self.tracer.emitted(&surface, outgoing);
-                if !emitted.is_black() {
-                    let mis = path.drawn.map_or(1.0, |drawn| {
-                        drawn.weight_of_hit(self.emitters, share, &surface, &hit, outgoing)
-                    });
-                    found.add(self.groups, LightId::Instance(hit.instance), path.weight * emitted * mis);
-                }
+                let at = (&surface, &hit, share);
+                let given = self.from_surface(at, outgoing, path.drawn.as_ref(), path.weight);
+                found.add(self.groups, LightId::Instance(hit.instance), given);
                 if scene.is_boundary(&surface) {
                     path.leg = path.leg.beyond(scene, &surface);
                     passed += 1;

@@ -81,6 +81,9 @@ impl Found {
     /// Adds the contribution of a light.
     #[inline]
     pub fn add(&mut self, groups: Option<&LightGroups>, light: LightId, given: Rgb) {
+        if given.is_black() {
+            return;
+        }
         self.radiance += given;
         if !self.gathers {
             self.seen += given;

@@ -6,9 +6,10 @@
 //!   └───────────────── paths that go on (Russian roulette) ◄───────────────────────┘
 //! ```
 //!
-//! A stage does one thing for all paths of a stream: its code and its part of the scene stay in the
-//! caches of the core, and the processor waits for the memory of several paths at once (Áfra et al.
-//! 2016; Lee et al. 2017). A stream has few enough paths to stay in these caches itself.
+//! A stage does one thing for all paths of a stream, and first reads ahead for all of them:
+//! triangles and their corners, the environment, the tables of its draws. The processor then waits
+//! for many reads at once, where a single path would wait for each of its own (Áfra et al. 2016;
+//! Lee et al. 2017). A stream is small enough to stay in the caches of a core.
 //!
 //! Each path has its own random numbers and its own sum, so that its radiance does not depend on
 //! the stream in which it is followed.
@@ -154,7 +155,7 @@ impl Stream {
     /// Adds the light of emitters that the rays met, and draws a part of each surface: specular
     /// parts send their path on, others gather light.
     fn surfaces(&mut self, tracing: &Tracing<'_>, depth: u32) {
-        let (tracer, scene) = (tracing.tracer, tracing.tracer.scene());
+        let scene = tracing.tracer.scene();
         let environment = scene.environment();
         for hit in self.hits.iter().flatten() {
             scene.read_triangle_ahead(hit.instance, hit.triangle);
@@ -171,24 +172,15 @@ impl Stream {
             let path = &mut self.paths[number as usize];
             let found = &mut self.found[number as usize];
             let Some(hit) = hit else {
-                if let Some(e) = environment {
-                    let d = path.ray.direction.normalize();
-                    let mis =
-                        path.drawn.map_or(1.0, |drawn| drawn.weight_of_environment(tracing.emitters, d));
-                    let basic = e.radiance(d) * tracing.camera.basic_of_infinity(path.ratio);
-                    found.add(tracing.groups, LightId::Environment, path.weight * basic * mis);
-                }
+                let given = tracing.from_environment(&path.ray, path.drawn.as_ref(), path.weight, path.ratio);
+                found.add(tracing.groups, LightId::Environment, given);
                 continue;
             };
             let surface = scene.surface_point_at(path.share, hit.instance, hit.triangle, hit.barycentric);
             let outgoing = -path.ray.direction;
-            let emitted = tracer.emitted(&surface, outgoing);
-            if !emitted.is_black() {
-                let mis = path.drawn.map_or(1.0, |drawn| {
-                    drawn.weight_of_hit(tracing.emitters, path.share, &surface, hit, outgoing)
-                });
-                found.add(tracing.groups, LightId::Instance(hit.instance), path.weight * emitted * mis);
-            }
+            let at = (&surface, hit, path.share);
+            let given = tracing.from_surface(at, outgoing, path.drawn.as_ref(), path.weight);
+            found.add(tracing.groups, LightId::Instance(hit.instance), given);
             if depth == 0 {
                 let (_, normal) = surface.normals_seen_from(outgoing);
                 found.first = Some(FirstSurface { distance: hit.t, normal });

@@ -1,16 +1,16 @@
 //! Following paths: those of scenes with media one by one, all others in streams.
 
 use super::PathTracer;
-use super::path::{Found, Start};
+use super::path::{DrawnDirection, Found, Start};
 use super::stream::Stream;
-use crate::accel::{Apex, Glass, SegmentBatch, Tracer};
+use crate::accel::{Apex, Glass, Hit, SegmentBatch, Tracer};
 use crate::color::Rgb;
 use crate::gather::{Beginning, GatherPoint, through_panes};
 use crate::integrator::Setting;
 use crate::math::{Ray, Vec3};
 use crate::media::Leg;
 use crate::rng;
-use crate::scene::{Camera, LightGroups, MediumId};
+use crate::scene::{Camera, LightGroups, MediumId, SurfacePoint};
 use crate::vpl::{EmitterSampler, LightSample, Vpl, VplKind};
 
 /// Scene, camera and emitters of paths, and memory that they share.
@@ -90,6 +90,45 @@ impl Tracing<'_> {
     /// Medium around the camera, if any.
     pub fn medium(&self) -> Option<MediumId> {
         self.medium
+    }
+
+    /// Light of the environment along a ray that leaves the scene, with the MIS weight of its
+    /// direction; black without an environment.
+    ///
+    /// * `weight`, `ratio`: throughput for basic radiance, and product of
+    ///   `SpecularPoint::squared_ratio` over the boundaries of glass that the path has crossed.
+    #[inline]
+    pub fn from_environment(
+        &self,
+        ray: &Ray,
+        drawn: Option<&DrawnDirection>,
+        weight: Rgb,
+        ratio: f64,
+    ) -> Rgb {
+        let Some(e) = self.tracer.scene().environment() else { return Rgb::BLACK };
+        let d = ray.direction.normalize();
+        let mis = drawn.map_or(1.0, |drawn| drawn.weight_of_environment(self.emitters, d));
+        weight * (e.radiance(d) * self.camera.basic_of_infinity(ratio)) * mis
+    }
+
+    /// Light that a surface emits towards a path, with the MIS weight of its direction.
+    ///
+    /// * `weight`: throughput for basic radiance.
+    #[inline]
+    pub fn from_surface(
+        &self,
+        (surface, hit, share): (&SurfacePoint, &Hit, f32),
+        outgoing: Vec3,
+        drawn: Option<&DrawnDirection>,
+        weight: Rgb,
+    ) -> Rgb {
+        let emitted = self.tracer.emitted(surface, outgoing);
+        if emitted.is_black() {
+            return Rgb::BLACK;
+        }
+        let of_drawn =
+            |drawn: &DrawnDirection| drawn.weight_of_hit(self.emitters, share, surface, hit, outgoing);
+        weight * emitted * drawn.map_or(1.0, of_drawn)
     }
 
     /// Draws a light from the emitters at the time of the path. Returns the index of its source as
