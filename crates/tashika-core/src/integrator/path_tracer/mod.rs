@@ -11,15 +11,14 @@
 //! Each path has one time within the shutter interval: the camera, moving instances and drawn
 //! lights are placed as of that time.
 //!
-//! In a scene with [media](crate::scene::Medium), paths also scatter between surfaces (module
-//! `in_media`). In scenes without media, paths are followed in streams (module `stream`).
+//! In a scene with [media](crate::scene::Medium), paths also scatter between surfaces. Paths are
+//! followed in streams (module `stream`).
 //!
 //! The estimate is the mean of independent paths. Its standard error is that of this mean.
 //!
 //! A [`PathStop`] decides when a pixel has enough paths.
 
 mod groups;
-mod in_media;
 mod nearby;
 mod path;
 mod pixel;

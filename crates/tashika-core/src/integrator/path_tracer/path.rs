@@ -2,18 +2,19 @@
 
 use crate::accel::Hit;
 use crate::color::Rgb;
-use crate::gather::{Beginning, FirstSurface, Passage, View};
+use crate::gather::{Beginning, FirstSurface, GatherPoint, Passage, View};
 use crate::math::{Ray, Vec3};
+use crate::media::{Leg, MAX_SURVIVAL_IN_MEDIUM, MOST_PASSED};
 use crate::rng::{Purpose, Stream};
-use crate::scene::{LightGroups, LightId, SurfacePoint};
+use crate::scene::{Camera, LightGroups, LightId, SurfacePoint};
 use crate::vpl::{EmitterSampler, LightSample, VplKind};
 use crate::warp::balance;
 
 /// Surfaces after which a path may end by Russian roulette.
-pub(super) const CERTAIN_DEPTH: u32 = 3;
+const CERTAIN_DEPTH: u32 = 3;
 /// Highest survival probability at surfaces. Without this limit, paths in a closed white room would
 /// never end.
-pub(super) const MAX_SURVIVAL: f32 = 0.98;
+const MAX_SURVIVAL: f32 = 0.98;
 
 /// Beginning of a path.
 #[derive(Clone, Debug)]
@@ -47,6 +48,89 @@ impl Start {
         let (beginning, key) = view.beginning(pixel, index);
         let share = if moves { view.time(pixel, index) } else { 0.0 };
         Self { beginning, key, share, stream: Stream::new(seed, Purpose::Picture, index.into()) }
+    }
+}
+
+/// A path between two surfaces or scatterings.
+pub(super) struct Path {
+    pub leg: Leg,
+    key: u64,
+    /// Time, as a share of the time that the shutter is open.
+    pub share: f32,
+    pub stream: Stream,
+    /// Throughput, for basic radiance.
+    pub weight: Rgb,
+    /// Product of `SpecularPoint::squared_ratio` over the boundaries of glass that the path has
+    /// crossed.
+    pub ratio: f64,
+    /// Last drawn direction; `None` at first.
+    pub drawn: Option<DrawnDirection>,
+    /// Number of surfaces that the path has met.
+    pub depth: u32,
+    /// Number of scatterings, at surfaces and in media.
+    scattered: u32,
+    /// Number of boundaries passed since the last scattering.
+    passed: u32,
+}
+
+impl Path {
+    /// A path at its beginning.
+    pub fn new(camera: &Camera, ray: Ray, key: u64, share: f32, stream: Stream) -> Self {
+        Self {
+            leg: Leg { ray, medium: camera.medium },
+            key,
+            share,
+            stream,
+            weight: Rgb::gray(camera.squared_index()),
+            ratio: 1.0,
+            drawn: None,
+            depth: 0,
+            scattered: 0,
+            passed: 0,
+        }
+    }
+
+    /// Key of the decisions at partly opaque surfaces. It is the same along a straight line, and so
+    /// are the holes in surfaces.
+    pub fn key(&self) -> u64 {
+        self.key.wrapping_add(self.scattered.into())
+    }
+
+    /// Counts a boundary of media. Returns true if the path goes on.
+    pub fn passes(&mut self) -> bool {
+        self.passed += 1;
+        self.passed <= MOST_PASSED && !self.weight.is_black()
+    }
+
+    /// Sends the path on from a gather point, in a direction of the given density (sr⁻¹).
+    pub fn turn(&mut self, point: &GatherPoint, direction: Vec3, density: f32) {
+        self.leg = Leg { ray: Ray::new(point.position, direction), medium: point.medium };
+        self.drawn = Some(DrawnDirection::new(&self.leg.ray, density));
+    }
+
+    /// Counts a surface, and applies Russian roulette. Returns true if the path goes on.
+    pub fn goes_on_from_surface(&mut self) -> bool {
+        self.depth += 1;
+        self.survives(self.depth, MAX_SURVIVAL)
+    }
+
+    /// Counts a scattering in a medium, and applies Russian roulette. Returns true if the path goes
+    /// on.
+    pub fn goes_on_from_medium(&mut self) -> bool {
+        self.survives(self.scattered.saturating_add(1), MAX_SURVIVAL_IN_MEDIUM)
+    }
+
+    fn survives(&mut self, met: u32, most: f32) -> bool {
+        self.scattered = self.scattered.saturating_add(1);
+        self.passed = 0;
+        if met > CERTAIN_DEPTH {
+            let survival = self.weight.max_channel().min(most);
+            if self.stream.uniform() >= survival {
+                return false;
+            }
+            self.weight = self.weight / survival;
+        }
+        !self.weight.is_black()
     }
 }
 

@@ -1,4 +1,4 @@
-//! Following paths: those of scenes with media one by one, all others in streams.
+//! Scene, camera and emitters of paths, and the light that paths meet.
 
 use super::PathTracer;
 use super::path::{DrawnDirection, Found, Start};
@@ -10,8 +10,8 @@ use crate::integrator::Setting;
 use crate::math::{Ray, Vec3};
 use crate::media::Leg;
 use crate::rng;
-use crate::scene::{Camera, LightGroups, MediumId, SurfacePoint};
-use crate::vpl::{EmitterSampler, LightSample, Vpl, VplKind};
+use crate::scene::{Camera, LightGroups, SurfacePoint};
+use crate::vpl::{EmitterSampler, Vpl, VplKind};
 
 /// Scene, camera and emitters of paths, and memory that they share.
 pub(super) struct Tracing<'a> {
@@ -23,8 +23,6 @@ pub(super) struct Tracing<'a> {
     pub groups: Option<&'a LightGroups>,
     /// True if the scene or the camera depends on time.
     pub moves: bool,
-    /// Medium around the camera, if any.
-    medium: Option<MediumId>,
     /// True if paths may scatter between surfaces.
     pub has_media: bool,
     batch: SegmentBatch,
@@ -34,7 +32,6 @@ pub(super) struct Tracing<'a> {
 impl PathTracer<'_> {
     pub(super) fn tracing<'a>(&'a self, setting: &Setting<'a>) -> Tracing<'a> {
         let camera = setting.view.camera;
-        let Camera { medium, ref motion, .. } = *camera;
         let scene = setting.tracer.scene();
         Tracing {
             tracer: setting.tracer,
@@ -42,9 +39,8 @@ impl PathTracer<'_> {
             emitters: &self.emitters,
             max_depth: self.max_depth,
             groups: self.groups,
-            moves: scene.moves() || motion.is_some(),
-            medium,
-            has_media: scene.has_media() || medium.is_some(),
+            moves: scene.moves() || camera.motion.is_some(),
+            has_media: scene.has_media() || camera.medium.is_some(),
             batch: SegmentBatch::new(Glass::SolidStops),
             visibility: Vec::new(),
         }
@@ -56,17 +52,6 @@ impl Tracing<'_> {
     /// paths.
     pub fn follow(&mut self, starts: impl IntoIterator<Item = Start>, mut of_path: impl FnMut(&Found)) {
         let mut starts = starts.into_iter();
-        if self.has_media {
-            let mut found = Found::default();
-            for mut start in starts {
-                found.clear(self.groups);
-                if let Some((ray, on_sensor)) = self.first_leg(start.beginning) {
-                    self.follow_in_media(ray, on_sensor, &mut start, &mut found);
-                }
-                of_path(&found);
-            }
-            return;
-        }
         let mut stream = Stream::default();
         while stream.fill(self, &mut starts) {
             stream.follow(self);
@@ -82,14 +67,9 @@ impl Tracing<'_> {
             Beginning::Ray(ray) => Some((ray, None)),
             Beginning::Sensor(sensor) => {
                 let away = Ray::new(sensor.position, sensor.normal);
-                Some((away, Some(GatherPoint::on_sensor(&sensor, self.medium))))
+                Some((away, Some(GatherPoint::on_sensor(&sensor, self.camera.medium))))
             }
         }
-    }
-
-    /// Medium around the camera, if any.
-    pub fn medium(&self) -> Option<MediumId> {
-        self.medium
     }
 
     /// Light of the environment along a ray that leaves the scene, with the MIS weight of its
@@ -98,7 +78,7 @@ impl Tracing<'_> {
     /// * `weight`, `ratio`: throughput for basic radiance, and product of
     ///   `SpecularPoint::squared_ratio` over the boundaries of glass that the path has crossed.
     #[inline]
-    pub fn from_environment(
+    pub fn light_of_environment(
         &self,
         ray: &Ray,
         drawn: Option<&DrawnDirection>,
@@ -115,7 +95,7 @@ impl Tracing<'_> {
     ///
     /// * `weight`: throughput for basic radiance.
     #[inline]
-    pub fn from_surface(
+    pub fn light_of_surface(
         &self,
         (surface, hit, share): (&SurfacePoint, &Hit, f32),
         outgoing: Vec3,
@@ -129,13 +109,6 @@ impl Tracing<'_> {
         let of_drawn =
             |drawn: &DrawnDirection| drawn.weight_of_hit(self.emitters, share, surface, hit, outgoing);
         weight * emitted * drawn.map_or(1.0, of_drawn)
-    }
-
-    /// Draws a light from the emitters at the time of the path. Returns the index of its source as
-    /// well.
-    #[inline]
-    pub fn light(&self, share: f32, stream: &mut rng::Stream) -> Option<(usize, LightSample)> {
-        self.emitters.sample_at(share, stream.uniform_f64(), stream.uniform_2())
     }
 
     /// Returns basic radiance over radiance of a sampled light: 1 except for light from infinitely
