@@ -18,7 +18,8 @@
 //! in proportion to their variances. Pixels are multiplied by `1 + D / Σ R`, interpolated between
 //! the centres of the smallest squares.
 //!
-//! Exact pixels and pixels that are not finite are ignored and stay unchanged.
+//! Exact pixels and pixels that are not finite are ignored and stay unchanged. A black pixel is not
+//! exact: its paths may have missed the light that similar pixels found.
 
 use crate::color::Rgb;
 
@@ -31,10 +32,11 @@ const FACTORS: [f32; 2] = [0.5, 2.0];
 
 /// Scales a reconstruction to the light of the estimates, row by row.
 ///
-/// * `variances`: variance of the luminance of each estimate; zero if exact.
+/// * `variances`: variance of the luminance of each estimate; zero if exact, or black.
 pub fn conserve(radiance: &mut [Rgb], estimates: &[Rgb], variances: &[f32], width: usize) {
     let counts = |p: usize| {
-        variances[p] > 0.0 && variances[p].is_finite() && estimates[p].is_finite() && radiance[p].is_finite()
+        let is_exact = variances[p] <= 0.0 && estimates[p] != Rgb::BLACK;
+        !is_exact && variances[p].is_finite() && estimates[p].is_finite() && radiance[p].is_finite()
     };
     let counted: Vec<usize> = (0..radiance.len()).filter(|p| counts(*p)).collect();
     let height = radiance.len() / width.max(1);

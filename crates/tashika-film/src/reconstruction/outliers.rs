@@ -13,6 +13,9 @@
 //! The variance of a pixel is replaced by the weighted median of the variances in the
 //! neighbourhood, because a pixel that missed a rare bright path underestimates its variance. It
 //! grows by no more than a factor of four.
+//!
+//! Where most pixels of the neighbourhood have found no light, quartiles know nothing. Pixels then
+//! keep their values, and have the weighted mean of the variances, the black ones among them.
 
 use rayon::prelude::*;
 
@@ -57,7 +60,8 @@ fn tamed(pixels: &Pixels, [x, y]: [usize; 2]) -> ClampedPixel {
     let (irradiance, variance) = (pixels.irradiance[p], pixels.variance[p]);
     let luminance = irradiance.luminance();
     let unchanged = ClampedPixel { irradiance, luminance, variance, excess: Rgb::BLACK };
-    if variance <= 0.0 {
+    // A black pixel is exact only if its neighbours are.
+    if variance <= 0.0 && luminance != 0.0 {
         return unchanged;
     }
     let mut values = [(0.0, 0.0); NEIGHBOURS];
@@ -82,6 +86,10 @@ fn tamed(pixels: &Pixels, [x, y]: [usize; 2]) -> ClampedPixel {
         return unchanged;
     }
     let [low, middle, high] = quantiles(&mut values[..count], total, [0.25, 0.5, 0.75]);
+    if middle == 0.0 {
+        let sum: f32 = variances[..count].iter().map(|(variance, weight)| variance * weight).sum();
+        return ClampedPixel { variance: sum / total, ..unchanged };
+    }
     let slack = SLACK * middle.abs();
     let error = ERRORS * variance.sqrt();
     let most = (high + RANGES * (high - middle) + slack).max(luminance - error);

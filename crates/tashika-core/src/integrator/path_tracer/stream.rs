@@ -47,7 +47,7 @@ use super::tracing::Tracing;
 use crate::accel::{Glass, Hit, SegmentBatch};
 use crate::color::Rgb;
 use crate::contribution::ContributionKernel;
-use crate::gather::{FirstSurface, GatherPoint, Scatter};
+use crate::gather::{Beginning, FirstSurface, GatherPoint, Scatter};
 use crate::math::{Ray, Vec3};
 use crate::media::{Leg, along_segment};
 use crate::scene::{Environment, LightId};
@@ -111,15 +111,15 @@ impl Stream {
         self.with_ray.clear();
         self.points.clear();
         for (number, Start { beginning, key, share, stream }) in (0..PATHS as u32).zip(starts) {
-            let ray = match tracing.first_leg(beginning) {
-                None => Ray::new(Vec3::ZERO, Vec3::Z),
-                Some((ray, None)) => {
+            let ray = match beginning {
+                Beginning::Nothing => Ray::new(Vec3::ZERO, Vec3::Z),
+                Beginning::Ray(ray) => {
                     self.with_ray.push(number);
                     ray
                 }
-                Some((ray, Some(point))) => {
-                    self.points.push((number, point));
-                    ray
+                Beginning::Sensor(sensor) => {
+                    self.points.push((number, GatherPoint::on_sensor(&sensor, tracing.camera.medium)));
+                    Ray::new(sensor.position, sensor.normal)
                 }
             };
             self.paths.push(Path::new(tracing.camera, ray, key, share, stream));

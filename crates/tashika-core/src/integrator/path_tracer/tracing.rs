@@ -5,7 +5,7 @@ use super::path::{DrawnDirection, Found, Start};
 use super::stream::Stream;
 use crate::accel::{Apex, Glass, Hit, SegmentBatch, Tracer};
 use crate::color::Rgb;
-use crate::gather::{Beginning, GatherPoint, through_panes};
+use crate::gather::through_panes;
 use crate::integrator::Setting;
 use crate::math::{Ray, Vec3};
 use crate::media::Leg;
@@ -56,19 +56,6 @@ impl Tracing<'_> {
         while stream.fill(self, &mut starts) {
             stream.follow(self);
             stream.found().for_each(&mut of_path);
-        }
-    }
-
-    /// Returns the first ray of a path, or, on a sensor, any ray from the gather point at which the
-    /// path begins. `None` where the film shows nothing.
-    pub fn first_leg(&self, beginning: Beginning) -> Option<(Ray, Option<GatherPoint>)> {
-        match beginning {
-            Beginning::Nothing => None,
-            Beginning::Ray(ray) => Some((ray, None)),
-            Beginning::Sensor(sensor) => {
-                let away = Ray::new(sensor.position, sensor.normal);
-                Some((away, Some(GatherPoint::on_sensor(&sensor, self.camera.medium))))
-            }
         }
     }
 

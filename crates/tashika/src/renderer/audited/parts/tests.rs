@@ -83,11 +83,11 @@ fn any_number_of_shares_is_the_same_picture() {
     assert!(two == of(17, 2));
 }
 
-/// The same for a picture whose paths draw VPLs.
+/// The same for a picture whose paths draw VPLs, as the pilot chooses for this scene.
 #[test]
 fn shares_of_a_picture_by_vpls_are_the_same_picture() {
     let request = Request { method: MethodName::default(), vpls: Some(5000), ..request(3, 0.5) };
-    let renderer = renderer(request).size([24, 18]);
+    let renderer = Renderer::new(builtin::room()).request(request).size([24, 18]);
     let [two, one] = [&[][..], &[1]].map(|but| parts(&renderer, 2, but));
     let whole = merged(&two);
     assert!(whole == merged(&[one, parts(&renderer, 2, &[2])].concat()));
