@@ -179,7 +179,7 @@ fn a_render_writes_image_picture_and_numbers() {
         folder.names(),
         ["a.json", "render.exr", "render.html", "render.png", "scene.mtl", "scene.obj"]
     );
-    for words in ["4 triangles", "tashika", "45", "render.exr, render.png"] {
+    for words in ["4 triangles", "paths alone", "45", "render.exr, render.png"] {
         assert!(run.succeeds().stdout.contains(words), "{words:?} is not in: {}", run.stdout);
     }
     let film = folder.film("render.exr");
