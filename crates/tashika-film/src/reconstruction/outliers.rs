@@ -12,10 +12,11 @@
 //!
 //! The variance of a pixel is replaced by the weighted median of the variances in the
 //! neighbourhood, because a pixel that missed a rare bright path underestimates its variance. It
-//! grows by no more than a factor of four.
+//! grows by no more than a factor of four, unless it is zero because the pixel is black.
 //!
-//! Where most pixels of the neighbourhood have found no light, quartiles know nothing. Pixels then
-//! keep their values, and have the weighted mean of the variances, the black ones among them.
+//! If most pixels of the neighbourhood are black, the median and the first quartile are zero, and
+//! give no bounds. Pixels then keep their values, and their variance is replaced by the weighted
+//! mean of the variances in the neighbourhood.
 
 use rayon::prelude::*;
 
@@ -100,7 +101,7 @@ fn tamed(pixels: &Pixels, [x, y]: [usize; 2]) -> ClampedPixel {
     ClampedPixel {
         irradiance: irradiance * share,
         luminance: moved,
-        variance: of_neighbours.min(MOST_VARIANCE * variance),
+        variance: if variance > 0.0 { of_neighbours.min(MOST_VARIANCE * variance) } else { of_neighbours },
         excess: irradiance * (1.0 - share),
     }
 }

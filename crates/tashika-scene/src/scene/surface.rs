@@ -203,8 +203,7 @@ impl Scene {
             let [p, q, r] = mesh.corners_at(share, triangle).map(Vec3::abs);
             error += placed.rounding(p.max(q).max(r));
         }
-        // A face in the world, from which the normal of an instance that is not baked differs by
-        // rounding.
+        // The triangle in the world; an instance that is not baked has its normal from the mesh.
         let face = self.faces.get(instance.index(), triangle).copied().unwrap_or_else(|| Face::of(&w));
         let position = at(inset(&face, b, error));
         // Normals transform with the transposed inverse.

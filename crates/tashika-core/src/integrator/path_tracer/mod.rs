@@ -52,6 +52,7 @@ pub struct PathTracer<'s> {
 
 /// Most camera samples from which the features of a pixel's first surfaces are computed.
 const OF_FEATURES: u32 = 16;
+
 impl<'s> PathTracer<'s> {
     /// Returns a path tracer whose paths meet at most `max_depth` surfaces.
     ///

@@ -147,9 +147,9 @@ pub(super) struct Found {
     pub rays: u64,
     /// Radiance by group of lights; empty unless requested.
     pub by_group: Vec<Rgb>,
-    /// First surface of the path, and rough reflectance of its first gather point; `None` if there
-    /// is none, and in media.
+    /// First surface of the path, if it met one; unused in scenes with media.
     pub first: Option<FirstSurface>,
+    /// Rough reflectance at the first gather point, if there is one; unused in scenes with media.
     pub albedo: Option<Rgb>,
 }
 
